@@ -274,7 +274,7 @@ def diagnose(
     ----------
     data : Campaign, str, pathlib.Path or a sequence of paths
         A campaign of device tests or its folder, the CSV file of a loop table, or one or several
-        CSV files of building records.
+        CSV files of building records, of one horizontal direction or of two.
     law : str or Law, default "strain_stiffening"
         Law to evaluate, its registry name, or a place such as ``"my_laws.py:CUBIC"``; for device
         tests and loop tables. "auto" first compares all registered laws on device tests, and
@@ -282,9 +282,9 @@ def diagnose(
     parameters : str, pathlib.Path or Device, default "fit"
         Parameters of the law: "fit", "published", or a file of ``fit --out``.
     scenario : Scenario, IsolatedStructure, str or pathlib.Path, optional
-        The nominal building; required for building records. For device tests it is the scenario
-        of the consequence; the main job by default. If its isolator section has no scales, the
-        diagnosis scales the device.
+        The nominal building; required for building records, with as many directions as they have.
+        For device tests it is the scenario of the consequence; the main job by default. If its
+        isolator section has no scales, the diagnosis scales the device.
     consequence : bool, default True
         Whether to run the scenario's controllers with the evaluated and with the extended law, if
         a cause was found. For a building record this needs a scenario of the building.

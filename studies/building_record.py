@@ -78,11 +78,11 @@ def prepared(folder: Path, name: str) -> BuildingRecord:
     def slower(values: NDArray) -> NDArray:
         return decimate(values, EVERY, ftype="fir")
 
-    shaking = slower(record.ground.acceleration)
+    shaking = slower(record.ground[0].acceleration)
     energy = np.cumsum(shaking**2)
     end = int(np.searchsorted(energy, STRONG * energy[-1]))
-    ground = Record(shaking[:end], record.ground.dt * EVERY, name)
-    return BuildingRecord(name, ground, {c: slower(v)[:end] for c, v in record.response.items()})
+    ground = Record(shaking[:end], record.dt * EVERY, name)
+    return BuildingRecord(name, (ground,), {c: slower(v)[:end] for c, v in record.response.items()})
 
 
 def superstructure(storey_stiffness: float, damping_ratio: float) -> Structure:
@@ -111,7 +111,7 @@ def identified(record: BuildingRecord) -> Structure:
     base, floors = record.values[:, 0], record.values[:, 1:-1]
 
     def residual(x: NDArray) -> NDArray:
-        result = floor_accelerations(superstructure(*np.exp(x)), base, record.ground.dt)
+        result = floor_accelerations(superstructure(*np.exp(x)), base, record.dt)
         return ((result - floors) / np.linalg.norm(floors, axis=0)).ravel()
 
     return superstructure(*_fitted(residual, (FLOOR_MASS * (2 * np.pi / 0.2) ** 2, 0.05)))
@@ -159,8 +159,8 @@ def loops(records: Sequence[BuildingRecord], shown: Sequence[str]) -> Campaign:
     for record in records:
         keep = slice(None, None, LOOPS_EVERY)
         x = record.values[:, -1]
-        v = np.gradient(x, record.ground.dt)
-        time = record.ground.time[keep]
+        v = np.gradient(x, record.dt)
+        time = record.time[keep]
         runs.append(
             TestRun(
                 record.name, time, x[keep], v[keep], layer_force(record.values)[keep],
@@ -226,7 +226,7 @@ def _finding(
     diagnoses: Sequence[Diagnosis], layers: Sequence[Layer],
 ) -> str:  # fmt: skip
     base, floors = first.values[:, 0], first.values[:, 1:-1]
-    missed = floor_accelerations(structure, base, first.ground.dt) - floors
+    missed = floor_accelerations(structure, base, first.dt) - floors
     sentences = [
         f"Above the measured base the identified storeys follow the floors within "
         f"{100 * np.linalg.norm(missed) / np.linalg.norm(floors):.0f} % (RMS, {RECORDS[FIRST]}); "
@@ -281,7 +281,7 @@ def _figure(records: Sequence[BuildingRecord], linear: Layer, extended: Layer) -
                 force = layer_force(values)[strong] / TOTAL_MASS
                 moved = 1e3 * values[strong, -1]
                 upper.plot(moved, force, label=name, **looks[name])
-                lower.plot(record.ground.time[strong], moved, **looks[name])
+                lower.plot(record.time[strong], moved, **looks[name])
             seen = "fitted" if record.name in extended.shown else "not seen"
             upper.set_title(f"{RECORDS[record.name]}, {seen}")
             upper.set_xlabel("isolator displacement, mm")
@@ -295,6 +295,6 @@ def _figure(records: Sequence[BuildingRecord], linear: Layer, extended: Layer) -
 
 def _strong(record: BuildingRecord, duration: float = 30.0) -> slice:
     """The time around the largest displacement."""
-    dt = record.ground.dt
+    dt = record.dt
     peak, half = int(np.argmax(np.abs(record.values[:, -1]))), int(duration / 2 / dt)
     return slice(max(peak - half, 0), peak + half)

@@ -313,7 +313,8 @@ def _drift(values: NDArray) -> float:
 def record_problems(record: BuildingRecord) -> tuple[str, ...]:
     """Find suspicious features of a record."""
     result = []
-    signals = {"ground_acceleration_m_s2": record.ground.acceleration, **record.response}
+    motions = [motion.acceleration for motion in record.ground]
+    signals = {**dict(zip(record.ground_channels, motions, strict=True)), **record.response}
     for name, values in signals.items():
         n_flat = clipped(values)
         if n_flat:
@@ -321,30 +322,35 @@ def record_problems(record: BuildingRecord) -> tuple[str, ...]:
         start = np.sqrt(np.mean(values[: max(len(values) // 100, 8)] ** 2))
         if start > 0.3 * np.sqrt(np.mean(values**2)):
             result.append(f"{name} does not start at rest, as the simulation does")
-    slope, lag = _against_displacement(record)
-    if not 0.7 < slope < 1.4:
-        result.append(
-            f"the base's acceleration relative to the ground is {slope:.2f} times that of the "
-            "isolators' displacement: a unit, a sign, or a base that does not stand on the ground"
-        )
-    elif abs(lag) > record.ground.dt:
-        late = "behind" if lag > 0 else "ahead of"
-        result.append(
-            f"the isolators' displacement is {1e3 * abs(lag):.0f} ms {late} the accelerations"
-        )
+    for axis, motion in zip(record.axes, motions, strict=True):
+        along = f" along {axis}" if axis else ""
+        slope, lag = _against_displacement(record, axis, motion)
+        if not 0.7 < slope < 1.4:
+            result.append(
+                f"the base's acceleration relative to the ground{along} is {slope:.2f} times that "
+                "of the isolators' displacement: a unit, a sign, or a base that does not stand on "
+                "the ground"
+            )
+        elif abs(lag) > record.dt:
+            late = "behind" if lag > 0 else "ahead of"
+            result.append(
+                f"the isolators' displacement{along} is {1e3 * abs(lag):.0f} ms {late} the "
+                "accelerations"
+            )
     return tuple(result)
 
 
-def _against_displacement(record: BuildingRecord) -> tuple[float, float]:
+def _against_displacement(
+    record: BuildingRecord, axis: str, motion: NDArray
+) -> tuple[float, float]:
     """Relative acceleration over the displacement's, and how late the displacement is, s."""
     # From the phase and size of their cross-spectrum, weighted by its size.
-    n, dt = len(record.ground), record.ground.dt
-    frequency = np.fft.rfftfreq(n, dt)
+    frequency = np.fft.rfftfreq(len(record), record.dt)
     used = (frequency > _LOW) & (frequency < _HIGH)
     omega = 2 * np.pi * frequency[used]
-    base = record.response["base_acceleration_m_s2"]
-    relative = np.fft.rfft(base - record.ground.acceleration)[used]
-    accelerated = -(omega**2) * np.fft.rfft(record.values[:, -1])[used]
+    base = record.base_acceleration(axis)
+    relative = np.fft.rfft(base - motion)[used]
+    accelerated = -(omega**2) * np.fft.rfft(record.displacement(axis))[used]
     cross = relative * accelerated.conj()
     power = float(np.sum(np.abs(accelerated) ** 2))
     if power == 0:

@@ -153,6 +153,9 @@ BUILDING_EXPLAINED = 0.95
 """Removed share of the misfit above which the verdict is "explained". Blind buildings."""
 FITTED_ENERGY = 0.6
 """Share of a lone record's energy that is fitted; later samples are held out. Convention."""
+MOST_NOISE = 0.5
+"""Share of noise in a channel's RMS from which the mean error of the channels leaves it out.
+Convention."""
 LEAST_SENSOR_NOISE = 1e-3
 """Smallest sensor noise, as a share of a channel's RMS. Instruments' data sheets."""
 LEAST_SENSOR_ERROR = 3e-3

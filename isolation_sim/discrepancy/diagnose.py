@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -149,7 +150,7 @@ def kind_of(path: str | Path) -> str:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
         raise InputError(f"{path}: cannot be read ({reason})") from None
     head = next((line for line in lines if line.strip() and not line.startswith("#")), "")
-    if "ground_acceleration" in head or "isolator_displacement" in head:
+    if re.search(r"ground_\w*acceleration|isolator_\w*displacement", head):
         return "building"
     if "amplitude" in head or "damping_ratio" in head:
         return "loops"

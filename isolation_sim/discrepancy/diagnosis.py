@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -124,6 +125,8 @@ class Trace:
         Names and units of ``across`` and of the rest.
     measured, before, after : (n,) array
         In the unit that ``label`` says.
+    group : str
+        What figures show some runs of each of, such as a direction; empty where all are alike.
     """
 
     name: str
@@ -135,6 +138,7 @@ class Trace:
     measured: NDArray
     before: NDArray
     after: NDArray
+    group: str = ""
 
 
 @checked
@@ -172,6 +176,27 @@ def worst_first(traces: Iterable[Trace]) -> tuple[Trace, ...]:
         The largest relative error first.
     """
     return tuple(sorted(traces, key=lambda run: relative_error(run, run.before), reverse=True))
+
+
+@checked
+def groups_in_turn(traces: Iterable[Trace]) -> tuple[Trace, ...]:
+    """Sort runs so that the first ones are of all groups.
+
+    Parameters
+    ----------
+    traces : iterable of Trace
+        Runs.
+
+    Returns
+    -------
+    tuple of Trace
+        Of each group in turn, the one with the largest relative error before.
+    """
+    groups: dict[str, list[Trace]] = {}
+    for trace in worst_first(traces):
+        groups.setdefault(trace.group, []).append(trace)
+    turns = zip_longest(*groups.values())
+    return tuple(trace for turn in turns for trace in turn if trace is not None)
 
 
 @dataclass(frozen=True)

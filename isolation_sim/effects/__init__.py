@@ -1,6 +1,6 @@
 """Effects that a law may lack: one file per effect, one line in the registry."""
 
-from .effect import Effect, EffectParameter, Signals
+from .effect import Effect, EffectInPlan, EffectParameter, Signals
 from .extend import ExtendedLaw, extend, separate
 from .registry import EFFECTS, effect
 from .serialisation import device_section
@@ -8,6 +8,7 @@ from .serialisation import device_section
 __all__ = [
     "EFFECTS",
     "Effect",
+    "EffectInPlan",
     "EffectParameter",
     "ExtendedLaw",
     "Signals",

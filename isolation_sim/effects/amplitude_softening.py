@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..laws.law import Quantity
-from .effect import Effect, EffectParameter, Signals
+from .effect import Effect, EffectInPlan, EffectParameter, Signals
 from .followers import amplitude, positive, rise_and_fade
 
 TINY = 1e-9
@@ -72,6 +72,12 @@ def start_peak(signals: Signals, parameters: tuple) -> tuple:
 def rates_mean(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Moving mean of the square."""
     return ((signals.x**2 - states[0]) / parameters[-1],)
+
+
+def plan_rates_mean(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Moving mean of the squared length of the deformation."""
+    x, y = signals.x
+    return ((x**2 + y**2 - states[0]) / parameters[-1],)
 
 
 def start_mean(signals: Signals, parameters: tuple) -> tuple:
@@ -158,6 +164,7 @@ FORMS = (
         rates=rates_mean,
         factor=mean_square,
         source="Kraus (1984), amplitude from the mean square",
+        plan=EffectInPlan(rates=plan_rates_mean, factor=mean_square),
     ),
     Effect(
         cause="amplitude_softening",

@@ -11,14 +11,23 @@ from typing import Any
 
 import numpy as np
 
+from ..laws.in_plan import length
 from ..laws.law import Quantity
-from .effect import Effect, EffectParameter, Signals
+from .effect import Effect, EffectInPlan, EffectParameter, Signals
 
 
 def smooth(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Friction that sets in over a small velocity."""
     level, velocity = parameters
     return level * np.tanh(signals.v / velocity)
+
+
+def plan_smooth(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Friction against the velocity, within a circle."""
+    level, velocity = parameters
+    speed = length(*signals.v)
+    over_speed = level * np.tanh(speed / velocity) / speed
+    return over_speed * signals.v[0], over_speed * signals.v[1]
 
 
 def stribeck(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -60,6 +69,7 @@ FORMS = (
         ),
         force=smooth,
         source="Coulomb (1785)",
+        plan=EffectInPlan(force=plan_smooth),
     ),
     Effect(
         cause="coulomb_friction",

@@ -69,6 +69,26 @@ class EffectParameter(Quantity):
     difference: float = 1e-4
 
 
+class EffectInPlan(NamedTuple):
+    """Functions of an effect over two horizontal directions.
+
+    They are those of ``Effect``, but for signals whose ``x``, ``v`` and ``force`` are tuples. The
+    states are the same, once for both directions. Along a line they must give what the effect
+    itself gives.
+
+    Attributes
+    ----------
+    rates, factor : callable or None
+        As in ``Effect``.
+    force : callable or None
+        -> tuple of the forces added along x and y, N.
+    """
+
+    rates: Callable[..., tuple] | None = None
+    factor: Callable[..., Any] | None = None
+    force: Callable[..., tuple] | None = None
+
+
 def in_sentence(name: str) -> str:
     """A cause or an effect's title as it stands within a sentence."""
     words = name.replace("_", " ")
@@ -117,6 +137,8 @@ class Effect:
         the measured data and is left out of a law that is used elsewhere.
     source : str
         Publication behind it.
+    plan : EffectInPlan or None
+        Its functions over two horizontal directions, for biaxial devices.
     """
 
     cause: str
@@ -134,6 +156,7 @@ class Effect:
     needs: frozenset[str] = frozenset()
     of_device: bool = True
     source: str = ""
+    plan: EffectInPlan | None = None
 
     @property
     def name(self) -> str:

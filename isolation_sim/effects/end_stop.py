@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from .effect import Effect, EffectParameter, Signals
+from .effect import Effect, EffectInPlan, EffectParameter, Signals
 from .followers import positive
 
 STEEPEST = 20.0
@@ -35,6 +35,12 @@ def power(signals: Signals, states: tuple, parameters: tuple) -> Any:
     k, gap, n = parameters
     u, w = positive(np.fabs(signals.x) - gap), gap / 10
     return k * w * (u / w) ** n * np.sign(signals.x)
+
+
+def plan_power(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Contact forces of walls on all four sides."""
+    x, y = (signals._replace(x=along) for along in signals.x)
+    return power(x, states, parameters), power(y, states, parameters)
 
 
 def stored_energy_power(x: Any, states: tuple, parameters: tuple) -> Any:
@@ -88,6 +94,7 @@ FORMS = (
         force=power,
         stored_energy=stored_energy_power,
         source="Hertz (1882) for an exponent of 1.5",
+        plan=EffectInPlan(force=plan_power),
     ),
     Effect(
         cause="end_stop",

@@ -19,7 +19,7 @@ from ..errors import InputError, unknown_name
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
 from ..laws.law import InPlan, Law, Quantity
-from .effect import REFERENCE_TEMPERATURE, Effect, Signals, in_sentence
+from .effect import REFERENCE_TEMPERATURE, Effect, EffectInPlan, Signals, in_sentence
 
 ACCELERATION_LAG = 2e-3
 """s: in a law, acceleration is the velocity's rate through a first-order filter of this lag."""
@@ -48,11 +48,15 @@ class ExtendedLaw(Law):
     breaks: tuple[float, ...] | None = None
 
     def _over(self, functions: InPlan | None, directions: int) -> Law:
-        around = ", ".join(effect.cause for effect in self.effects)
-        raise InputError(
-            f"effects act along one direction ({around}); expected for biaxial isolators: none "
-            "around their law"
-        )
+        assert self.base is not None
+        lacking = [e.cause for e in self.effects if e.plan is None]
+        if lacking or directions > 2 or self.breaks is not None:
+            around = ", ".join(lacking or [e.cause for e in self.effects])
+            raise InputError(
+                f"effects act along one direction ({around}); expected for biaxial isolators: "
+                "effects with a form in plan, and no change of their vertical load"
+            )
+        return _in_plan(self, self.base.in_plan)
 
 
 @checked
@@ -278,6 +282,52 @@ def _extended_law(
         effects=effects,
         breaks=breaks,
     )
+
+
+def _in_plan(law: ExtendedLaw, base: Law) -> Law:
+    """An extended law over two directions: the states of its base along both, then the effects'."""
+    n_inner, n_states = len(base.parameters), len(base.states)
+    has_temperature = TEMPERATURE in law.parameter_names
+    first = n_inner + 1 + has_temperature
+    parts = []
+    at, at_state = first, n_states
+    for effect in law.effects:
+        numbers = slice(at, at + len(effect.parameters))
+        states = slice(at_state, at_state + len(effect.states))
+        parts.append((effect.plan or EffectInPlan(), numbers, states))
+        at, at_state = numbers.stop, states.stop
+
+    def signals_of(x: tuple, v: tuple, states: tuple, parameters: tuple) -> Signals:
+        temperature = parameters[n_inner + 1] if has_temperature else REFERENCE_TEMPERATURE
+        inner = base.force(x, v, states[:n_states], parameters[:n_inner])
+        return Signals(x, v, (0.0, 0.0), parameters[n_inner], tuple(inner), temperature)
+
+    def force(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+        signals = signals_of(x, v, states, parameters)
+        along_x, along_y = signals.force
+        for plan, numbers, own in parts:
+            if plan.factor is not None:
+                left = plan.factor(signals, states[own], parameters[numbers])
+                along_x, along_y = left * along_x, left * along_y
+        for plan, numbers, own in parts:
+            if plan.force is not None:
+                added = plan.force(signals, states[own], parameters[numbers])
+                along_x, along_y = along_x + added[0], along_y + added[1]
+        return along_x, along_y
+
+    def rates(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
+        signals = signals_of(x, v, states, parameters)
+        result = tuple(base.rates(x, v, states[:n_states], parameters[:n_inner]))
+        for plan, numbers, own in parts:
+            if plan.rates is not None:
+                result = (*result, *plan.rates(signals, states[own], parameters[numbers]))
+        return result
+
+    return Law(
+        name=law.name, title=law.title, parameters=law.parameters, force=force,
+        states=(*base.states, *law.states[n_states // 2 :]), rates=rates, source=law.source,
+        directions=2,
+    )  # fmt: skip
 
 
 def _outer_parameters(effects: Sequence[Effect]) -> list[Quantity]:

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from ..laws.in_plan import length
 from ..laws.law import Quantity
-from .effect import Effect, EffectParameter, Signals
+from .effect import Effect, EffectInPlan, EffectParameter, Signals
 from .followers import positive, rise
 
 
@@ -39,6 +40,11 @@ def hyperbolic(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """The largest deformation grows."""
     return (rise(np.fabs(signals.x), states[0]),)
+
+
+def plan_rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """The largest length of the deformation grows."""
+    return (rise(length(*signals.x), states[0]),)
 
 
 def start(signals: Signals, parameters: tuple) -> tuple:
@@ -100,6 +106,7 @@ FORMS = (
         ),
         factor=hyperbolic,
         source="damage 1 / (1 + c X) of the largest deformation",
+        plan=EffectInPlan(rates=plan_rates, factor=hyperbolic),
         **_COMMON,
     ),
 )  # fmt: skip

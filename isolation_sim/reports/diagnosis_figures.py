@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..discrepancy.diagnosis import relative_error, worst_first
+from ..discrepancy.diagnosis import groups_in_turn, relative_error, worst_first
 from .chart import OVER_TIME, Panel
 from .loops_fitted import SAMPLES
 from .panels import draw, grid
@@ -34,12 +34,12 @@ _SHOWN = 6
 
 def overview(diagnosis: Diagnosis) -> Figure:
     """Loops of the runs with the largest errors, before and after."""
-    return grid(loops(worst_first(diagnosis.traces)), across=3, height=2.3)
+    return grid(loops(groups_in_turn(diagnosis.traces)), across=3, height=2.3)
 
 
 def residuals(diagnosis: Diagnosis) -> Figure:
     """Time histories of the residuals of the runs with the largest errors, before and after."""
-    shown = worst_first(diagnosis.traces)[:_SHOWN]
+    shown = groups_in_turn(diagnosis.traces)[:_SHOWN]
     return grid(histories(shown, residual=True), across=2, height=1.5)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 
 MARKS_A_LINE = 14
 """Number of markers of a line over time."""
+
+_TITLE = 126
+"""Characters of a title across a page."""
 
 LABELS_A_HEIGHT = 12
 """Largest number of level names beside a panel."""
@@ -85,7 +89,8 @@ def grid(drawn: Sequence[Panel], across: int, height: float) -> Figure:
         axes = axes[: len(drawn)]
         for one, panel in zip(axes, drawn, strict=True):
             draw(one, panel)
-            one.set_title(f"{panel.title}\n{panel.note}".strip(), fontsize=6.5)
+            title = fill(panel.title, _TITLE // across)
+            one.set_title(f"{title}\n{panel.note}".strip(), fontsize=6.5)
         # every panel has its own limits, and possibly its own quantities
         if len({(panel.x, panel.y) for panel in drawn}) == 1:
             label_outer(axes, across, ticks=False)

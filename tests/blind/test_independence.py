@@ -70,7 +70,7 @@ def test_the_blind_studies_start_from_an_installation(tmp_path):
     for package in project["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]:
         shutil.copytree(ROOT / package, site / package, ignore=shutil.ignore_patterns("*.pyc"))
     environment = {**os.environ, "PYTHONPATH": str(site)}
-    for module in ("studies.blind", "studies.blind_buildings"):
+    for module in ("studies.blind", "studies.blind_buildings", "studies.blind_plan_buildings"):
         done = subprocess.run(
             [sys.executable, "-m", module, "--help"], capture_output=True, text=True,
             cwd=tmp_path, env=environment,

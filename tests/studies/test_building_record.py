@@ -25,7 +25,7 @@ def test_stiff_storeys_move_with_the_base():
 def test_storeys_found_above_the_base_follow_the_floors(first):
     building = study.identified(first)
     base, floors = first.values[:, 0], first.values[:, 1:-1]
-    missed = study.floor_accelerations(building, base, first.ground.dt) - floors
+    missed = study.floor_accelerations(building, base, first.dt) - floors
     rigid = base[:, np.newaxis] - floors
     size = np.linalg.norm(floors)
     assert np.linalg.norm(missed) < 0.1 * size < 0.4 * np.linalg.norm(rigid)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
@@ -13,7 +12,8 @@ from ...laws import Device
 from ...structures import IsolatedStructure
 from .. import inference
 from ..building.cause_search import adequacy, cell_p_values, p_value, search_causes
-from ..building.causes import TYPICAL_PERIOD
+from ..building.causes import TYPICAL_PERIOD, total_force_scale
+from ..building.channels import ROTATION, Channel
 from ..building.comparison import (
     Comparison,
     FittedBuilding,
@@ -22,9 +22,9 @@ from ..building.comparison import (
     values_of,
     with_causes,
 )
-from ..building.errors import pooled, relative_errors, relative_noise, squared_blocks
+from ..building.errors import mean_error, relative_errors, relative_noise, squared_blocks
 from ..building.model import building_model
-from ..building.record import DISPLACEMENT, BuildingRecord
+from ..building.record import BuildingRecord
 from ..building.segment import Segment, band_edges, cell_means
 from ..data_checks import record_problems
 from ..decisions import BUILDING_EXPLAINED, DEPENDENCE_LEVEL, MISFIT_LEVEL
@@ -32,8 +32,6 @@ from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_building, significant
 from ..search import Round, SearchResult
-
-_FLOOR = re.compile(r"floor(\d+)")
 
 
 class BuildingRecords(Problem[FittedBuilding]):
@@ -67,9 +65,13 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def dependences(self, base: FittedBuilding) -> list[Dependence]:
         """Analyse the residual of the acceleration of the whole, the isolation layer's force."""
+        each = [(record, axis) for record in self.records for axis in record.axes]
         return of_building(
-            [self.first.residual((), record)[:, :-1].mean(axis=1) for record in self.records],
-            [_variables(record) for record in self.records],
+            [
+                record.mean_acceleration(self.first.residual((), record), axis)
+                for record, axis in each
+            ],
+            [_variables(record, axis) for record, axis in each],
         )
 
     def evaluate(self, result: SearchResult[FittedBuilding]) -> Evaluation:
@@ -81,7 +83,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             for label, outcome in (("before", before), ("after", after))
         }
         errors = [
-            Errors(*(pooled(relative_errors(comparison, one, held)) for held in (False, True)))
+            Errors(*(mean_error(comparison, one, held) for held in (False, True)))
             for one in (before, after)
         ]
         removed, adequate = self.space.removed_share(after), chance["before"] >= MISFIT_LEVEL
@@ -119,9 +121,7 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def _evidence(self, best: FittedBuilding, k: int, numbers: dict[str, Interval]) -> str:
         comparison, without = self.space.comparison, self.without[k]
-        errors = [
-            100 * pooled(relative_errors(comparison, outcome, True)) for outcome in (without, best)
-        ]
+        errors = [100 * mean_error(comparison, outcome, True) for outcome in (without, best)]
         what = best.cause_values[k][0].says.format(
             **{name: one.value for name, one in numbers.items()}
         )
@@ -173,9 +173,13 @@ class BuildingRecords(Problem[FittedBuilding]):
         )
 
     def devices(self, result: SearchResult[FittedBuilding]) -> tuple[None, Device | None]:
-        """The isolators' device, if a cause changes it."""
+        """The device of all isolators, if a cause changes it."""
         model = with_causes(self._model, result.best.cause_values)
-        return None, model.device if model.effects else None
+        if not model.effects:
+            return None, None
+        # all isolators in one device, as a scenario has it
+        device = model.device
+        return None, replace(device, force_scale=total_force_scale(model))
 
     def building(self, result: SearchResult[FittedBuilding]) -> IsolatedStructure:
         """Structure and isolators with the causes in them."""
@@ -218,7 +222,7 @@ class BuildingRecords(Problem[FittedBuilding]):
                 np.sqrt(np.mean(record.values**2, axis=0)), strict=True,
             )
         )  # fmt: skip
-        ground = ", ".join(f"{floor.ground:.2e}" for floor in comparison.floors)
+        ground = ", ".join(f"{size:.2e}" for floor in comparison.floors for size in floor.ground)
         return Text(
             f"Seen above {comparison.floors[0].band:.1f} Hz; noise of the measured ground motion "
             f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}. The best "
@@ -304,18 +308,21 @@ def intervals(outcome: FittedBuilding) -> list[dict[str, Interval]]:
 def _tests(record: BuildingRecord, comparison: Comparison) -> Iterator[tuple[str, BuildingRecord]]:
     for factor in (0.5, 1.0, 1.5, 2.0):
         label = f"the same ground motion times {factor:g}" if factor != 1 else "the same once more"
-        yield label, replace(record, ground=record.ground.scaled(factor))
+        yield (
+            label,
+            replace(record, ground=tuple(motion.scaled(factor) for motion in record.ground)),
+        )
     if comparison.model.device.depends_on_current:
         low, high = comparison.model.nominal.current_range()
         high = min(high, comparison.model.nominal.tested_current())
         for current in filter(np.isfinite, (max(low, 0.0), high)):
-            held = replace(record, current=np.full(len(record.ground), current))
+            held = replace(record, current=np.full(len(record), current))
             yield f"the same ground motion with {current:g} A held", held
 
 
-def _variables(record: BuildingRecord) -> dict[str, NDArray]:
-    """Quantities that a residual could depend on, each (n,)."""
-    x, dt = record.response[DISPLACEMENT], record.ground.dt
+def _variables(record: BuildingRecord, axis: str) -> dict[str, NDArray]:
+    """Quantities that a residual along a direction could depend on, each (n,)."""
+    x, dt = record.displacement(axis), record.dt
     half = max(int(TYPICAL_PERIOD / 2 / dt), 1)
     size = np.abs(x)
     padded = np.pad(size, half, mode="edge")
@@ -325,7 +332,7 @@ def _variables(record: BuildingRecord) -> dict[str, NDArray]:
         "isolator velocity": np.gradient(x, dt),
         "present amplitude times displacement": amplitude * x,
         "largest past displacement times displacement": np.maximum.accumulate(size) * x,
-        "time": record.ground.time,
+        "time": record.time,
     }
     if record.current is not None and np.ptp(record.current) > 0:
         result["coil current"] = record.current
@@ -342,8 +349,8 @@ def _cell(segment: Segment, k: int) -> str:
 
 
 def _time(segment: Segment) -> str:
-    start, stop, _ = segment.samples.indices(len(segment.record.ground))
-    dt = segment.record.ground.dt
+    start, stop, _ = segment.samples.indices(len(segment.record))
+    dt = segment.record.dt
     return f"{segment.record.name}, {start * dt:.1f} to {stop * dt:.1f} s"
 
 
@@ -352,24 +359,40 @@ def _segment_traces(
 ) -> Iterator[Trace]:
     record, samples = segment.record, segment.samples
     simulated = [record.values - comparison.residual(one.cause_values, record) for one in outcomes]
-    time = record.ground.time[samples]
+    time = record.time[samples]
     where = record.name
-    if len(time) < len(record.ground):
+    if len(time) < len(record):
         where += f" from {time[0]:.4g} s" if samples.start else f" to {time[-1]:.4g} s"
-    for k, channel in enumerate(record.channels):
-        moved = channel == DISPLACEMENT
-        sensor = _FLOOR.sub(r"floor \1", channel.partition("_")[0])
+    for k, sensor in enumerate(record.sensors):
+        factor = 1e3 if sensor.is_displacement else 1.0
         measured, before, after = (
-            (1e3 if moved else 1.0) * values[samples, k] for values in (record.values, *simulated)
+            factor * values[samples, k] for values in (record.values, *simulated)
         )
+        # a loop with the displacement along the same direction; a displacement itself over time
+        over_time = sensor.is_displacement or sensor.axis == ROTATION
         yield Trace(
-            name=f"{where}, {sensor}",
+            name=f"{where}, {sensor.words}",
             held_out=held_out,
             time=time,
-            across=time if moved else 1e3 * record.response[DISPLACEMENT][samples],
-            across_label="time, s" if moved else "isolator displacement, mm",
-            label="displacement, mm" if moved else "acceleration, m/s²",
+            across=time if over_time else 1e3 * record.displacement(sensor.axis)[samples],
+            across_label="time, s" if over_time else _displacement_label(sensor),
+            label=_LABELS[sensor.unit],
             measured=measured,
             before=before,
             after=after,
+            group=sensor.axis,
         )
+
+
+_LABELS = {
+    "m": "displacement, mm",
+    "m/s2": "acceleration, m/s²",
+    "rad": "rotation, mrad",
+    "rad/s2": "rotation, rad/s²",
+}
+"""Quantity and unit in charts, by the channel's unit."""
+
+
+def _displacement_label(sensor: Channel) -> str:
+    along = f" {sensor.axis}" if sensor.axis else ""
+    return f"isolator displacement{along}, mm"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...identification.least_squares import Optimum, levenberg_marquardt
-from ..decisions import FITTED_ENERGY
+from ..decisions import FITTED_ENERGY, MOST_NOISE
 from .causes import Candidate, Parameter, Values
 from .model import BuildingModel
 from .noise import NoiseFloor, noise_floor
@@ -107,12 +107,22 @@ class Comparison:
     model_error: float = 0.0
     _cache: dict = field(default_factory=dict)
 
+    @property
+    def seen(self) -> NDArray:
+        """Channels that show more signal than noise in some record, (n_channels,) of bool."""
+        # a rotation of a symmetric building is noise, whose relative error says nothing
+        shares = [
+            floor.total / np.sqrt(np.mean(record.values**2, axis=0))
+            for floor, record in zip(self.floors, self.records, strict=True)
+        ]
+        return np.min(shares, axis=0) < MOST_NOISE
+
     def residual(
         self, result: CauseValues, record: BuildingRecord, end: int | None = None
     ) -> NDArray:
         """Measured less predicted, (n, n_channels), in the channels' units."""
         model = with_causes(self.model, result)
-        end = len(record.ground) if end is None else end
+        end = len(record) if end is None else end
         # most of what changes between two calls is a sensor's error, which needs no simulation
         key = (record.name, end, *((c, v) for c, v in result if not c.of_sensor))
         if key not in self._cache:
@@ -177,7 +187,7 @@ class Comparison:
         self, result: CauseValues, segments: Sequence[Segment]
     ) -> tuple[NDArray, ...]:
         # a lone record's later segment is not simulated while its earlier one is fitted
-        ends = {s.record.name: s.samples.indices(len(s.record.ground))[1] for s in segments}
+        ends = {s.record.name: s.samples.indices(len(s.record))[1] for s in segments}
         residuals = {
             s.record.name: self.residual(result, s.record, ends[s.record.name]) for s in segments
         }
@@ -210,7 +220,7 @@ def compare_records(
     if not out and len(records) > 1:
         out = {records[-1].name}
     for record, floor in zip(records, floors, strict=True):
-        n = len(record.ground)
+        n = len(record)
         if len(records) == 1:
             middle = split(record)
             fitted.append(make_segment(record, slice(0, middle), floor, model_error))

@@ -21,15 +21,20 @@ def relative_errors(comparison: Comparison, outcome: FittedBuilding, held_out: b
     return np.sqrt(squares[0] / squares[1])
 
 
-def pooled(errors: NDArray) -> float:
-    """One error of all channels, each counted alike."""
-    return float(np.sqrt(np.mean(errors**2)))
+def mean_error(comparison: Comparison, outcome: FittedBuilding, held_out: bool) -> float:
+    """One relative error of all channels that show a signal, each counted alike."""
+    return _pooled(relative_errors(comparison, outcome, held_out)[comparison.seen])
+
+
+def _pooled(errors: NDArray) -> float:
+    return float(np.sqrt(np.mean(errors**2))) if errors.size else float("nan")
 
 
 def relative_noise(comparison: Comparison) -> float:
     """Error that noise alone leaves, relative like the errors."""
     floors = zip(comparison.floors, comparison.records, strict=True)
-    return pooled(np.array([f.total / np.sqrt(np.mean(r.values**2, axis=0)) for f, r in floors]))
+    shares = np.array([f.total / np.sqrt(np.mean(r.values**2, axis=0)) for f, r in floors])
+    return _pooled(shares[:, comparison.seen])
 
 
 def excess_error(comparison: Comparison, outcome: FittedBuilding) -> float:
@@ -41,19 +46,21 @@ def excess_error(comparison: Comparison, outcome: FittedBuilding) -> float:
         noise = len(residual) * floors[segment.record.name].total ** 2
         beyond += (residual**2).sum(axis=0) - noise
         measured += len(residual) * segment.rms**2
-    return float(np.sqrt(max(float(np.mean(beyond / measured)), 0.0)))
+    excess = (beyond / measured)[comparison.seen]
+    return float(np.sqrt(max(float(np.mean(excess)), 0.0))) if excess.size else 0.0
 
 
 def squared_blocks(comparison: Comparison, outcomes: Sequence[FittedBuilding]) -> NDArray:
     """Squared relative residual of each outcome in blocks of a period, (n_blocks, n_outcomes)."""
     blocks = []
     for segment in comparison.held_out:
-        per_block = max(int(TYPICAL_PERIOD / segment.record.ground.dt), 1)
+        per_block = max(int(TYPICAL_PERIOD / segment.record.dt), 1)
         sums = []
         for outcome in outcomes:
             residual = comparison.residual(outcome.cause_values, segment.record)[segment.samples]
             n = len(residual) // per_block
-            squares = ((residual / segment.rms)[: n * per_block] ** 2).sum(axis=1)
+            shown = (residual / segment.rms)[: n * per_block, comparison.seen]
+            squares = (shown**2).sum(axis=1)
             sums.append(squares.reshape(n, per_block).sum(axis=1))
         blocks.append(np.array(sums).T)
     return np.concatenate(blocks)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...effects import Effect, EffectParameter, Signals, effect
+from ...effects import Effect, EffectInPlan, EffectParameter, Signals, effect
 
 _SPEED = 0.1
 """m/s: velocity at which a damper's force is reported."""
@@ -23,6 +23,14 @@ def _power_force(signals: Signals, states: tuple, parameters: tuple) -> Any:
     return level * ratio * (ratio * ratio + _TINY) ** ((exponent - 1) / 2)
 
 
+def _plan_power_force(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """The same along the velocity in plan."""
+    level, exponent = parameters
+    x, y = signals.v[0] / _SPEED, signals.v[1] / _SPEED
+    over_ratio = level * (x * x + y * y + _TINY) ** ((exponent - 1) / 2)
+    return over_ratio * x, over_ratio * y
+
+
 DAMPER = Effect(
     cause="extra_isolator_damping",
     form="power_of_velocity",
@@ -33,6 +41,7 @@ DAMPER = Effect(
     ),
     force=_power_force,
     source="nonlinear fluid dampers, such as Symans and others (2008)",
+    plan=EffectInPlan(force=_plan_power_force),
 )
 
 ISOLATOR_EFFECTS: dict[str, Effect] = {
@@ -40,7 +49,8 @@ ISOLATOR_EFFECTS: dict[str, Effect] = {
     "isolator_amplitude_softening": effect("amplitude_softening", "mean_square"),
     "stress_softening": effect("stress_softening", "hyperbolic"),
     "coulomb_friction": effect("coulomb_friction"),
-    "extra_isolator_damping": DAMPER,
+    # found by its place, so that a saved device finds it again
+    "extra_isolator_damping": effect(f"{__name__}:DAMPER"),
     "moat_impact": effect("end_stop", "power"),
 }
 """By the name of the cause in a building, in the order in which they act."""

@@ -19,10 +19,10 @@ from ...registry import controller
 from ...simulation.control import CoilDriver, Control, RunContext, Schedule
 from ...simulation.run import simulate
 from ...structures import IsolatedStructure, Structure
+from .channels import AXES, ROTATION
 from .isolator_effects import ISOLATOR_EFFECTS, absent
-from .record import DISPLACEMENT, BuildingRecord
+from .record import BuildingRecord
 
-GROUND = "ground_acceleration_m_s2"
 FOUNDATION = "foundation"
 STOREY_HEIGHT = 3.5
 """Storey height of a structure without heights, m."""
@@ -31,7 +31,7 @@ TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Soil:
-    """Sway or rocking of a foundation on its soil."""
+    """Sway or rocking of a foundation on its soil, alike in all directions."""
 
     stiffness: float  # N/m or N m
     damping: float  # N s/m or N m s
@@ -43,7 +43,7 @@ class Soil:
 class BuildingModel:
     """A building on isolators, changed by causes."""
 
-    nominal: IsolatedStructure  # As the engineer gave it; its first element is the isolation layer
+    nominal: IsolatedStructure  # As the engineer gave it; its first element is an isolator
     structure: Structure  # Linear part
     # Effects around the isolators' law, with parameters in the device's scale
     effects: Mapping[Effect, Mapping[str, float]] = field(default_factory=dict)
@@ -56,9 +56,19 @@ class BuildingModel:
     biases: Mapping[str, NDArray] = field(default_factory=dict)
 
     @property
+    def isolators(self) -> tuple[int, ...]:
+        """Elements with the device of the first one, whatever share of it."""
+        first = self.nominal.elements[0].device
+        return tuple(
+            e for e, one in enumerate(self.nominal.elements) if _same_device(one.device, first)
+        )
+
+    @property
     def device(self) -> Device:
-        """The isolation layer's device, with the effects around it."""
-        device = self.nominal.elements[0].device
+        """The first isolator's device, with the effects around it."""
+        return self._extended(self.nominal.elements[0].device)
+
+    def _extended(self, device: Device) -> Device:
         if not self.effects:
             return device
         size = device.deformation_scale / device.length
@@ -67,30 +77,37 @@ class BuildingModel:
 
     def assembled(self) -> IsolatedStructure:
         """Assemble structure, isolators and soil."""
-        first, *others = self.nominal.elements
-        elements = (replace(first, device=self.device), *others)
+        elements = list(self.nominal.elements)
+        extended: dict[float, Device] = {}
+        for e in self.isolators if self.effects else ():
+            device = elements[e].device
+            if device.force_scale not in extended:
+                extended[device.force_scale] = self._extended(device)
+            elements[e] = replace(elements[e], device=extended[device.force_scale])
         if self.soil is None:
-            return IsolatedStructure(self.structure, elements)
+            return IsolatedStructure(self.structure, tuple(elements))
         founded, carried = _founded(self.structure, self.soil)
         # deformations are those of the building seen from its foundation
         return IsolatedStructure(
             founded, tuple(replace(e, direction=e.direction @ carried) for e in elements)
         )
 
-    def predict(self, record: BuildingRecord, ground: Record | None = None) -> NDArray:
+    def predict(self, record: BuildingRecord, ground: Sequence[Record] | None = None) -> NDArray:
         """Simulate a record's channels, (n, n_channels); not a number if the model diverges."""
         # ``ground`` may take the place of the record's ground motion on the same samples, m/s^2.
         return self.simulated(record, ground) + self.bias(record)
 
     def simulated(
-        self, record: BuildingRecord, ground: Record | None = None, end: int | None = None
+        self,
+        record: BuildingRecord,
+        ground: Sequence[Record] | None = None,
+        end: int | None = None,
     ) -> NDArray:
         """Simulate the building's motion, without the errors of its sensors; see ``predict``."""
-        motion = record.ground if ground is None else ground
-        if GROUND in self.biases:
-            error = _legendre(self.biases[GROUND], len(motion))
-            motion = replace(motion, acceleration=motion.acceleration - error)
-        motion = replace(motion, acceleration=motion.acceleration[:end])
+        motions = []
+        for name, motion in zip(record.ground_channels, ground or record.ground, strict=True):
+            error = _legendre(self.biases[name], len(record)) if name in self.biases else 0.0
+            motions.append(replace(motion, acceleration=(motion.acceleration - error)[:end]))
         isolated = self.assembled()
         driver = CoilDriver()
         if record.current is not None and (self.lag or np.isfinite(self.slew)):
@@ -99,20 +116,38 @@ class BuildingModel:
         try:
             run = simulate(
                 isolated,
-                motion,
+                motions,
                 self._control(record),
                 driver=driver,
                 tolerance=TOLERANCE,
                 current_outside="clamp",
             )
         except Diverged:
-            return np.full((len(motion), len(record.channels)), np.nan)
-        columns = _columns(isolated, record.channels, run.outputs.names)
-        return run.values[:, columns]
+            return np.full((len(motions[0]), len(record.channels)), np.nan)
+        return run.values @ self._measured(record, isolated, run.outputs.names)
+
+    def _measured(
+        self, record: BuildingRecord, isolated: IsolatedStructure, names: tuple[str, ...]
+    ) -> NDArray:
+        """Columns of a run's outputs that give the record's channels, (n_outputs, n_channels)."""
+        dofs = [dofs_by_level(self.structure, axis) for axis in (*record.axes, ROTATION)]
+        levels = dict(zip((*record.axes, ROTATION), dofs, strict=True))
+        n, all_names = self.structure.n_dofs, isolated.structure.names
+        result = np.zeros((len(names), len(record.sensors)))
+        for k, sensor in enumerate(record.sensors):
+            dof = levels[sensor.axis][sensor.floor]
+            if not sensor.is_displacement:
+                result[names.index(f"{all_names[dof]}_acceleration_m_s2"), k] = 1.0
+                continue
+            # of the base, seen from the foundation
+            row = np.eye(n)[dof] if self.soil is None else _carried(self.structure, self.soil)[dof]
+            for j in np.flatnonzero(row):
+                result[names.index(f"{all_names[j]}_displacement_m"), k] = row[j]
+        return result
 
     def bias(self, record: BuildingRecord) -> NDArray:
         """Error of the sensors, (n, n_channels), in each channel's unit."""
-        n = len(record.ground)
+        n = len(record)
         error = np.zeros((n, len(record.channels)))
         for k, channel in enumerate(record.channels):
             if channel in self.biases:
@@ -123,7 +158,7 @@ class BuildingModel:
         if record.current is None:
             return controller("passive_off")
         return RecordedCurrent(
-            record.ground.time, np.minimum(record.current, self.supply_limit), self.delay
+            record.time, np.minimum(record.current, self.supply_limit), self.delay
         )
 
 
@@ -172,24 +207,22 @@ class RecordedCurrent:
 def building_model(isolated: IsolatedStructure, records: Sequence[BuildingRecord]) -> BuildingModel:
     """Check that a structure can represent the building of some records."""
     structure = isolated.structure
-    if len(structure.directions) != 1 or len(structure.base) != 1:
-        raise InputError(
-            f"{structure.name} has {len(structure.directions)} directions and "
-            f"{len(structure.base)} base dofs; expected for a building record: one of each"
-        )
-    base = np.eye(structure.n_dofs)[structure.base[0]]
-    if not isolated.elements or not np.array_equal(isolated.elements[0].direction != 0, base != 0):
-        raise InputError(
-            f"{structure.name}: the first element must be the isolation layer, between ground "
-            "and base"
-        )
+    for record in records:
+        _check_directions(record, structure)
+    _check_layer(isolated)
     lowest = isolated.current_range()[0] if isolated.n_channels else 0.0
     for record in records:
-        if max(record.floors, default=0) > len(structure.superstructure):
-            raise InputError(
-                f"{record.name} has floor{max(record.floors)}; {structure.name} has "
-                f"{len(structure.superstructure)} floors above its base"
-            )
+        for sensor in sorted(record.sensors, key=lambda sensor: -sensor.floor):
+            n_levels = len(dofs_by_level(structure, sensor.axis))
+            if n_levels == 0:
+                raise InputError(
+                    f"{record.name} has {sensor.name}; {structure.name} does not rotate"
+                )
+            if sensor.floor >= n_levels:
+                raise InputError(
+                    f"{record.name} has floor{sensor.floor}; {structure.name} has {n_levels - 1} "
+                    "floors above its base"
+                )
         if record.current is None and lowest > 0:
             raise InputError(
                 f"{record.name} has no column current_A, and the isolators of {structure.name} "
@@ -198,64 +231,130 @@ def building_model(isolated: IsolatedStructure, records: Sequence[BuildingRecord
     return BuildingModel(isolated, structure)
 
 
+def _check_directions(record: BuildingRecord, structure: Structure) -> None:
+    """Refuse a structure that moves along other directions than a record."""
+    directions = structure.directions
+    if len(directions) != len(record.axes):
+        given = {1: "one direction", 2: "two directions"}
+        names = ", ".join(record.ground_channels)
+        raise InputError(
+            f"{record.name} has ground motion along {given[len(record.axes)]} ({names}); "
+            f"{structure.name} moves along {', '.join(directions)}; expected: the same number"
+        )
+    for axis in record.axes:
+        if not dofs_by_level(structure, axis):
+            raise InputError(
+                f"{structure.name}: no dof of its base moves with the ground along "
+                f"{axis or directions[0]} alone; expected: one"
+            )
+
+
+def _check_layer(isolated: IsolatedStructure) -> None:
+    """Refuse a structure whose first element is no isolator, or that is not held."""
+    structure = isolated.structure
+    above = [i for i in range(structure.n_dofs) if i not in structure.base]
+    first = isolated.elements[0].direction if isolated.elements else None
+    if first is None or structure.foundation or np.any(first[above]):
+        raise InputError(
+            f"{structure.name}: the first element must be the isolation layer, between ground "
+            "and base"
+        )
+    model = BuildingModel(isolated, structure)
+    held = np.abs(isolated.holding[list(model.isolators)]).max(axis=0)
+    for label, how in zip(structure.directions, held, strict=True):
+        if how == 0:
+            raise InputError(
+                f"{structure.name}: {isolated.elements[0].device.name} does not act along {label}; "
+                "expected: isolators of the first element's device along every direction"
+            )
+
+
+def dofs_by_level(structure: Structure, axis: str) -> tuple[int, ...]:
+    """Dofs of base and floors along a direction or in rotation; empty if it has none."""
+    n = len(structure.horizontal)
+    moved = np.zeros(n)
+    if axis != ROTATION:
+        moved[AXES.index(axis) if axis else 0] = 1.0
+    base, above = (
+        [i for i in dofs if np.array_equal(structure.influence[i, :n], moved)]
+        for dofs in (structure.base, structure.superstructure)
+    )
+    return (base[0], *above) if len(base) == 1 else ()
+
+
+def motion_of(structure: Structure, row: NDArray, axes: tuple[str, ...]) -> str | None:
+    """Direction along which a row over the dofs, such as a drift, lies; None if it mixes them."""
+    if len(axes) == 1:
+        return axes[0]
+    touched = set(np.flatnonzero(row).tolist())
+    for axis in (*axes, ROTATION):
+        if touched <= set(dofs_by_level(structure, axis)):
+            return axis
+    return None
+
+
+def _same_device(one: Device, other: Device) -> bool:
+    """Whether two devices are alike but for the number of them."""
+    return one.law is other.law and one.length == other.length and one.current == other.current
+
+
 def shear_stiffness(structure: Structure) -> NDArray:
     """Stiffness of each storey, N/m, by least squares if it is no pure shear building."""
     rows = structure.drift_rows
+    if not len(rows):
+        return np.zeros(0)
     patterns = np.array([np.outer(row, row).ravel() for row in rows]).T
     return np.linalg.lstsq(patterns, structure.stiffness.ravel(), rcond=None)[0]
 
 
 def _founded(structure: Structure, soil: Soil) -> tuple[Structure, NDArray]:
-    """Structure with a foundation's motion as its last dof, and the structure's motion less that.
+    """Structure with a foundation's motion as its last dofs, and the structure's motion less that.
 
     Spring and dashpots between floors, and whatever ties the building to its foundation, see only
     what ``carried`` leaves: displacements less those with which the foundation carries it.
     """
-    n = structure.n_dofs
-    arm = _levels(structure) if soil.rocking else structure.influence[:, 0]
-    carried = np.column_stack([np.eye(n), -arm])
-    corner = np.zeros((n + 1, n + 1))
-    corner[-1, -1] = 1.0
+    n, directions = structure.influence.shape
+    carried = _carried(structure, soil)
+    corner = np.diag(np.repeat([0.0, 1.0], [n, directions]))
+    names = [
+        f"{FOUNDATION}_{axis}" if directions > 1 else FOUNDATION for axis in structure.directions
+    ]
     shaken = 0.0 if soil.rocking else 1.0
     founded = replace(
         structure,
-        mass=np.pad(structure.mass, ((0, 1), (0, 1))) + soil.mass * corner,
+        mass=np.pad(structure.mass, (0, directions)) + soil.mass * corner,
         damping=carried.T @ structure.damping @ carried + soil.damping * corner,
         stiffness=carried.T @ structure.stiffness @ carried + soil.stiffness * corner,
-        influence=np.append(structure.influence, [[shaken]], axis=0),
-        names=(*structure.names, FOUNDATION),
+        influence=np.append(structure.influence, shaken * np.eye(directions), axis=0),
+        names=(*structure.names, *names),
+        foundation=tuple(range(n, n + directions)),
         drift_rows=structure.drift_rows @ carried,
     )
     return founded, carried
 
 
+def _carried(structure: Structure, soil: Soil) -> NDArray:
+    """Motion of the structure seen from its foundation, over its dofs and the foundation's."""
+    level = _levels(structure)[:, np.newaxis] if soil.rocking else 1.0
+    return np.hstack([np.eye(structure.n_dofs), -level * structure.influence])
+
+
 def _levels(structure: Structure) -> NDArray:
     """Height of base and floors above the foundation, (n,), m; the base one storey above it."""
-    heights = structure.heights
-    storeys = np.full(len(structure.superstructure), STOREY_HEIGHT) if heights is None else heights
     levels = np.zeros(structure.n_dofs)
-    levels[structure.base[0]] = storeys[0]
-    levels[list(structure.superstructure)] = storeys[0] + np.cumsum(storeys)
+    for axis in AXES[: len(structure.directions)]:
+        dofs = dofs_by_level(structure, axis)
+        heights = _storey_heights(structure, len(dofs) - 1)
+        levels[list(dofs)] = heights[0] + np.append(0.0, np.cumsum(heights))
     return levels
 
 
-def _columns(
-    isolated: IsolatedStructure, channels: tuple[str, ...], names: tuple[str, ...]
-) -> list[int]:
-    structure = isolated.structure
-    base = structure.base[0]
-    above = [i for i in structure.superstructure if structure.names[i] != FOUNDATION]
-    target = []
-    for channel in channels:
-        where = channel.split("_")[0]
-        if channel == DISPLACEMENT:
-            target.append(f"{isolated.elements[0].name}_deformation_m")
-        elif where == "base":
-            target.append(f"{structure.names[base]}_acceleration_m_s2")
-        else:
-            floor = int(where.removeprefix("floor"))
-            target.append(f"{structure.names[above[floor - 1]]}_acceleration_m_s2")
-    return [names.index(name) for name in target]
+def _storey_heights(structure: Structure, n_storeys: int) -> NDArray:
+    """Storey heights from below, (n_storeys,), m; they repeat for each direction."""
+    heights = structure.heights
+    if heights is None or n_storeys == 0 or len(heights) % n_storeys:
+        return np.full(max(n_storeys, 1), STOREY_HEIGHT)
+    return heights[:: len(heights) // n_storeys]
 
 
 def _legendre(coefficients: NDArray, n: int) -> NDArray:

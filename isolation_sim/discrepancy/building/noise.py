@@ -29,7 +29,8 @@ class NoiseFloor:
     """Noise of one record."""
 
     sensors: NDArray  # (n_channels,): Standard deviation of each channel's noise, in its unit
-    ground: float  # Standard deviation of the noise of the measured ground motion, m/s^2
+    # (n_directions,): Standard deviation of the noise of the measured ground motion, m/s^2
+    ground: NDArray
     total: NDArray  # (n_channels,): RMS that both leave in a channel's residual, in its unit
     band: float  # Highest frequency that is compared, Hz
     # (n_draws, n, n_channels): What the ground's noise does to the simulation, simulated
@@ -81,7 +82,7 @@ def _unit_noise(n: int) -> NDArray:
 
 def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     """Estimate the noise of a record."""
-    dt, measured = record.ground.dt, record.values
+    dt, measured = record.dt, record.values
     band = highest_frequency(model.nominal, dt)
     predicted = model.predict(record)
     residual = measured - predicted if np.isfinite(predicted).all() else measured
@@ -89,10 +90,10 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     # where the simulation misses more up there than it explains, the signal itself is no worse
     sensors = np.minimum(white_noise(residual, dt, band, 0.5), white_noise(measured, dt, band, 0.5))
     sensors = np.maximum(sensors, least)
-    shaking = record.ground.acceleration[:, np.newaxis]
-    most = float(white_noise(shaking, dt, band, 0.1)[0])
+    shaking = np.column_stack([motion.acceleration for motion in record.ground])
+    most = white_noise(shaking, dt, band, 0.1)
     draws = _simulated_noise(model, record, most, predicted)
-    felt = _felt(draws[:_DRAWS], sensors, int(band * dt * len(measured)))
+    felt = _felt(draws[:_DRAWS], sensors, int(band * dt * len(measured)), len(most))
     share = _ground_share(residual, sensors, felt)
     examples: list[NDArray] = []
     for draw in share * draws[_DRAWS:]:
@@ -107,38 +108,41 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
 
 
 def _simulated_noise(
-    model: BuildingModel, record: BuildingRecord, size: float, predicted: NDArray
+    model: BuildingModel, record: BuildingRecord, sizes: NDArray, predicted: NDArray
 ) -> NDArray:
-    """Errors of the simulation by noise of the ground's sensor, (n_draws, n, n_channels)."""
+    """Errors of the simulation by noise of the ground's sensors, (n_draws, n, n_channels)."""
     random = np.random.default_rng(1)
-    ground, draws = record.ground, []
+    draws = []
     if not np.isfinite(predicted).all():
         return np.zeros((2 * _DRAWS, *predicted.shape))
     for _ in range(2 * _DRAWS):
-        noise = size * random.standard_normal(len(ground))
-        shaken = replace(ground, acceleration=ground.acceleration + noise)
+        shaken = []
+        for motion, size in zip(record.ground, sizes, strict=True):
+            noise = size * random.standard_normal(len(record))
+            shaken.append(replace(motion, acceleration=motion.acceleration + noise))
         draws.append(model.predict(record, shaken) - predicted)
     return np.nan_to_num(np.array(draws))
 
 
-def _felt(draws: NDArray, sensors: NDArray, n: int) -> tuple[NDArray, NDArray]:
-    """Size and proportion of the errors in the channels by noise of the ground's sensor."""
-    # Variance over that of the channels' own noise, (n_frequencies,), and the unit vector of it.
+def _felt(draws: NDArray, sensors: NDArray, n: int, n_directions: int) -> tuple[NDArray, NDArray]:
+    """Size and proportions of the errors in the channels by noise of the ground's sensors."""
+    # Variance over that of the channels' own noise, (n_frequencies, n_directions), and the unit
+    # vectors of it, (n_frequencies, n_channels, n_directions).
     felt = spectra(draws, n) / sensors
-    direction = np.linalg.eigh(covariance(felt))[1][:, :, -1]
+    vectors = np.linalg.eigh(covariance(felt))[1][:, :, -n_directions:]
     # not smoothed: beside a peak it would be too much, and the noise found too little
-    strength = np.mean(np.abs(np.einsum("fi,dfi->df", direction.conj(), felt)) ** 2, axis=0) / 2
-    return strength, direction
+    along = np.einsum("fic,dfi->dfc", vectors.conj(), felt)
+    return np.mean(np.abs(along) ** 2, axis=0) / 2, vectors
 
 
 def _ground_share(residual: NDArray, sensors: NDArray, felt: tuple[NDArray, NDArray]) -> float:
-    """Noise of the ground's sensor over its upper limit, from the part that channels share."""
+    """Noise of the ground's sensors over its upper limits, from the part that channels share."""
     # Strong shaking is never without fast motion, so that what lies above the band bounds the noise
     # of the ground's sensor but seldom is it. The residual's part along what such noise does to the
     # channels tells more; the median over frequencies leaves out where something else is wrong.
-    strength, direction = felt
+    strength, vectors = felt
     spectrum = spectra(residual[np.newaxis], len(strength))[0] / sensors
-    result = np.abs((direction.conj() * spectrum).sum(1)) ** 2
+    result = np.abs((vectors.conj() * spectrum[:, :, np.newaxis]).sum(1)) ** 2
     used = strength > 1.0
     if used.sum() < 16:
         return 1.0

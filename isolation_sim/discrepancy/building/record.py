@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import difflib
-import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,53 +17,66 @@ from ground_motions.readers.time_column import uniform_step
 
 from ...errors import InputError
 from ...io.csv_table import read_csv_table
+from .channels import AXES, BASE, GROUND, ISOLATOR, ROTATION, Channel, channel, order, required
 
 MINIMUM_SAMPLES = 64
-DISPLACEMENT = "isolator_displacement_m"
-_NEEDED = (
-    "time_s",
-    "ground_acceleration_m_s2",
-    "base_acceleration_m_s2",
-    "floor1_acceleration_m_s2",
-    DISPLACEMENT,
-)
-_OPTIONAL = ("current_A",)
-_FLOOR = re.compile(r"floor([1-9]\d*)_acceleration_m_s2")
-# beyond these a number is in another unit, or its sensor was broken (m/s2, m, A)
-_LARGEST = {"acceleration_m_s2": 100.0, "displacement_m": 5.0, "current_A": 1000.0}
+_TIME, _CURRENT = "time_s", "current_A"
+# beyond these a number is in another unit, or its sensor was broken
+_LARGEST = {"m/s2": 100.0, "rad/s2": 100.0, "m": 5.0, "rad": 1.0, "A": 1000.0}
 
 
 @dataclass(frozen=True, eq=False)
 class BuildingRecord:
-    """Samples of one earthquake at a constant step, read-only, in SI."""
+    """Samples of one earthquake at a constant step, read-only, in SI.
+
+    It has one direction, or two of them, x and y. The channels of two directions are those of the
+    centre of the plan, and of the rotation about it.
+    """
 
     name: str  # Name to print; the file's, without its ending
-    ground: Record  # Ground acceleration, m/s^2
-    # dict of str to  (n,): Absolute accelerations of base and floors (m/s^2) from below, then the
-    # isolator's displacement (m), by their column's name
+    # Ground acceleration, m/s^2: one record per direction, or one alone
+    ground: tuple[Record, ...]
+    # dict of str to  (n,): Absolute accelerations of base and floors from below, then the
+    # isolators' displacement, by their column's name and in its unit
     response: dict[str, NDArray]
     current: NDArray | None = None  # (n,), A: Coil current; None where it was not measured
     hold_out: bool = False  # Whether the record is held out of the fit, to validate it
 
     def __post_init__(self) -> None:
-        n = len(self.ground.acceleration)
+        motions = (self.ground,) if isinstance(self.ground, Record) else tuple(self.ground)
+        object.__setattr__(self, "ground", motions)
+        if len(motions) not in (1, 2):
+            raise InputError(f"{self.name}: {len(motions)} ground motions; expected: 1 or 2")
+        n = len(self)
         if n < MINIMUM_SAMPLES:
             raise InputError(f"{self.name}: {n} samples; expected: {MINIMUM_SAMPLES} or more")
+        needed = required(self.axes)
         for name in self.response:
-            if not (name in _NEEDED[2:] or _FLOOR.fullmatch(name)):
+            one = channel(name)
+            if one is None or one.place == GROUND or not _fits(one, self.axes):
                 raise InputError(
-                    f"{self.name}: unknown channel {name!r}; expected: {', '.join(_NEEDED[2:])}, "
-                    "floor2_acceleration_m_s2, ..."
+                    f"{self.name}: unknown channel {name!r}; expected: "
+                    f"{', '.join(_without_ground(needed))}, {_further(self.axes)}"
                 )
-        for name in (_NEEDED[2], DISPLACEMENT):
-            if name not in self.response:
-                raise InputError(f"{self.name}: channel {name!r} is missing")
-        order = sorted(self.response, key=_height)
-        checked = {name: self._checked(name, self.response[name], n) for name in order}
-        self._checked("ground_acceleration_m_s2", self.ground.acceleration, n)
+        for axis in self.axes:
+            for one in (
+                Channel(BASE, axis, "acceleration"),
+                Channel(ISOLATOR, axis, "displacement"),
+            ):
+                if one.name not in self.response:
+                    raise InputError(f"{self.name}: channel {one.name!r} is missing")
+        names = sorted(self.response, key=order)
+        checked = {name: self._checked(name, self.response[name], n) for name in names}
+        for name, motion in zip(self.ground_channels, motions, strict=True):
+            self._checked(name, motion.acceleration, n)
+            if motion.dt != self.dt:
+                raise InputError(
+                    f"{self.name}, {name}: step {motion.dt:g} s; expected: {self.dt:g} s, as in "
+                    f"{self.ground_channels[0]}"
+                )
         object.__setattr__(self, "response", checked)
         if self.current is not None:
-            object.__setattr__(self, "current", self._checked("current_A", self.current, n))
+            object.__setattr__(self, "current", self._checked(_CURRENT, self.current, n))
 
     def _checked(self, name: str, values: Any, n: int) -> NDArray:
         array = np.array(values, dtype=float)
@@ -70,84 +84,156 @@ class BuildingRecord:
             raise InputError(
                 f"{self.name}, {name}: shape {array.shape}; expected: ({n},), as the ground motion"
             )
-        largest = next(value for unit, value in _LARGEST.items() if name.endswith(unit))
+        one = channel(name)
+        unit = one.unit if one else "A"
+        largest = _LARGEST[unit]
         bad = ~(np.abs(array) <= largest)
         if bad.any():
             k = int(np.argmax(bad))
             raise InputError(
                 f"{self.name}, {name}: sample {k} is {array[k]:.6g}; expected: finite numbers up "
-                f"to {largest:g} {_unit(name)} (is the column in the unit that its name says?)"
+                f"to {largest:g} {unit} (is the column in the unit that its name says?)"
             )
-        if name != "current_A" and not np.ptp(array) > 0:
+        if name != _CURRENT and not np.ptp(array) > 0:
             raise InputError(
                 f"{self.name}, {name}: the same number throughout; expected: a channel that moves"
             )
         array.flags.writeable = False
         return array
 
+    def __len__(self) -> int:
+        return len(self.ground[0].acceleration)
+
+    @property
+    def dt(self) -> float:
+        """Step, s."""
+        return self.ground[0].dt
+
+    @property
+    def time(self) -> NDArray:
+        """Time of the samples, (n,), s."""
+        return self.ground[0].time
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Directions: one without a name, or x and y."""
+        return ("",) if len(self.ground) == 1 else AXES
+
+    @property
+    def ground_channels(self) -> tuple[str, ...]:
+        """Names of the ground motion's columns, one per direction."""
+        return tuple(Channel(GROUND, axis, "acceleration").name for axis in self.axes)
+
     @property
     def channels(self) -> tuple[str, ...]:
         """Names of the measured responses: base, floors from below, isolator displacement."""
         return tuple(self.response)
 
+    @cached_property
+    def sensors(self) -> tuple[Channel, ...]:
+        """Place, direction and quantity of each of ``channels``."""
+        return tuple(one for one in map(channel, self.response) if one is not None)
+
     @property
     def floors(self) -> tuple[int, ...]:
         """Numbers of the floors that were measured, from below."""
-        result = [_FLOOR.fullmatch(name) for name in self.response]
-        return tuple(int(match[1]) for match in result if match)
+        return tuple(dict.fromkeys(one.floor for one in self.sensors if one.floor))
 
-    @property
+    @cached_property
     def values(self) -> NDArray:
         """All responses side by side, (n, n_channels), in the order of ``channels``."""
-        return np.column_stack(list(self.response.values()))
+        values = np.column_stack(list(self.response.values()))
+        values.flags.writeable = False
+        return values
+
+    def displacement(self, axis: str) -> NDArray:
+        """Displacement of the isolators along a direction, (n,), m."""
+        return self.response[Channel(ISOLATOR, axis, "displacement").name]
+
+    def base_acceleration(self, axis: str) -> NDArray:
+        """Absolute acceleration of the base along a direction, (n,), m/s^2."""
+        return self.response[Channel(BASE, axis, "acceleration").name]
+
+    def mean_acceleration(self, values: NDArray, axis: str) -> NDArray:
+        """Mean along a direction over base and floors, of values (n, n_channels)."""
+        used = [not one.is_displacement and one.axis == axis for one in self.sensors]
+        return values[:, used].mean(axis=1)
 
 
 def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRecord:
     """Read one building record from a CSV file."""
     cells = read_csv_table(path)
-    _check_names(cells.names, cells.head)
+    axes = _axes(cells.names)
+    _check_names(cells.names, axes, cells.head)
     table = cells.numbers(range(len(cells.names)))
     if len(table) < MINIMUM_SAMPLES:
         raise InputError(f"{path}: {len(table)} samples; expected: {MINIMUM_SAMPLES} or more")
     columns = dict(zip(cells.names, table.T, strict=True))
-    times = columns.pop("time_s").tolist()
-    dt = uniform_step(times, cells.lines[1:], f"{path}, column time_s")
+    times = columns.pop(_TIME).tolist()
+    dt = uniform_step(times, cells.lines[1:], f"{path}, column {_TIME}")
     name = Path(path).stem
-    ground = Record(columns.pop("ground_acceleration_m_s2"), dt, name, source=str(path))
-    current = columns.pop("current_A", None)
+    ground = tuple(
+        Record(columns.pop(column), dt, f"{name}, {axis}" if axis else name, source=str(path))
+        for column, axis in zip(required(axes), axes, strict=False)
+    )
+    current = columns.pop(_CURRENT, None)
     try:
         return BuildingRecord(name, ground, columns, current, hold_out)
     except InputError as error:
         raise InputError(str(error).replace(name, str(path), 1)) from None
 
 
-def _check_names(names: list[str], place: str) -> None:
-    known = (*_NEEDED, *_OPTIONAL)
+def _axes(names: Sequence[str]) -> tuple[str, ...]:
+    """Directions of a file: x and y if any column has one of them."""
+    return AXES if any(set(AXES) & set(name.split("_")) for name in names) else ("",)
+
+
+def _check_names(names: list[str], axes: tuple[str, ...], place: str) -> None:
+    needed = (_TIME, *required(axes))
+    known = (*needed, _CURRENT)
     for name in names:
-        if name not in known and not _FLOOR.fullmatch(name):
-            close = difflib.get_close_matches(name, known, n=1)
+        one = channel(name)
+        if one is not None and not _fits(one, axes):
+            given = "of a rotation beside one direction" if one.axis else "without a direction"
+            expected = (one.name for one in (one._replace(axis=axis) for axis in AXES))
+            raise InputError(
+                f"{place}: column {name!r} {given}; expected: columns along x and y, such as "
+                f"{', '.join(expected)}"
+            )
+        if name not in known and one is None:
+            close = _alike(name, known)
             hint = f" did you mean {close[0]!r}?" if close else ""
             raise InputError(
                 f"{place}: unknown column {name!r};{hint} expected: {', '.join(known)}, "
-                "floor2_acceleration_m_s2, ..."
+                f"{_further(axes)}"
             )
         if names.count(name) > 1:
             raise InputError(f"{place}: column {name!r} given twice; expected: once")
-    for name in _NEEDED:
+    for name in needed:
         if name not in names:
             raise InputError(
-                f"{place}: no column {name!r} among {', '.join(names)}; needed: "
-                f"{', '.join(_NEEDED)}"
+                f"{place}: no column {name!r} among {', '.join(names)}; needed: {', '.join(needed)}"
             )
 
 
-def _height(channel: str) -> float:
-    """Where a channel is: base, floors from below, then the displacement."""
-    floor = _FLOOR.fullmatch(channel)
-    if floor:
-        return float(floor[1])
-    return np.inf if channel == DISPLACEMENT else 0.0
+def _alike(name: str, known: Sequence[str]) -> list[str]:
+    """The known column with the same words in another order, or one of similar spelling."""
+    words = sorted(name.split("_"))
+    same = [one for one in known if sorted(one.split("_")) == words]
+    return same or difflib.get_close_matches(name, known, n=1)
 
 
-def _unit(name: str) -> str:
-    return {"current_A": "A", DISPLACEMENT: "m"}.get(name, "m/s2")
+def _fits(one: Channel, axes: tuple[str, ...]) -> bool:
+    """Whether a channel may stand in a record of some directions."""
+    return one.axis in axes or (one.axis == ROTATION and len(axes) == 2)
+
+
+def _without_ground(names: Sequence[str]) -> list[str]:
+    return [name for name in names if not name.startswith(GROUND)]
+
+
+def _further(axes: tuple[str, ...]) -> str:
+    """Columns that a record may have beside the required ones."""
+    if len(axes) == 1:
+        return "floor2_acceleration_m_s2, ..."
+    return "base_rotation_acceleration_rad_s2, floor2_x_acceleration_m_s2, ..."

@@ -71,8 +71,8 @@ def make_segment(
     record: BuildingRecord, samples: slice, floor: NoiseFloor, model_error: float = 0.0
 ) -> Segment:
     """Work out the weights of some time of a record."""
-    dt = record.ground.dt
-    n = len(range(*samples.indices(len(record.ground))))
+    dt = record.dt
+    n = len(range(*samples.indices(len(record))))
     frequencies = np.fft.rfftfreq(n, dt)
     frequencies = frequencies[frequencies <= floor.band]
     felt = spectra(floor.draws[:, samples], len(frequencies))

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...discrepancy.diagnosis import MEANINGS, Diagnosis, Step, Trace, relative_error, worst_first
+from ...discrepancy.diagnosis import (
+    MEANINGS,
+    Diagnosis,
+    Step,
+    Trace,
+    groups_in_turn,
+    relative_error,
+    worst_first,
+)
 from ...effects.effect import in_sentence
 from ..consequence import NOTE, consequence_table
 from ..diagnosis import (
@@ -118,11 +126,13 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
 def _measured(traces: Sequence[Trace]) -> Iterator[Block]:
     if not traces:
         return
+    shown = groups_in_turn(traces)
     charts = [panel_chart(panel, _rms(trace), height=290)
-              for panel, trace in zip(loops(traces), traces, strict=False)]  # fmt: skip
+              for panel, trace in zip(loops(shown), shown, strict=False)]  # fmt: skip
+    each = ", every direction in turn" if len({trace.group for trace in traces}) > 1 else ""
     yield Prose((
-        f"The {len(charts)} of {len(traces)} runs with the largest errors before, each on its own "
-        "axes. Titles give the error before and after.",
+        f"The {len(charts)} of {len(traces)} runs with the largest errors before{each}, each on "
+        "its own axes. Titles give the error before and after.",
     ))  # fmt: skip
     yield LineChoice(LOOKS, "Lines of all charts")
     yield Gallery(tuple(charts))
@@ -133,7 +143,7 @@ def _measured(traces: Sequence[Trace]) -> Iterator[Block]:
 
 def _over_time(traces: Sequence[Trace], residual: bool = False) -> list[Chart]:
     """The first runs over equally long times."""
-    shown = traces[:_HISTORIES]
+    shown = groups_in_turn(traces)[:_HISTORIES]
     end = max(float(trace.time[-1]) for trace in shown)
     panels = histories(shown, residual)
     return [panel_chart(panel, height=215, xaxis={"range": [0.0, end]}) for panel in panels]

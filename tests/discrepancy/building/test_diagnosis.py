@@ -20,7 +20,7 @@ from isolation_sim.discrepancy.building.cause_search import adequacy, search_cau
 from isolation_sim.discrepancy.building.causes import candidates
 from isolation_sim.discrepancy.building.comparison import compare_records, split
 from isolation_sim.discrepancy.building.errors import excess_error
-from isolation_sim.discrepancy.building.model import GROUND, Soil, building_model, shear_stiffness
+from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.building.segment import cell_means
@@ -92,7 +92,7 @@ def test_noise_is_found_in_every_channel_and_in_the_ground(isolated):
     floor = noise_floor(building_model(isolated, [record]), record)
     true = NOISE * np.sqrt(np.mean(record.values**2, axis=0))
     np.testing.assert_allclose(floor.sensors, true, rtol=0.15)
-    assert floor.ground == pytest.approx(NOISE * np.std(record.ground.acceleration), rel=0.5)
+    assert floor.ground == pytest.approx(NOISE * np.std(record.ground[0].acceleration), rel=0.5)
     assert np.all(floor.total > floor.sensors)
 
 
@@ -158,8 +158,8 @@ def test_the_storey_that_lost_stiffness_is_named(isolated, storey):
 
 def _swaying(record, share, seed=0):
     """Every channel moved by something that no cause explains: slow noise of its own."""
-    low = butter(2, [0.3, 3.0], "bandpass", fs=1 / record.ground.dt, output="sos")
-    noise = np.random.default_rng(seed).standard_normal((len(record.ground), len(CHANNELS)))
+    low = butter(2, [0.3, 3.0], "bandpass", fs=1 / record.dt, output="sos")
+    noise = np.random.default_rng(seed).standard_normal((len(record), len(CHANNELS)))
     moved = sosfiltfilt(low, noise, axis=0)
     moved *= share * np.sqrt(np.mean(record.values**2, axis=0) / np.mean(moved**2, axis=0))
     return replace(record, response=dict(zip(CHANNELS, (record.values + moved).T, strict=True)))
@@ -269,7 +269,7 @@ def test_a_very_stiff_soil_changes_nothing_and_a_soft_one_does(isolated):
 def test_a_biased_ground_sensor_shakes_the_model_with_its_error(isolated):
     record = _record(isolated, noise=1e-9)
     model = building_model(isolated, [record])
-    biased = replace(model, biases={GROUND: np.array([0.1])})
+    biased = replace(model, biases={record.ground_channels[0]: np.array([0.1])})
     moved = (biased.predict(record) - model.predict(record))[-300:, -1].mean()
     # M a / k: the whole mass over the isolators' stiffness
     assert moved == pytest.approx(0.1 * isolated.structure.total_mass / 1.2e7, rel=0.1)

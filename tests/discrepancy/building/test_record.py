@@ -41,9 +41,9 @@ def test_columns_in_any_order_come_out_from_below(tmp_path):
     assert record.name == "quake"
     assert record.floors == (1, 3)
     assert record.channels == tuple(NAMES[2:6])
-    assert record.ground.dt == pytest.approx(0.01)
+    assert record.dt == pytest.approx(0.01)
     np.testing.assert_allclose(record.values, rows[:, 2:6], rtol=1e-8)
-    np.testing.assert_allclose(record.ground.acceleration, rows[:, 1], rtol=1e-8)
+    np.testing.assert_allclose(record.ground[0].acceleration, rows[:, 1], rtol=1e-8)
     np.testing.assert_allclose(record.current, 1.5)
 
 
@@ -103,3 +103,74 @@ def test_a_sound_record_has_no_problems():
 def test_what_does_not_hang_together_is_told(channel, spoil, told):
     spoilt = spoil(_record().response[channel])
     assert any(told in problem for problem in record_problems(_record(**{channel: spoilt})))
+
+
+TWO = [
+    "time_s", "ground_x_acceleration_m_s2", "ground_y_acceleration_m_s2",
+    "base_x_acceleration_m_s2", "base_y_acceleration_m_s2", "base_rotation_acceleration_rad_s2",
+    "floor1_x_acceleration_m_s2", "floor1_y_acceleration_m_s2", "floor3_y_acceleration_m_s2",
+    "isolator_x_displacement_m", "isolator_y_displacement_m", "current_A",
+]  # fmt: skip
+
+
+def _two_rows(n=N):
+    """The rigid building, along y 0.6 times as much and a little twisted."""
+    t, ground, base, _, _, x, current = _rows(n).T
+    y = 0.6
+    rows = t, ground, y * ground, base, y * base, 0.01 * base, base, y * base, y * base
+    return np.column_stack([*rows, x, y * x, current])
+
+
+def test_two_directions_are_read_by_their_names(tmp_path):
+    order = [0, 9, 5, 2, 1, 8, 10, 3, 4, 7, 6]
+    names, rows = [TWO[k] for k in order], _two_rows()
+    record = read_building_record(_write(tmp_path / "quake.csv", names, rows[:, order]))
+    assert record.axes == ("x", "y") and record.floors == (1, 3)
+    assert record.channels == tuple(TWO[3:11])
+    np.testing.assert_allclose(record.values, rows[:, 3:11], rtol=1e-8)
+    for motion, column in zip(record.ground, (1, 2), strict=True):
+        np.testing.assert_allclose(motion.acceleration, rows[:, column], rtol=1e-8)
+    assert [sensor.words for sensor in record.sensors[:3]] == [
+        "base x",
+        "base y",
+        "base rotation",
+    ]
+    assert [sensor.unit for sensor in record.sensors[2:4]] == ["rad/s2", "m/s2"]
+    assert record_problems(record) == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("base_y_acceleration_m_s2", "base_acceleration_m_s2", "without a direction"),
+        ("base_y_acceleration_m_s2", "base_acceleration_y_m_s2", "mean 'base_y_acceleration_m_s2'"),
+        ("base_rotation_acceleration_rad_s2", "base_rotation_acceleration_m_s2", "did you mean"),
+        ("ground_y_acceleration_m_s2", "floor4_y_acceleration_m_s2", "no column 'ground_y_"),
+        ("floor3_y_acceleration_m_s2", "ground_rotation_acceleration_rad_s2", "unknown column"),
+        ("isolator_y_displacement_m", "isolator_y_acceleration_m_s2", "unknown column"),
+    ],
+)
+def test_names_that_do_not_fit_two_directions_are_refused(tmp_path, old, new, told):
+    names = [new if name == old else name for name in TWO]
+    path = _write(tmp_path / "quake.csv", names, _two_rows())
+    with pytest.raises(InputError) as error:
+        read_building_record(path)
+    assert told in str(error.value) and f"{path}, line 1" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_rotation_needs_two_directions(tmp_path):
+    names = [*NAMES[:6], "base_rotation_acceleration_rad_s2"]
+    with pytest.raises(InputError, match="of a rotation beside one direction"):
+        read_building_record(_write(tmp_path / "quake.csv", names, _rows()))
+
+
+def test_exchanged_directions_are_told():
+    columns = dict(zip(TWO, _two_rows(1600).T, strict=True))
+    ground = [Record(columns[name], 0.01, name) for name in TWO[1:3]]
+    response = {name: columns[name] for name in TWO[3:11]}
+    x, y = TWO[9:11]
+    response[x], response[y] = response[y], response[x]
+    problems = record_problems(BuildingRecord("quake", tuple(ground), response))
+    assert len(problems) == 2
+    assert "along x is 1.66 times" in problems[0] and "along y is 0.60 times" in problems[1]

@@ -1,0 +1,84 @@
+"""Names of a building record's columns: what was measured, where and along which direction."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+GROUND, BASE, ISOLATOR = "ground", "base", "isolator"
+AXES = ("x", "y")
+ROTATION = "rotation"
+_NAME = re.compile(
+    r"(ground|base|isolator|floor[1-9]\d*)(?:_(x|y|rotation))?"
+    r"_(acceleration|displacement)_(m_s2|rad_s2|m|rad)"
+)
+_UNITS = {
+    ("acceleration", False): "m_s2",
+    ("acceleration", True): "rad_s2",
+    ("displacement", False): "m",
+    ("displacement", True): "rad",
+}
+
+
+class Channel(NamedTuple):
+    """A measured quantity of the ground or the building."""
+
+    place: str  # ground, base, floor1, floor2, ... or isolator
+    axis: str  # x, y or rotation; empty in a record of one direction
+    quantity: str  # acceleration, or displacement of the isolators
+
+    @property
+    def name(self) -> str:
+        """Column."""
+        axis = f"_{self.axis}" if self.axis else ""
+        unit = _UNITS[self.quantity, self.axis == ROTATION]
+        return f"{self.place}{axis}_{self.quantity}_{unit}"
+
+    @property
+    def unit(self) -> str:
+        """Unit to print."""
+        return _UNITS[self.quantity, self.axis == ROTATION].replace("_", "/")
+
+    @property
+    def is_displacement(self) -> bool:
+        """Whether it is the isolators' displacement."""
+        return self.quantity == "displacement"
+
+    @property
+    def floor(self) -> int:
+        """Number of the floor from below; 0 for the base."""
+        return int(self.place.removeprefix("floor")) if self.place.startswith("floor") else 0
+
+    @property
+    def words(self) -> str:
+        """Sensor in words, such as ``floor 3 x``."""
+        place = f"floor {self.floor}" if self.floor else self.place
+        return f"{place} {self.axis}" if self.axis else place
+
+
+def channel(name: str) -> Channel | None:
+    """Read a column's name; None for any other name."""
+    match = _NAME.fullmatch(name)
+    if match is None:
+        return None
+    result = Channel(match[1], match[2] or "", match[3])
+    moved = result.is_displacement == (result.place == ISOLATOR)
+    turned = (result.place, result.axis) == (GROUND, ROTATION)
+    return result if result.name == name and moved and not turned else None
+
+
+def required(axes: tuple[str, ...]) -> tuple[str, ...]:
+    """Columns beside the time that a record needs, whose directions are ``axes``."""
+    kinds = (
+        (GROUND, "acceleration"), (BASE, "acceleration"), ("floor1", "acceleration"),
+        (ISOLATOR, "displacement"),
+    )  # fmt: skip
+    return tuple(Channel(place, axis, what).name for place, what in kinds for axis in axes)
+
+
+def order(name: str) -> tuple[float, str]:
+    """Key that sorts channels: base, floors from below, displacement; x, y, rotation in each."""
+    one = channel(name)
+    assert one is not None
+    axis = one.axis.replace(ROTATION, "z")
+    return (float("inf") if one.is_displacement else one.floor), axis

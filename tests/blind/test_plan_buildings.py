@@ -1,0 +1,94 @@
+"""Buildings in plan whose records come from an integrator and a model of their own."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from isolation_sim.discrepancy.building.causes import candidates
+from isolation_sim.discrepancy.building.comparison import compare_records
+from isolation_sim.discrepancy.building.model import building_model
+from isolation_sim.discrepancy.building.record import read_building_record
+from isolation_sim.scenario import Scenario
+from studies.blind import plan_buildings as blind
+
+SEED = 3
+DURATION = 8.0
+"""s: shorter than in the study, to save time."""
+
+
+@cache
+def nominal():
+    return blind.nominal_building(SEED)
+
+
+def diagnosed(building, folder, bias=0.0):
+    folder = blind.write(nominal(), blind.record(building, SEED, bias, DURATION), folder)
+    return iso.diagnose(folder / "record.csv", scenario=folder / "building.toml", consequence=False)
+
+
+def test_nothing_is_named_where_nothing_is_hidden(tmp_path):
+    diagnosis = diagnosed(nominal(), tmp_path)
+    assert diagnosis.verdict == "adequate" and not diagnosis.causes
+    assert diagnosis.error_before.held_out < 1.5 * diagnosis.noise_floor
+    # every channel in both parts of the record
+    assert len(diagnosis.traces) == 2 * 11
+
+
+def found(form, strength, folder):
+    """The only cause named, its numbers, and its sentence."""
+    diagnosis = diagnosed(blind.faulty(nominal(), form, strength, SEED), folder)
+    assert diagnosis.verdict == "explained" and len(diagnosis.causes) == 1
+    cause = diagnosis.causes[0]
+    return cause, {name: one.value for name, one in cause.parameters.items()}
+
+
+def test_the_storey_and_the_direction_that_lost_stiffness_are_named(tmp_path):
+    cause, numbers = found("along_y", 0.1, tmp_path)
+    storey = blind.storey_of(SEED)
+    assert cause.name == "storey_stiffness_loss" and numbers["storey"] == storey
+    assert f"storey{storey}_y has lost" in cause.evidence
+    assert numbers["loss"] == pytest.approx(0.1, abs=0.01)
+
+
+def test_friction_of_all_bearings_is_named(tmp_path):
+    cause, numbers = found("smooth", 0.1, tmp_path)
+    assert cause.name == "coulomb_friction"
+    assert numbers["level"] == pytest.approx(0.1 * nominal().bearing["q"], rel=0.1)
+
+
+def test_a_mass_beside_the_centre_of_the_base_is_named(tmp_path):
+    cause, numbers = found("eccentric", 0.15, tmp_path)
+    assert cause.name == "base_mass_error" and cause.form == "eccentric"
+    assert numbers["relative_error"] == pytest.approx(0.15, abs=0.01)
+    # the centre of both masses
+    moved = (0.3 * np.array(nominal().sides) - nominal().eccentricity) * 0.15 / 1.15
+    np.testing.assert_allclose([numbers["shift_x"], numbers["shift_y"]], moved, rtol=0.1)
+
+
+def test_a_biased_sensor_is_named_with_its_direction(tmp_path):
+    diagnosis = diagnosed(nominal(), tmp_path, bias=0.05)
+    assert [cause.name for cause in diagnosis.causes] == ["sensor_bias"]
+    assert f"{blind.BIASED} is off by" in diagnosis.causes[0].evidence
+
+
+def test_a_frame_that_lost_stiffness_is_found_beside_the_centre(tmp_path):
+    """One fit, without a search."""
+    building = blind.faulty(nominal(), "one_frame", 0.1, SEED)
+    folder = blind.write(nominal(), blind.record(building, SEED, duration=DURATION), tmp_path)
+    record = read_building_record(folder / "record.csv")
+    isolated = Scenario.read(folder / "building.toml").build().isolated
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    place = f"storey{blind.storey_of(SEED)}_x"
+    fits = {
+        one.form: comparison.fit((), ((one, one.starts[0]),))
+        for one in candidates(comparison.model, [record])
+        if one.place == place
+    }
+    loss, position = fits["one_side"].cause_values[0][1]
+    assert loss == pytest.approx(0.1, abs=0.01)
+    assert position == pytest.approx(nominal().sides[1] / 2, rel=0.1)
+    assert fits["one_side"].variance < 1.2 < fits[""].variance
