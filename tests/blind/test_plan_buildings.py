@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 import isolation_sim as iso
 from isolation_sim.discrepancy.building.causes import candidates
 from isolation_sim.discrepancy.building.comparison import compare_records
-from isolation_sim.discrepancy.building.model import building_model
+from isolation_sim.discrepancy.building.model import Soil, building_model
 from isolation_sim.discrepancy.building.record import read_building_record
 from isolation_sim.scenario import Scenario
 from studies.blind import plan_buildings as blind
@@ -28,6 +29,15 @@ def nominal():
 def diagnosed(building, folder, bias=0.0):
     folder = blind.write(nominal(), blind.record(building, SEED, bias, DURATION), folder)
     return iso.diagnose(folder / "record.csv", scenario=folder / "building.toml", consequence=False)
+
+
+def read(building, folder):
+    """The record of a building, and the model of the nominal one."""
+    folder = blind.write(nominal(), blind.record(building, SEED, duration=DURATION), folder)
+    record = read_building_record(folder / "record.csv")
+    return record, building_model(
+        Scenario.read(folder / "building.toml").build().isolated, [record]
+    )
 
 
 def test_nothing_is_named_where_nothing_is_hidden(tmp_path):
@@ -75,13 +85,19 @@ def test_a_biased_sensor_is_named_with_its_direction(tmp_path):
     assert f"{blind.BIASED} is off by" in diagnosis.causes[0].evidence
 
 
+@pytest.mark.parametrize("rocking", [False, True])
+def test_a_very_stiff_soil_changes_nothing_in_either_direction(rocking, tmp_path):
+    record, model = read(nominal(), tmp_path)
+    rigid = model.predict(record)
+    size = np.sqrt(np.mean(rigid**2, axis=0))
+    stiff = replace(model, soil=Soil(1e14, 1e10, 3e5, rocking)).predict(record)
+    np.testing.assert_allclose(stiff / size, rigid / size, atol=1e-3)
+
+
 def test_a_frame_that_lost_stiffness_is_found_beside_the_centre(tmp_path):
     """One fit, without a search."""
-    building = blind.faulty(nominal(), "one_frame", 0.1, SEED)
-    folder = blind.write(nominal(), blind.record(building, SEED, duration=DURATION), tmp_path)
-    record = read_building_record(folder / "record.csv")
-    isolated = Scenario.read(folder / "building.toml").build().isolated
-    comparison = compare_records(building_model(isolated, [record]), [record])
+    record, model = read(blind.faulty(nominal(), "one_frame", 0.1, SEED), tmp_path)
+    comparison = compare_records(model, [record])
     place = f"storey{blind.storey_of(SEED)}_x"
     fits = {
         one.form: comparison.fit((), ((one, one.starts[0]),))

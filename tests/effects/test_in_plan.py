@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from isolation_sim.discrepancy.building.isolator_effects import DAMPER, ISOLATOR_EFFECTS
-from isolation_sim.effects import extend
+from isolation_sim.effects import device_section, extend
 from isolation_sim.errors import InputError
 from isolation_sim.laws import LAWS, law
+from isolation_sim.scenario import Scenario
 
 from .conftest import FORMS, numbers
 
@@ -50,6 +51,13 @@ def test_all_effects_of_a_building_stand_around_a_law_in_plan(draw):
     planar = device.law.in_plan
     assert planar.directions == 2 and len(planar.states) == 2 + 2
     assert planar.parameter_names == device.law.parameter_names
+
+
+def test_effects_of_a_building_are_found_again_in_a_scenario():
+    device = extended(*ISOLATOR_EFFECTS.values())
+    text = f'{device_section(device)}\n[[controller]]\nname = "passive_off"\n'
+    again = Scenario.from_toml(text).isolator.device()
+    assert again.law.effects == device.law.effects
 
 
 def test_an_effect_without_such_a_form_is_refused():
