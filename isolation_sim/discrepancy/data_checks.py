@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..identification.force_channel import averaging_note, averaging_widths
+from ..identification.force_channel import averaging_note
 from ..identification.noise import white_noise
 from ..identification.run_table import TestRun
 from ..identification.velocity import smooth
@@ -38,9 +38,10 @@ _LOW, _HIGH = 0.2, 3.0
 """Hz: where an isolated building moves enough to compare accelerations with its displacement."""
 
 
-def data_notes(runs: Sequence[TestRun]) -> list[str]:
-    """Describe suspicious features of the runs."""
-    return [note for check in _CHECKS for note in check(runs)]
+def data_notes(runs: Sequence[TestRun], averaging: NDArray) -> list[str]:
+    """Describe suspicious features of the runs; ``averaging`` of each run's force, (n_runs,), s."""
+    notes = [note for check in _CHECKS for note in check(runs)]
+    return [*notes, *filter(None, [averaging_note(averaging)])]
 
 
 def _clipped_channels(runs: Sequence[TestRun]) -> Iterator[str]:
@@ -136,12 +137,6 @@ def _static_functions(run: TestRun) -> NDArray:
         [np.ones(len(x)), x, v, x**3, v**3, np.abs(x) * v, x * np.abs(v), np.tanh(2 * v),
          np.tanh(5 * v), i * x, i * v], axis=1,
     )  # fmt: skip
-
-
-def _averaged_force(runs: Sequence[TestRun]) -> Iterator[str]:
-    """Runs whose force channel is a moving average."""
-    if note := averaging_note(averaging_widths(runs)):
-        yield note
 
 
 def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
@@ -240,7 +235,7 @@ def _repeated(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, TestRun, int]]
 _CHECKS: tuple[Callable[[Sequence[TestRun]], Iterator[str]], ...] = (
     _reversed_loops, _clipped_channels, _coarse_channels, _large_deformations, _drifting_channels,
     _differing_offsets, _unit_of_force, _velocity_channel, _repeated_runs, _transient_ends,
-    _averaged_force, _sampling,
+    _sampling,
 )  # fmt: skip
 
 

@@ -5,7 +5,6 @@ import pytest
 from scipy.signal import butter, lsim
 
 from isolation_sim.discrepancy.data_checks import data_notes
-from isolation_sim.discrepancy.decisions import HELD_OUT_RUNS
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
 from isolation_sim.discrepancy.device.interference import interference
 from isolation_sim.discrepancy.device.load_cell_offset import run_means
@@ -13,7 +12,7 @@ from isolation_sim.discrepancy.diagnose import diagnose, kind_of
 from isolation_sim.discrepancy.loops.table import read_loop_table
 from isolation_sim.effects import effect
 from isolation_sim.errors import InputError
-from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.identification.noise import white_noise
 from isolation_sim.identification.run_table import TestRun
 
@@ -37,13 +36,15 @@ def test_noise_is_read_off_a_signal_that_moves():
 
 
 def test_a_quarter_of_the_runs_is_held_out():
-    data = measured_runs([a_run(f"run{k}", 0.5 + 0.1 * k) for k in range(8)], HELD_OUT_RUNS)
+    runs = [a_run(f"run{k}", 0.5 + 0.1 * k) for k in range(8)]
+    data = hold_out_some(measured_runs(runs), runs)
     held = [not data.fitted[start] for start in data.starts[:-1]]
     assert sum(held) == 2
 
 
 def test_the_last_third_of_a_lone_run_is_held_out():
-    data = measured_runs([a_run()], HELD_OUT_RUNS)
+    runs = [a_run()]
+    data = hold_out_some(measured_runs(runs), runs)
     n = len(data.x)
     assert not data.fitted[-(n // 3) :].any() and data.fitted[: n - n // 3].all()
 
@@ -125,7 +126,8 @@ def test_means_are_taken_run_by_run():
 
 def test_a_clipped_channel_is_told_of():
     force = np.clip(STIFFNESS * a_run().displacement, -150.0, 150.0)
-    notes = data_notes([a_run("clipped", force=force), a_run("fine", frequency=0.8)])
+    runs = [a_run("clipped", force=force), a_run("fine", frequency=0.8)]
+    notes = data_notes(runs, np.zeros(2))
     assert len(notes) == 1 and "clipped" in notes[0] and "force" in notes[0]
 
 

@@ -104,13 +104,14 @@ WRONG = {
 
 
 def test_nothing_is_said_of_data_in_which_nothing_is_wrong(runs):
-    assert data_notes(runs) == []
+    assert data_notes(runs, np.zeros(len(runs))) == []
 
 
 @pytest.mark.parametrize("name", WRONG)
 def test_what_is_wrong_is_said(name, runs):
     change, said = WRONG[name]
-    notes = data_notes(change(runs))
+    changed = change(runs)
+    notes = data_notes(changed, np.zeros(len(changed)))
     assert len(notes) == 1 and said in notes[0], notes
 
 
@@ -119,4 +120,4 @@ def test_a_current_that_changes_with_the_motion_is_no_offset():
     # full current in one direction of the motion alone
     force = runs[0].force + 150.0 * (runs[0].displacement > 0) * runs[0].displacement / 0.02
     one = replace(runs[0], current=1.0 * (runs[0].displacement > 0), force=force)
-    assert not any("offset" in note for note in data_notes([one, *runs[1:]]))
+    assert not any("offset" in note for note in data_notes([one, *runs[1:]], np.zeros(4)))
