@@ -145,7 +145,9 @@ def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
         return
     means = np.empty(len(runs))
     for k, run in enumerate(runs):
-        means[k] = np.linalg.lstsq(_static_functions(run), run.force)[0][0]
+        # at rest a device may hold a force of its own
+        moves = np.abs(run.velocity) > 0.1 * _rms(run.velocity)
+        means[k] = np.linalg.lstsq(_static_functions(run)[moves], run.force[moves])[0][0]
     moved = np.abs(means - np.median(means))
     sizes = np.array([_rms(run.force) for run in runs])
     least = OFFSET * np.maximum(sizes, np.median(sizes))

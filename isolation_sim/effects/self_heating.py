@@ -106,7 +106,10 @@ FORMS = (
         parameters=(
             *PARAMETERS,
             EffectParameter(
-                "stiffness", "N/m", "stiffness of the rubber, which does not weaken", lower=0.0,
+                "stiffness",
+                "N/m",
+                "stiffness of the rubber, which does not weaken",
+                lower=0.0,
                 starts=(0.5, 0.2),
             ),
         ),

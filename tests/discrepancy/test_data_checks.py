@@ -121,3 +121,16 @@ def test_a_current_that_changes_with_the_motion_is_no_offset():
     force = runs[0].force + 150.0 * (runs[0].displacement > 0) * runs[0].displacement / 0.02
     one = replace(runs[0], current=1.0 * (runs[0].displacement > 0), force=force)
     assert not any("offset" in note for note in data_notes([one, *runs[1:]], np.zeros(4)))
+
+
+def test_a_force_that_a_device_holds_at_rest_is_no_offset():
+    runs = [made(f"run{k}", 0.02, 0.5 + 0.1 * k, k) for k in range(4)]
+    moving = np.arange(N) < N // 4
+    one = replace(
+        runs[0],
+        displacement=np.where(moving, runs[0].displacement, runs[0].displacement[N // 4]),
+        velocity=runs[0].velocity * moving,
+        force=np.where(moving, runs[0].force, runs[0].force[N // 4 - 30 : N // 4].max()),
+    )
+    notes = data_notes([one, *runs[1:]], np.zeros(4))
+    assert not any("offset" in note for note in notes), notes

@@ -487,12 +487,15 @@ class DeviceTests(Problem[FittedModel]):
         """Number, duration and range of the runs, and suspicious features."""
         data, runs = self.data, self.campaign.runs
         held = int(np.sum(~data.fitted[data.starts[:-1]]))
+        held_out = "1 run is" if held == 1 else f"{held or 'No'} runs are"
+        if len(runs) == 1:
+            held_out = "The last third is"
         duration = float(np.sum(data.lengths * data.dt))
         notes = " ".join(f"{note}." for note in data_notes(runs, data.averaging))
         return Text(
-            f"{len(runs)} runs, {duration:.0f} s in all, deformations up to "
-            f"{1e3 * np.max(np.abs(data.x)):.3g} mm, currents {data.current.min():.3g} to "
-            f"{data.current.max():.3g} A. {held} runs are held out to validate the result. "
+            f"{len(runs)} run{'s' * (len(runs) > 1)}, {duration:.0f} s in all, deformations up "
+            f"to {1e3 * np.max(np.abs(data.x)):.3g} mm, currents {data.current.min():.3g} to "
+            f"{data.current.max():.3g} A. {held_out} held out to validate the result. "
             f"{notes or 'Nothing looks wrong in the data.'}"
         )
 
