@@ -34,6 +34,10 @@ from .decisions import (
 if TYPE_CHECKING:
     from .building.record import BuildingRecord
 
+_ROUNDED = 8.0
+"""Steps of a rounded channel by which a peak falls within half its flat length: 3, and noise."""
+_LEAST_EDGE = 8
+"""Samples of a run's end that say whether it is a transient: fewer are moved by the smoothing."""
 _LOW, _HIGH = 0.2, 3.0
 """Hz: where an isolated building moves enough to compare accelerations with its displacement."""
 
@@ -114,7 +118,9 @@ def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
     wrong = []
     for run in runs:
         n = len(run.time)
-        edge = max(n // 50, 4)
+        edge = n // 50
+        if edge < _LEAST_EDGE:
+            continue
         columns = _static_functions(run)
         inside = slice(n // 10, n - n // 10)
         values = np.linalg.lstsq(columns[inside], run.force[inside])[0]
@@ -283,16 +289,22 @@ def _against(values: NDArray, expected: NDArray, step: float) -> tuple[float, fl
 
 def clipped(values: NDArray) -> int:
     """Find the longest stretch of equal samples at an extreme."""
-    longest = 0
+    longest, n = 0, len(values)
     if np.unique(np.diff(values)).size < 8:
         return 0  # a channel of few levels says nothing
+    step = float(np.median(np.diff(np.unique(values))))
     for extreme in (values.max(), values.min()):
         at = np.flatnonzero(values == extreme)
         if at.size < CLIPPED:
             continue
         breaks = np.flatnonzero(np.diff(at) > 1)
-        lengths = np.diff(np.concatenate([[-1], breaks, [at.size - 1]]))
-        longest = max(longest, int(lengths.max()))
+        ends = np.concatenate([[-1], breaks, [at.size - 1]])
+        k = int(np.argmax(np.diff(ends)))
+        first, last = int(at[ends[k] + 1]), int(at[ends[k + 1]])
+        # the peak of a rounded channel is flat, too, but it begins and ends gently
+        beside = [max(first - (last - first) // 2, 0), min(last + (last - first) // 2, n - 1)]
+        if np.mean(np.abs(values[beside] - extreme)) > _ROUNDED * step:
+            longest = max(longest, last - first + 1)
     return longest if longest >= CLIPPED else 0
 
 

@@ -22,6 +22,8 @@ LEAST_NOISE = 2e-3
 """Smallest force noise, as a share of a run's RMS force."""
 HELD_OUT_RUNS = 4
 """One run in so many is held out, where a comparison needs some and none is marked. Convention."""
+_SAME_CURRENT = 0.05
+"""Difference over the largest current up to which runs have one current. Convention."""
 RUNAWAY = 10.0
 """Multiple of the largest measured force beyond which a model diverges."""
 _BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted")
@@ -226,8 +228,12 @@ def hold_out_some(data: MeasuredRuns, runs: Sequence[TestRun]) -> MeasuredRuns:
     if len(runs) == 1:
         n = len(data.x)
         return replace(data, fitted=np.arange(n) < n - n // 3)
-    if len(runs) >= HELD_OUT_RUNS:
-        # by size, so that large and small runs stay in both
-        sizes = np.argsort([np.ptp(run.displacement) for run in runs], kind="stable")
-        held[sizes[2::HELD_OUT_RUNS]] = True
+    # of every few runs of similar size one, preferably of a current that was held out less often
+    sizes = np.argsort([np.ptp(run.displacement) for run in runs], kind="stable")
+    means = np.array([np.mean(run.current) for run in runs])
+    level = np.round(means / (_SAME_CURRENT * float(np.max(np.abs(means))) or 1.0))
+    for near in np.split(sizes, range(HELD_OUT_RUNS, len(runs), HELD_OUT_RUNS)):
+        if len(near) > 2:
+            often = [int(np.sum(held[level == level[k]])) for k in near]
+            held[near[2 if often[2] == min(often) else int(np.argmin(often))]] = True
     return replace(data, fitted=np.repeat(~held, data.lengths))

@@ -49,6 +49,18 @@ def test_the_last_third_of_a_lone_run_is_held_out():
     assert not data.fitted[-(n // 3) :].any() and data.fitted[: n - n // 3].all()
 
 
+@pytest.mark.parametrize("currents", [(0.0, 1.0), (0.0, 1.0, 2.0), (0.0, 1.0, 2.0, 3.0)])
+def test_runs_of_all_currents_are_held_out_and_fitted(currents):
+    runs = [
+        a_run(f"run{k}_{i}", 0.5 + 0.1 * k, current=lambda t, i=i: i + 0 * t)
+        for k in range(6) for i in currents
+    ]  # fmt: skip
+    held = ~hold_out_some(measured_runs(runs), runs).fitted
+    data = measured_runs(runs)
+    seen = [data.current[held & (data.current == i)].size for i in currents]
+    assert min(seen) > 0 and max(seen) <= 2 * min(seen)
+
+
 def test_thinning_leaves_long_and_short_runs_alike():
     data = measured_runs([a_run("long", seconds=40.0), a_run("short", seconds=5.0)])
     thin = data.thinned(2000)

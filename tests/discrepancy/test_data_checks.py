@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import butter, sosfiltfilt
 
-from isolation_sim.discrepancy.data_checks import data_notes
+from isolation_sim.discrepancy.data_checks import clipped, data_notes
 from isolation_sim.identification.run_table import TestRun
 
 N, DT = 1600, 0.005
@@ -134,3 +134,13 @@ def test_a_force_that_a_device_holds_at_rest_is_no_offset():
     )
     notes = data_notes([one, *runs[1:]], np.zeros(4))
     assert not any("offset" in note for note in notes), notes
+
+
+@pytest.mark.parametrize("limit", [None, 0.9])
+def test_the_flat_peaks_of_a_rounded_channel_are_not_clipped(limit):
+    time = np.arange(0, 4, 0.002)
+    force = 800 * np.sin(2 * np.pi * time) + 100 * np.cos(2 * np.pi * time)
+    if limit:
+        force = np.clip(force, -limit * 800, limit * 800)
+    rounded = np.round(force * 4096 / 4000) * 4000 / 4096
+    assert bool(clipped(rounded)) is bool(limit)
