@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..identification.force_channel import averaging_note, averaging_widths
+from ..identification.force_channel import averaging_note
 from ..identification.noise import white_noise
 from ..identification.run_table import TestRun
 from ..identification.velocity import smooth
@@ -34,13 +34,18 @@ from .decisions import (
 if TYPE_CHECKING:
     from .building.record import BuildingRecord
 
+_ROUNDED = 8.0
+"""Steps of a rounded channel by which a peak falls within half its flat length: 3, and noise."""
+_LEAST_EDGE = 8
+"""Samples of a run's end that say whether it is a transient: fewer are moved by the smoothing."""
 _LOW, _HIGH = 0.2, 3.0
 """Hz: where an isolated building moves enough to compare accelerations with its displacement."""
 
 
-def data_notes(runs: Sequence[TestRun]) -> list[str]:
-    """Describe suspicious features of the runs."""
-    return [note for check in _CHECKS for note in check(runs)]
+def data_notes(runs: Sequence[TestRun], averaging: NDArray) -> list[str]:
+    """Describe suspicious features of the runs; ``averaging`` of each run's force, (n_runs,), s."""
+    notes = [note for check in _CHECKS for note in check(runs)]
+    return [*notes, *filter(None, [averaging_note(averaging)])]
 
 
 def _clipped_channels(runs: Sequence[TestRun]) -> Iterator[str]:
@@ -113,7 +118,9 @@ def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
     wrong = []
     for run in runs:
         n = len(run.time)
-        edge = max(n // 50, 4)
+        edge = n // 50
+        if edge < _LEAST_EDGE:
+            continue
         columns = _static_functions(run)
         inside = slice(n // 10, n - n // 10)
         values = np.linalg.lstsq(columns[inside], run.force[inside])[0]
@@ -138,19 +145,15 @@ def _static_functions(run: TestRun) -> NDArray:
     )  # fmt: skip
 
 
-def _averaged_force(runs: Sequence[TestRun]) -> Iterator[str]:
-    """Runs whose force channel is a moving average."""
-    if note := averaging_note(averaging_widths(runs)):
-        yield note
-
-
 def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
     """Runs whose forces have means of their own."""
     if len(runs) < 3:
         return
     means = np.empty(len(runs))
     for k, run in enumerate(runs):
-        means[k] = np.linalg.lstsq(_static_functions(run), run.force)[0][0]
+        # at rest a device may hold a force of its own
+        moves = np.abs(run.velocity) > 0.1 * _rms(run.velocity)
+        means[k] = np.linalg.lstsq(_static_functions(run)[moves], run.force[moves])[0][0]
     moved = np.abs(means - np.median(means))
     sizes = np.array([_rms(run.force) for run in runs])
     least = OFFSET * np.maximum(sizes, np.median(sizes))
@@ -240,7 +243,7 @@ def _repeated(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, TestRun, int]]
 _CHECKS: tuple[Callable[[Sequence[TestRun]], Iterator[str]], ...] = (
     _reversed_loops, _clipped_channels, _coarse_channels, _large_deformations, _drifting_channels,
     _differing_offsets, _unit_of_force, _velocity_channel, _repeated_runs, _transient_ends,
-    _averaged_force, _sampling,
+    _sampling,
 )  # fmt: skip
 
 
@@ -286,16 +289,22 @@ def _against(values: NDArray, expected: NDArray, step: float) -> tuple[float, fl
 
 def clipped(values: NDArray) -> int:
     """Find the longest stretch of equal samples at an extreme."""
-    longest = 0
+    longest, n = 0, len(values)
     if np.unique(np.diff(values)).size < 8:
         return 0  # a channel of few levels says nothing
+    step = float(np.median(np.diff(np.unique(values))))
     for extreme in (values.max(), values.min()):
         at = np.flatnonzero(values == extreme)
         if at.size < CLIPPED:
             continue
         breaks = np.flatnonzero(np.diff(at) > 1)
-        lengths = np.diff(np.concatenate([[-1], breaks, [at.size - 1]]))
-        longest = max(longest, int(lengths.max()))
+        ends = np.concatenate([[-1], breaks, [at.size - 1]])
+        k = int(np.argmax(np.diff(ends)))
+        first, last = int(at[ends[k] + 1]), int(at[ends[k + 1]])
+        # the peak of a rounded channel is flat, too, but it begins and ends gently
+        beside = [max(first - (last - first) // 2, 0), min(last + (last - first) // 2, n - 1)]
+        if np.mean(np.abs(values[beside] - extreme)) > _ROUNDED * step:
+            longest = max(longest, last - first + 1)
     return longest if longest >= CLIPPED else 0
 
 

@@ -41,8 +41,6 @@ WELL_EXPLAINED = 0.15
 
 # Device tests: does what was found stand on data that were not fitted?
 
-HELD_OUT_RUNS = 4
-"""One run in so many is held out if the campaign marks none. Convention."""
 TO_BLAME = 0.35
 """Share of the misfit on held-out data that causes must remove together to be named; of device
 tests and of buildings. Blind (cases ``clean`` and ``outside``) and blind buildings."""

@@ -11,6 +11,7 @@ from ..effects.serialisation import device_code
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.law_choice import AUTO, choose_law
+from ..identification.measured_runs import hold_out_some, measured_runs
 from ..identification.workers import workers
 from ..io.toml import read_toml
 from ..laws import Device
@@ -61,16 +62,18 @@ def diagnose(
 
     report = progress or (lambda text: None)
     with workers(threads) as pool:
-        choice = None
+        choice = runs = None
         if isinstance(law, str):
             if isinstance(data, LoopTable) or parameters != "fit":
                 raise InputError(
                     'law is "auto"; expected: a campaign of device tests and parameters "fit", or '
                     "the name of a law"
                 )
+            runs = hold_out_some(measured_runs(data.runs), data.runs)
             choice = choose_law(
-                data, current_degree, pool, seed=seed, advance=lambda: report("comparing laws")
-            )
+                data, runs, current_degree, pool, seed=seed,
+                advance=lambda: report("comparing laws"),
+            )  # fmt: skip
             law = LAWS[choice.best.law]
         assert isinstance(law, Law)
         options = law, device, current_degree, seed, pool, report
@@ -78,7 +81,7 @@ def diagnose(
             if tiers != "causes":
                 raise InputError(f"tiers is {tiers!r}; expected of a loop table: causes")
             return diagnose_problem(LoopTableTests(data, *options))[0]
-        problem = DeviceTests(data, *options, significance, choice)
+        problem = DeviceTests(data, *options, significance, choice, runs)
         diagnosis = diagnose_problem(problem)[0]
         if tiers == "causes":
             return diagnosis

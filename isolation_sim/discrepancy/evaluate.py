@@ -13,7 +13,7 @@ from ..effects import separate
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.fitted import LawEvaluation, RunError
-from ..identification.force_channel import averaging_note, averaging_widths
+from ..identification.force_channel import averaging_note, find_averaging
 from ..identification.measured_runs import MeasuredRuns, measured_runs
 from ..identification.parameterisation import Parameterisation
 from ..laws import Device
@@ -33,7 +33,8 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
             f"{base.name}: parameters are given piecewise in the current; expected: one polynomial "
             "for all currents"
         )
-    data = _scaled(measured_runs(campaign.runs), base.length)
+    averaging = find_averaging(campaign.runs)
+    data = _scaled(measured_runs(campaign.runs, averaging), base.length)
     # as many currents as a polynomial has coefficients
     currents = np.arange(base.current.coefficients.shape[2], dtype=float)
     parameterisation = Parameterisation(base.law, currents, (1.0, 1.0, 1.0))
@@ -43,7 +44,7 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
     )  # fmt: skip
     model = Model(data, parameterisation, effects=tuple(effect for effect, _ in applied))
     force = base.force_scale * model.resolve_steps(values).forces(values, False)[0]
-    data, force = _averaged(campaign, data, force)
+    data, force = _averaged(data, force, averaging.suspected)
     errors = tuple(
         RunError(run, force[a:b])
         for run, (a, b) in zip(campaign.runs, pairwise(data.starts), strict=True)
@@ -52,13 +53,11 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
     return LawEvaluation(device, campaign, errors, tuple(notes))
 
 
-def _averaged(
-    campaign: Campaign, data: MeasuredRuns, force: NDArray
-) -> tuple[MeasuredRuns, NDArray]:
+def _averaged(data: MeasuredRuns, force: NDArray, widths: NDArray) -> tuple[MeasuredRuns, NDArray]:
     """Average the force of a law as the channel does, where runs too few to tell agree with it."""
-    if data.averaging.any():
+    if data.averaging.any() or not widths.any():
         return data, force
-    suspected = replace(data, averaging=averaging_widths(campaign.runs, suspected=True))
+    suspected = replace(data, averaging=widths)
     averaged = suspected.record(force)
     wrong = [float(np.sum((one - data.force) ** 2)) for one in (force, averaged)]
     return (suspected, averaged) if wrong[1] < _LESS * wrong[0] else (data, force)

@@ -6,6 +6,8 @@ Forms:
 
     exponential    factor exp(-h)
     hyperbolic     factor 1 / (1 + h)
+    core           the same as exponential, for F - k x alone: rubber of stiffness k around a lead
+                   core or beside a slider keeps its force
 
 F is the force after the factor, so that a device that weakens heats less. Elastic work swings h
 within a cycle and cancels over it; only h > 0 weakens.
@@ -45,6 +47,23 @@ def _rate(signals: Signals, h: Any, factor: Any, parameters: tuple) -> Any:
     return gain * factor * signals.force * signals.v - h / cooling
 
 
+def core(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Loss of force of the core."""
+    return (exponential(signals, states, parameters) - 1) * _of_core(signals, parameters)
+
+
+def rates_core(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Heat from the core, heat out."""
+    gain, cooling, _ = parameters
+    force = exponential(signals, states, parameters) * _of_core(signals, parameters)
+    return (gain * force * signals.v - states[0] / cooling,)
+
+
+def _of_core(signals: Signals, parameters: tuple) -> Any:
+    """Force of the cold core."""
+    return signals.force - parameters[2] * signals.x
+
+
 PARAMETERS = (
     EffectParameter(
         "gain", "1/J", "loss of force for work done", lower=0.0, strength=True,
@@ -79,5 +98,25 @@ FORMS = (
         factor=hyperbolic,
         needs=frozenset({"force"}),
         source="lumped heat balance, viscosity falling as 1 / (1 + h)",
+    ),
+    Effect(
+        cause="self_heating",
+        form="core",
+        title="Self-heating of the core",
+        parameters=(
+            *PARAMETERS,
+            EffectParameter(
+                "stiffness",
+                "N/m",
+                "stiffness of the rubber, which does not weaken",
+                lower=0.0,
+                starts=(0.5, 0.2),
+            ),
+        ),
+        states=(WARMTH,),
+        rates=rates_core,
+        force=core,
+        needs=frozenset({"force"}),
+        source="Kalpakidis & Constantinou (2009): the yield force of the lead alone falls",
     ),
 )

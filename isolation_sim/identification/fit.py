@@ -22,7 +22,7 @@ from .force_channel import averaging_note
 from .law_choice import AUTO, choose_law
 from .law_fit import LARGEST_DERIVATIVE, STARTS, LawModel, fit_law, parameterise
 from .least_squares import Optimum
-from .measured_runs import LEAST_NOISE, measured_runs
+from .measured_runs import LEAST_NOISE, hold_out_some, measured_runs
 from .noise import correlation_time
 from .parameterisation import Parameterisation
 from .workers import workers
@@ -96,14 +96,15 @@ def fit(
         campaign = read_campaign(campaign)
     if starts < 1:
         raise InputError(f"starts is {starts}; expected: 1 or more")
+    data = measured_runs(campaign.runs)
     choice = None
     if law == AUTO:
         with workers(threads) as pool:
-            choice = choose_law(campaign, current_degree, pool, seed=seed)
+            some = hold_out_some(data, campaign.runs)
+            choice = choose_law(campaign, some, current_degree, pool, seed=seed)
         law = LAWS[choice.best.law]
     assert isinstance(law, Law)
     check_traceable(law)
-    data = measured_runs(campaign.runs)
     model = LawModel(data, parameterise(campaign, law, data, current_degree, dict(fixed or {})))
     advance = (lambda: progress(1)) if progress is not None else (lambda: None)
     known = None if choice is None or fixed else choice.best.values

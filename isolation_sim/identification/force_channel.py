@@ -47,29 +47,35 @@ class _Harmonics(NamedTuple):
     floor: float  # Of the noise, N
 
 
-def averaging_widths(runs: Sequence[TestRun], suspected: bool = False) -> NDArray:
-    """Find the averaging time of each run's force, (n_runs,), s; 0 if it is not averaged."""
-    # Where few runs cannot tell, an average is ``suspected``; a law remains to judge it.
+class Averaging(NamedTuple):
+    """Moving average in the force channel of some runs."""
+
+    widths: NDArray  # (n_runs,): Averaging time of each run's force, s; 0 if it is not averaged
+    # Averaging times, s, if few runs cannot tell; a law remains to judge them
+    suspected: NDArray
+
+
+def find_averaging(runs: Sequence[TestRun]) -> Averaging:
+    """Find the averaging time of each run's force."""
     found = [_harmonics(run) for run in runs]
-    widths = np.zeros(len(runs))
+    none, widths = np.zeros(len(runs)), np.zeros(len(runs))
     known = [one for one in found if one is not None]
+    if not known:
+        return Averaging(none, none)
     varied = len(known) >= _LEAST_RUNS and all(
         max(values) > _VARIED * min(values)
         for values in ([one.frequency for one in known], [one.amplitude for one in known])
     )
-    if not known or not (varied or suspected):
-        return widths
     smooth = np.array([_misfit(one, 0.0) for one in known])
     averaged = np.array([[_misfit(one, width) for width in _WIDTHS] for one in known])
     best = int(np.argmin(averaged.sum(axis=0)))
     left = averaged[:, best]
     clear = left.sum() < _EXPLAINED * smooth.sum() and np.mean(left < _LESS * smooth) >= _AGREE
-    if not clear and not (suspected and left.sum() < _LESS * smooth.sum()):
-        return widths
     for k, one in enumerate(found):
         if one is not None:
             widths[k] = _WIDTHS[best] / one.frequency
-    return widths
+    suspicious = clear or left.sum() < _LESS * smooth.sum()
+    return Averaging(widths if varied and clear else none, widths if suspicious else none)
 
 
 def averaging_note(widths: NDArray) -> str:

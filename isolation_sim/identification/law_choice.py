@@ -15,14 +15,12 @@ from .campaign import Campaign
 from .law_fit import SCREENING_STEPS, LawModel, fit_law, parameterise, search_roughly
 from .least_squares import Optimum
 from .left_out import conditions, fitted_without
-from .measured_runs import measured_runs
+from .measured_runs import MeasuredRuns
 from .multistart import distinct, screen_starts
 from .parameterisation import Parameterisation
 
 AUTO = "auto"
 """Word in place of a law's name that compares all laws."""
-HELD_OUT = 4
-"""One run in this many is held out to compare the laws, if the campaign marks none."""
 NEAR = 1.05
 """Factor on the least error up to which a law with fewer parameters is preferred."""
 WRONG_FAMILY = 2.0
@@ -91,6 +89,7 @@ class LawChoice:
 
 def choose_law(
     campaign: Campaign,
+    data: MeasuredRuns,
     degree: int | None,
     pool: ThreadPoolExecutor,
     *,
@@ -103,7 +102,6 @@ def choose_law(
     # fitted runs is left out in turn as well. A law with fewer numbers is preferred where the
     # errors are nearly the same. ``advance`` is called after each law.
     # Raises InputError if no law gives finite forces.
-    data = measured_runs(campaign.runs, HELD_OUT)
     cycles = max(_SAMPLES / _A_CYCLE / len(data.dt), 1.5)
     short = data.cycles(cycles, _A_CYCLE)
     # all samples count alike: the errors that rank the laws are pooled over runs

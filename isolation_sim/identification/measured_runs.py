@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects.effect import REFERENCE_TEMPERATURE
-from .force_channel import averaging_widths, moving_average
+from .force_channel import Averaging, find_averaging, moving_average
 from .noise import white_noise
 from .run_table import TestRun
 from .sensitivities import Motion
@@ -20,6 +20,10 @@ from .velocity import smooth
 
 LEAST_NOISE = 2e-3
 """Smallest force noise, as a share of a run's RMS force."""
+HELD_OUT_RUNS = 4
+"""One run in so many is held out, where a comparison needs some and none is marked. Convention."""
+_SAME_CURRENT = 0.05
+"""Difference over the largest current up to which runs have one current. Convention."""
 RUNAWAY = 10.0
 """Multiple of the largest measured force beyond which a model diverges."""
 _BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted")
@@ -178,10 +182,9 @@ class MeasuredRuns:
         )
 
 
-def measured_runs(runs: Sequence[TestRun], hold_out_every: int | None = None) -> MeasuredRuns:
-    """Put runs together and estimate their noise."""
-    # Runs with ``hold_out`` are held out. If there are none, one in ``hold_out_every`` is, spread
-    # over their sizes, or the last third of a single run; none if that is None.
+def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -> MeasuredRuns:
+    """Put runs together and estimate their noise; an average is sought if it is not known."""
+    # Runs with ``hold_out`` are held out.
     lengths = [len(run.time) for run in runs]
     motions = [smooth(run.displacement, run.step) for run in runs]
     temperatures = [run.temperature for run in runs]
@@ -205,27 +208,32 @@ def measured_runs(runs: Sequence[TestRun], hold_out_every: int | None = None) ->
                 for one, n in zip(temperatures, lengths, strict=True)
             ]
         ),
-        fitted=_fitted(runs, lengths, hold_out_every),
+        fitted=np.repeat([not run.hold_out for run in runs], lengths),
         force_noise=np.array([white_noise(run.force) for run in runs]),
         displacement_noise=np.array([white_noise(run.displacement) for run in runs]),
         sigma=np.ones(len(runs)),
         velocity_measured=np.array([run.velocity_measured for run in runs]),
         has_temperature=all(one is not None for one in temperatures),
-        averaging=averaging_widths(runs),
+        averaging=(averaging or find_averaging(runs)).widths,
         n_steps=np.ones(len(runs), np.int64),
     )
     return replace(data, sigma=data.assumed_noise)
 
 
-def _fitted(runs: Sequence[TestRun], lengths: Sequence[int], every: int | None) -> NDArray:
-    held = [run.hold_out for run in runs]
-    if every is not None and not any(held):
-        if len(runs) == 1:
-            n = lengths[0]
-            return np.arange(n) < n - n // 3
-        if len(runs) >= every:
-            # by size, so that large and small runs stay in both
-            sizes = np.argsort([np.ptp(run.displacement) for run in runs], kind="stable")
-            for k in sizes[2::every]:
-                held[k] = True
-    return np.repeat(~np.array(held), lengths)
+def hold_out_some(data: MeasuredRuns, runs: Sequence[TestRun]) -> MeasuredRuns:
+    """Hold out one run in ``HELD_OUT_RUNS``, or the last third of a single run, if none is yet."""
+    held = np.zeros(len(runs), dtype=bool)
+    if not data.fitted.all():
+        return data
+    if len(runs) == 1:
+        n = len(data.x)
+        return replace(data, fitted=np.arange(n) < n - n // 3)
+    # of every few runs of similar size one, preferably of a current that was held out less often
+    sizes = np.argsort([np.ptp(run.displacement) for run in runs], kind="stable")
+    means = np.array([np.mean(run.current) for run in runs])
+    level = np.round(means / (_SAME_CURRENT * float(np.max(np.abs(means))) or 1.0))
+    for near in np.split(sizes, range(HELD_OUT_RUNS, len(runs), HELD_OUT_RUNS)):
+        if len(near) > 2:
+            often = [int(np.sum(held[level == level[k]])) for k in near]
+            held[near[2 if often[2] == min(often) else int(np.argmin(often))]] = True
+    return replace(data, fitted=np.repeat(~held, data.lengths))

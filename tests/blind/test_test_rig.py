@@ -1,4 +1,4 @@
-"""Faults of a test rig, made by SciPy: a filter in the force channel, free play in the linkage."""
+"""Faults of a test rig and of a device, made by SciPy and NumPy, and what a diagnosis names."""
 
 from __future__ import annotations
 
@@ -69,3 +69,34 @@ def test_backlash_is_named_first_with_its_gap():
 def test_nothing_is_named_where_the_rig_is_right():
     found = diagnose(rig(as_it_is, as_it_is), "hyperbolic_tangent", threads=1)
     assert found.verdict == "adequate" and not found.causes
+
+
+def warming(behind, velocity, step):
+    """A spring beside friction, which falls as its own work warms it; 40 s of cooling."""
+    force, heat = np.empty(len(behind)), 0.0
+    for k, (y, v) in enumerate(zip(behind, velocity, strict=True)):
+        friction = 250 * np.exp(-heat) * np.tanh(v / 0.01)
+        force[k] = 9e3 * y + friction
+        heat += step * (2e-2 * friction * v - heat / 40)
+    return force
+
+
+def test_heat_of_the_core_is_named_with_its_gain_and_the_stiffness_around_it():
+    random = np.random.default_rng(3)
+    runs = []
+    for k, (size, frequency) in enumerate(TESTS):
+        fine = np.arange(0, 12 / frequency, DT / 10)
+        x = size * np.sin(2 * np.pi * frequency * fine)
+        v = 2 * np.pi * frequency * size * np.cos(2 * np.pi * frequency * fine)
+        force = warming(x, v, fine[1])[::10]
+        force = force + 0.01 * np.std(force) * random.standard_normal(len(force))
+        held = k in HELD_OUT
+        time, x, v = fine[::10], x[::10], v[::10]
+        runs.append(TestRun(f"run{k}", time, x, v, force, 0 * time, hold_out=held))
+    campaign = Campaign("bearing", "NumPy", tuple(runs))
+    found = diagnose(campaign, "hyperbolic_tangent", threads=1)
+    assert [(cause.name, cause.form) for cause in found.causes] == [("self_heating", "core")]
+    numbers = found.causes[0].parameters
+    assert numbers["gain"].low < 2e-2 < numbers["gain"].high
+    assert numbers["stiffness"].low < 9e3 < numbers["stiffness"].high
+    assert found.verdict == "explained"

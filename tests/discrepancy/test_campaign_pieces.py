@@ -5,7 +5,6 @@ import pytest
 from scipy.signal import butter, lsim
 
 from isolation_sim.discrepancy.data_checks import data_notes
-from isolation_sim.discrepancy.decisions import HELD_OUT_RUNS
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
 from isolation_sim.discrepancy.device.interference import interference
 from isolation_sim.discrepancy.device.load_cell_offset import run_means
@@ -13,7 +12,7 @@ from isolation_sim.discrepancy.diagnose import diagnose, kind_of
 from isolation_sim.discrepancy.loops.table import read_loop_table
 from isolation_sim.effects import effect
 from isolation_sim.errors import InputError
-from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.identification.noise import white_noise
 from isolation_sim.identification.run_table import TestRun
 
@@ -37,15 +36,29 @@ def test_noise_is_read_off_a_signal_that_moves():
 
 
 def test_a_quarter_of_the_runs_is_held_out():
-    data = measured_runs([a_run(f"run{k}", 0.5 + 0.1 * k) for k in range(8)], HELD_OUT_RUNS)
+    runs = [a_run(f"run{k}", 0.5 + 0.1 * k) for k in range(8)]
+    data = hold_out_some(measured_runs(runs), runs)
     held = [not data.fitted[start] for start in data.starts[:-1]]
     assert sum(held) == 2
 
 
 def test_the_last_third_of_a_lone_run_is_held_out():
-    data = measured_runs([a_run()], HELD_OUT_RUNS)
+    runs = [a_run()]
+    data = hold_out_some(measured_runs(runs), runs)
     n = len(data.x)
     assert not data.fitted[-(n // 3) :].any() and data.fitted[: n - n // 3].all()
+
+
+@pytest.mark.parametrize("currents", [(0.0, 1.0), (0.0, 1.0, 2.0), (0.0, 1.0, 2.0, 3.0)])
+def test_runs_of_all_currents_are_held_out_and_fitted(currents):
+    runs = [
+        a_run(f"run{k}_{i}", 0.5 + 0.1 * k, current=lambda t, i=i: i + 0 * t)
+        for k in range(6) for i in currents
+    ]  # fmt: skip
+    held = ~hold_out_some(measured_runs(runs), runs).fitted
+    data = measured_runs(runs)
+    seen = [data.current[held & (data.current == i)].size for i in currents]
+    assert min(seen) > 0 and max(seen) <= 2 * min(seen)
 
 
 def test_thinning_leaves_long_and_short_runs_alike():
@@ -64,8 +77,8 @@ def test_a_current_lag_follows_a_step_as_in_the_textbook():
     )["current"]
     time = np.arange(len(data.x)) / RATE
     exact = 2.0 * (1 - np.exp(-np.maximum(time - 1.0, 0.0) / lag))
-    # a step between two samples is known to a sample
-    assert np.max(np.abs(seen - exact)) < 2.0 * (1 / RATE) / lag
+    # a step between two samples is known to half a sample
+    assert np.max(np.abs(seen - exact)) < 2.0 * (0.5 / RATE) / lag
 
 
 @pytest.mark.parametrize("delay", [1e-3, 4e-3, 16e-3])
@@ -125,7 +138,8 @@ def test_means_are_taken_run_by_run():
 
 def test_a_clipped_channel_is_told_of():
     force = np.clip(STIFFNESS * a_run().displacement, -150.0, 150.0)
-    notes = data_notes([a_run("clipped", force=force), a_run("fine", frequency=0.8)])
+    runs = [a_run("clipped", force=force), a_run("fine", frequency=0.8)]
+    notes = data_notes(runs, np.zeros(2))
     assert len(notes) == 1 and "clipped" in notes[0] and "force" in notes[0]
 
 

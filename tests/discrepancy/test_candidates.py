@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
-from isolation_sim.discrepancy.decisions import HELD_OUT_RUNS
 from isolation_sim.discrepancy.device.model import Model, fit_model
 from isolation_sim.discrepancy.device.screen import (
     fit_directions,
@@ -17,7 +16,7 @@ from isolation_sim.discrepancy.device.screen import (
 from isolation_sim.effects import effect
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise
-from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.workers import workers
 from isolation_sim.laws import LAWS
@@ -89,7 +88,8 @@ def test_a_held_out_run_leaves_no_sample_in_what_is_searched(bare):
 
 
 def test_of_a_run_held_out_in_part_the_first_samples_are_left():
-    data = measured_runs(runs(held_out=()).runs[:1], HELD_OUT_RUNS)
+    one = runs(held_out=()).runs[:1]
+    data = hold_out_some(measured_runs(one), one)
     left = data.without_held_out()
     assert left.lengths == [np.sum(data.fitted)] and left.lengths[0] < data.lengths[0]
     np.testing.assert_array_equal(left.x, data.x[: left.lengths[0]])

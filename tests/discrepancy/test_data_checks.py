@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import butter, sosfiltfilt
 
-from isolation_sim.discrepancy.data_checks import data_notes
+from isolation_sim.discrepancy.data_checks import clipped, data_notes
 from isolation_sim.identification.run_table import TestRun
 
 N, DT = 1600, 0.005
@@ -104,13 +104,14 @@ WRONG = {
 
 
 def test_nothing_is_said_of_data_in_which_nothing_is_wrong(runs):
-    assert data_notes(runs) == []
+    assert data_notes(runs, np.zeros(len(runs))) == []
 
 
 @pytest.mark.parametrize("name", WRONG)
 def test_what_is_wrong_is_said(name, runs):
     change, said = WRONG[name]
-    notes = data_notes(change(runs))
+    changed = change(runs)
+    notes = data_notes(changed, np.zeros(len(changed)))
     assert len(notes) == 1 and said in notes[0], notes
 
 
@@ -119,4 +120,27 @@ def test_a_current_that_changes_with_the_motion_is_no_offset():
     # full current in one direction of the motion alone
     force = runs[0].force + 150.0 * (runs[0].displacement > 0) * runs[0].displacement / 0.02
     one = replace(runs[0], current=1.0 * (runs[0].displacement > 0), force=force)
-    assert not any("offset" in note for note in data_notes([one, *runs[1:]]))
+    assert not any("offset" in note for note in data_notes([one, *runs[1:]], np.zeros(4)))
+
+
+def test_a_force_that_a_device_holds_at_rest_is_no_offset():
+    runs = [made(f"run{k}", 0.02, 0.5 + 0.1 * k, k) for k in range(4)]
+    moving = np.arange(N) < N // 4
+    one = replace(
+        runs[0],
+        displacement=np.where(moving, runs[0].displacement, runs[0].displacement[N // 4]),
+        velocity=runs[0].velocity * moving,
+        force=np.where(moving, runs[0].force, runs[0].force[N // 4 - 30 : N // 4].max()),
+    )
+    notes = data_notes([one, *runs[1:]], np.zeros(4))
+    assert not any("offset" in note for note in notes), notes
+
+
+@pytest.mark.parametrize("limit", [None, 0.9])
+def test_the_flat_peaks_of_a_rounded_channel_are_not_clipped(limit):
+    time = np.arange(0, 4, 0.002)
+    force = 800 * np.sin(2 * np.pi * time) + 100 * np.cos(2 * np.pi * time)
+    if limit:
+        force = np.clip(force, -limit * 800, limit * 800)
+    rounded = np.round(force * 4096 / 4000) * 4000 / 4096
+    assert bool(clipped(rounded)) is bool(limit)

@@ -5,8 +5,9 @@ import pytest
 from scipy.stats import binom
 
 from isolation_sim.discrepancy.decisions import INTERVAL_EXAMPLES
+from isolation_sim.discrepancy.device import intervals as module
 from isolation_sim.discrepancy.device.intervals import errors_by_motion, intervals
-from isolation_sim.discrepancy.device.model import Model, fit_model
+from isolation_sim.discrepancy.device.model import FittedModel, Model, fit_model
 from isolation_sim.discrepancy.device.noise_examples import motion_noise
 from isolation_sim.effects import effect
 from isolation_sim.identification.campaign import Campaign
@@ -70,3 +71,16 @@ def test_without_noise_there_is_nothing_to_correct():
     shifts = motion_noise(final.model.data, 2)
     assert np.max(np.abs(errors_by_motion(final, shifts))) < 1e-3
     assert intervals(final, shifts)[0]["mass"].value == pytest.approx(MASS, rel=1e-3)
+
+
+def test_the_steps_of_thinned_samples_resolve_a_stiff_law(monkeypatch):
+    monkeypatch.setattr(module, "SEARCHED", 900)
+    runs = campaign(0)
+    data = measured_runs(runs.runs)
+    model = Model(data, parameterise(runs, LAWS["maxwell"], data))
+    model = model.with_effects(effect("inertia_force", "mass"))
+    # a time constant of a tenth of a sample
+    numbers = {"k": 1e6, "c": 400.0}
+    values = np.array([*(numbers[q.name] for q in model.parameterisation.free), MASS])
+    final = FittedModel.at(model.resolve_steps(values), values)
+    assert np.isfinite(errors_by_motion(final, motion_noise(data, 2))).all()

@@ -141,6 +141,15 @@ def test_heat_comes_to_an_equilibrium():
         assert abs(rate) < 1e-10
 
 
+def test_heat_of_a_core_leaves_the_rubber_alone():
+    one = effect("self_heating", "core")
+    signals = REST._replace(x=0.01, v=0.05, force=300.0)
+    numbers = (1 / (200 * 0.05 * 30), 30.0, 1e4)
+    assert one.force(signals, (np.log(2.0),), numbers) == pytest.approx(-100.0)
+    (rate,) = one.rates(signals, (0.5671432904,), numbers)
+    assert abs(rate) < 1e-10
+
+
 def test_temperature_leaves_the_reference_alone():
     for form in ("exponential", "linear", "arrhenius"):
         one = effect("ambient_temperature", form)

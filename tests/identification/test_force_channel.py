@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter1d
 from isolation_sim.discrepancy.data_checks import data_notes
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
-from isolation_sim.identification.force_channel import averaging_widths, moving_average
+from isolation_sim.identification.force_channel import find_averaging, moving_average
 from isolation_sim.identification.law_fit import LawModel
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.parameterisation import Parameterisation
@@ -80,17 +80,17 @@ def test_no_average_is_found_in_clean_campaigns():
         if (runs := _under(law, seed, noise)) is not None
     ]  # fmt: skip
     assert len(campaigns) >= 20
-    assert [law for law, runs in campaigns if averaging_widths(runs).any()] == []
+    assert [law for law, runs in campaigns if find_averaging(runs).widths.any()] == []
 
 
 @pytest.mark.parametrize("samples", [7, 11, 15])
 def test_an_average_of_scipy_is_found(samples):
     runs = _friction(0.005)
-    assert not averaging_widths(runs).any()
-    widths = averaging_widths(_averaged(runs, samples))
+    assert not find_averaging(runs).widths.any()
+    widths = find_averaging(_averaged(runs, samples)).widths
     frequencies = np.array([frequency for _, frequency in MOTIONS])
     np.testing.assert_allclose(widths * frequencies, samples / A_CYCLE, rtol=0.04)
-    notes = data_notes(_averaged(runs, samples))
+    notes = data_notes(_averaged(runs, samples), widths)
     assert any("all runs: the force channel is a moving average" in note for note in notes)
 
 

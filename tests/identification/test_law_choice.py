@@ -12,7 +12,7 @@ from isolation_sim.identification import fit as fit_module
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.law_choice import LawChoice, LawRank, choose_law
-from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.workers import workers
 
@@ -22,7 +22,9 @@ COMPARED = ("kelvin_voigt", "maxwell", "dahl")
 @pytest.fixture(params=COMPARED)
 def choice(request, campaign_of):
     with workers(1) as pool:
-        return request.param, choose_law(campaign_of(request.param, 0), 1, pool, laws=COMPARED)
+        campaign = campaign_of(request.param, 0)
+        data = hold_out_some(measured_runs(campaign.runs), campaign.runs)
+        return request.param, choose_law(campaign, data, 1, pool, laws=COMPARED)
 
 
 def test_the_law_that_made_the_data_is_chosen(choice):
@@ -80,7 +82,8 @@ LAWS_FOR_DAMPERS = ("bouc_wen", "hyperbolic_tangent", "spencer")
 
 def test_a_law_with_many_local_optima_is_found(damper):
     with workers(1) as pool:
-        found = choose_law(damper, None, pool, laws=LAWS_FOR_DAMPERS)
+        data = hold_out_some(measured_runs(damper.runs), damper.runs)
+        found = choose_law(damper, data, None, pool, laws=LAWS_FOR_DAMPERS)
     assert found.best.law == "spencer" and found.best.left_out < 0.013
     assert [one.law for one in found.near] == ["spencer"]
 

@@ -16,7 +16,7 @@ from ...effects.effect import in_sentence
 from ...identification.campaign import Campaign
 from ...identification.law_choice import LawChoice, choose_law
 from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
-from ...identification.measured_runs import MeasuredRuns, measured_runs
+from ...identification.measured_runs import MeasuredRuns, hold_out_some, measured_runs
 from ...identification.noise import correlation_time
 from ...laws import Device
 from ...laws.law import Law
@@ -25,7 +25,6 @@ from ..data_checks import data_notes
 from ..decisions import (
     ADEQUATE,
     CONFUSABLE_GAIN,
-    HELD_OUT_RUNS,
     NEEDED,
     NOISE_EXAMPLES,
     NUMBERS_WRONG,
@@ -73,6 +72,7 @@ class DeviceTests(Problem[FittedModel]):
         progress: Callable[[str], None],
         significance: float = SIGNIFICANCE,
         choice: LawChoice | None = None,
+        data: MeasuredRuns | None = None,
     ):
         self.choice, self.degree = choice, degree
         self.significance = significance
@@ -81,7 +81,7 @@ class DeviceTests(Problem[FittedModel]):
         self.campaign, self.device, self.seed, self.pool = campaign, device, seed, pool
         self.progress = progress
         self.data_name, self.model_name = campaign.name, law.title
-        self.data = measured_runs(campaign.runs, HELD_OUT_RUNS)
+        self.data = data or hold_out_some(measured_runs(campaign.runs), campaign.runs)
         self._parameterisation = parameterise(campaign, law, self.data, degree, given=device)
         self.disturbance: Interference | None = None
 
@@ -159,7 +159,7 @@ class DeviceTests(Problem[FittedModel]):
             self._extend(best)
         if self.choice is None and self._leaves_much():
             self.choice = choose_law(
-                self.campaign, self.degree, self.pool, seed=self.seed,
+                self.campaign, self.data, self.degree, self.pool, seed=self.seed,
                 advance=lambda: self.progress("comparing laws"),
             )  # fmt: skip
         return replace(result, best=best)
@@ -487,12 +487,15 @@ class DeviceTests(Problem[FittedModel]):
         """Number, duration and range of the runs, and suspicious features."""
         data, runs = self.data, self.campaign.runs
         held = int(np.sum(~data.fitted[data.starts[:-1]]))
+        held_out = "1 run is" if held == 1 else f"{held or 'No'} runs are"
+        if len(runs) == 1:
+            held_out = "The last third is"
         duration = float(np.sum(data.lengths * data.dt))
-        notes = " ".join(f"{note}." for note in data_notes(runs))
+        notes = " ".join(f"{note}." for note in data_notes(runs, data.averaging))
         return Text(
-            f"{len(runs)} runs, {duration:.0f} s in all, deformations up to "
-            f"{1e3 * np.max(np.abs(data.x)):.3g} mm, currents {data.current.min():.3g} to "
-            f"{data.current.max():.3g} A. {held} runs are held out to validate the result. "
+            f"{len(runs)} run{'s' * (len(runs) > 1)}, {duration:.0f} s in all, deformations up "
+            f"to {1e3 * np.max(np.abs(data.x)):.3g} mm, currents {data.current.min():.3g} to "
+            f"{data.current.max():.3g} A. {held_out} held out to validate the result. "
             f"{notes or 'Nothing looks wrong in the data.'}"
         )
 

@@ -19,14 +19,14 @@ def trajectory(starts, dt, x, v, a, current, force, temperature, parameters, fir
             respond(x[k], v[k], a[k], current[k], force[k], temperature[k], s, parameters, out, k)
             if N_STATES == 0 or k + 1 == starts[run + 1]:
                 continue
-            # a current that has changed by the next sample is taken to have changed at once, so
-            # that a law without lag is a lag of zero
+            # a state that is far faster than a step ends where the current does, so that a law
+            # without lag is a lag of zero
             n = k + 1
             step(
                 x[k],
                 v[k],
                 a[k],
-                current[n],
+                current[k],
                 force[k],
                 temperature[k],
                 x[n],

@@ -50,8 +50,10 @@ def errors_by_motion(final: FittedModel, shifts: Sequence[NDArray]) -> NDArray:
     # Gauss and Newton fits the model to it under the same motion with noise that passed the same
     # smoothing.
     full, model = final.model.data, final.model
-    keep, part = full.places(SEARCHED), full.thinned(SEARCHED)
-    clean = replace(model, data=part).forces(final.values, False)[0]
+    keep = full.places(SEARCHED)
+    # thinned samples are longer, and take more integration steps
+    thin = replace(model, data=full.thinned(SEARCHED)).resolve_steps(final.values)
+    part, clean = thin.data, thin.forces(final.values, False)[0]
     errors = []
     for shift in shifts:
         dx, dv, da = shift[:, keep]
