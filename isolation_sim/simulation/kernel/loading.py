@@ -11,7 +11,6 @@ from __future__ import annotations
 import ast
 import gc
 import importlib
-import inspect
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -107,8 +106,8 @@ def _copy(shape: Shape, *names: str) -> str:
     sizes = {size.upper(): value for size, value in shape._asdict().items()}
     written = [f"from {__package__} import loading", _assigned(sizes)]
     for name in names:
-        source = inspect.getsource(importlib.import_module(f".{name}", __package__))
-        for node in ast.parse(source).body:
+        source = Path(str(importlib.import_module(f".{name}", __package__).__file__))
+        for node in ast.parse(source.read_text()).body:
             if not isinstance(node, ast.ImportFrom) or not node.level:
                 written.append(ast.unparse(node))
             elif node.module not in (*names, "shape"):
