@@ -61,6 +61,7 @@ FORMS = (
         factor=exponential,
         rates=rates_travel,
         source="exponential decay towards a stable cycle",
+        gradual=True,
     ),
     Effect(
         cause="cyclic_degradation",
@@ -77,6 +78,7 @@ FORMS = (
         factor=logarithmic,
         rates=rates_travel,
         source="loss with the logarithm of the number of cycles",
+        gradual=True,
     ),
     Effect(
         cause="cyclic_degradation",
@@ -88,5 +90,6 @@ FORMS = (
         rates=rates_work,
         needs=frozenset({"force"}),
         source="damage by absorbed energy",
+        gradual=True,
     ),
 )  # fmt: skip

@@ -132,6 +132,9 @@ class Effect:
     needs : frozenset of str
         Signals it uses beyond the motion: "acceleration", "temperature", the law's "force".
         "current" if a factor or an added force depends on it; a device without coil then needs one.
+    gradual : bool
+        Whether it builds up over a whole test, so that its states begin with the first sample of a
+        run that was cut out of steady cycles.
     of_device : bool
         False for effects in the instruments of a test and not in the device: it belongs to
         the measured data and is left out of a law that is used elsewhere.
@@ -154,6 +157,7 @@ class Effect:
     force: Callable[..., Any] | None = None
     stored_energy: Callable[..., Any] | None = None
     needs: frozenset[str] = frozenset()
+    gradual: bool = False
     of_device: bool = True
     source: str = ""
     plan: EffectInPlan | None = None

@@ -87,6 +87,7 @@ FORMS = (
         factor=exponential,
         needs=frozenset({"force"}),
         source="lumped heat balance; Kalpakidis & Constantinou (2009) for lead-rubber bearings",
+        gradual=True,
     ),
     Effect(
         cause="self_heating",
@@ -98,6 +99,7 @@ FORMS = (
         factor=hyperbolic,
         needs=frozenset({"force"}),
         source="lumped heat balance, viscosity falling as 1 / (1 + h)",
+        gradual=True,
     ),
     Effect(
         cause="self_heating",
@@ -118,5 +120,6 @@ FORMS = (
         force=core,
         needs=frozenset({"force"}),
         source="Kalpakidis & Constantinou (2009): the yield force of the lead alone falls",
+        gradual=True,
     ),
 )

@@ -31,7 +31,6 @@ static void set_parameters(double *parameters, double current)
 void device_init(device_state *it)
 {
     memset(it, 0, sizeof *it);
-    it->settings[0] = 1.0;
     it->settings[1] = 1e-300;
 }
 

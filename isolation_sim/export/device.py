@@ -74,8 +74,11 @@ def with_work(law: Law) -> Law:
         own = tuple(states)[:n]
         return (*law.rates(x, v, own, parameters), law.force(x, v, own, parameters) * v)
 
+    def rest(parameters: tuple) -> tuple:
+        return (*((0.0,) * n if law.rest is None else law.rest(parameters)), 0.0)
+
     work = Quantity("work", "J", "work done on the device")
-    return replace(law, states=(*law.states, work), force=force, rates=rates)
+    return replace(law, states=(*law.states, work), force=force, rates=rates, rest=rest)
 
 
 def _nested(values: np.ndarray) -> str:

@@ -16,6 +16,7 @@ from .force_channel import Averaging, find_averaging, moving_average
 from .noise import white_noise
 from .run_table import TestRun
 from .sensitivities import Motion
+from .steady_start import steady_periods
 from .velocity import smooth
 
 LEAST_NOISE = 2e-3
@@ -57,12 +58,14 @@ class MeasuredRuns:
     has_temperature: bool  # Whether the temperature was measured
     # (n_runs,), s: Time over which the force channel of each run is averaged; 0 where it is not
     averaging: NDArray
+    # (n_runs,), s: Period of each run whose first cycle is steady; 0 where it begins at rest
+    periods: NDArray
     n_steps: NDArray  # (n_runs,) int: Integration steps a sample of a law under each run
 
     @property
     def motion(self) -> Motion:
         """The motion as the compiled simulation takes it."""
-        return Motion(self.starts, self.x, self.v, self.current, self.dt)
+        return Motion(self.starts, self.x, self.v, self.current, self.dt, self.periods)
 
     @property
     def lengths(self) -> NDArray:
@@ -171,7 +174,7 @@ class MeasuredRuns:
         runs = lengths > 0
         by_run = (
             "dt", "force_noise", "displacement_noise", "sigma", "velocity_measured", "averaging",
-            "n_steps",
+            "periods", "n_steps",
         )  # fmt: skip
         return replace(
             self,
@@ -186,6 +189,7 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
     """Put runs together and estimate their noise; an average is sought if it is not known."""
     # Runs with ``hold_out`` are held out.
     lengths = [len(run.time) for run in runs]
+    force_noise = np.array([white_noise(run.force) for run in runs])
     motions = [smooth(run.displacement, run.step) for run in runs]
     temperatures = [run.temperature for run in runs]
     data = MeasuredRuns(
@@ -209,12 +213,13 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
             ]
         ),
         fitted=np.repeat([not run.hold_out for run in runs], lengths),
-        force_noise=np.array([white_noise(run.force) for run in runs]),
+        force_noise=force_noise,
         displacement_noise=np.array([white_noise(run.displacement) for run in runs]),
         sigma=np.ones(len(runs)),
         velocity_measured=np.array([run.velocity_measured for run in runs]),
         has_temperature=all(one is not None for one in temperatures),
         averaging=(averaging or find_averaging(runs)).widths,
+        periods=steady_periods(runs, force_noise),
         n_steps=np.ones(len(runs), np.int64),
     )
     return replace(data, sigma=data.assumed_noise)

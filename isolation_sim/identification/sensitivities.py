@@ -16,6 +16,7 @@ from ..generated import load_text, load_written
 from ..laws.emit import function_text, straight_line, symbols
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
+from .steady_start import lead_in
 
 TEMPLATE = Path(__file__).with_name("sensitivity_template.py")
 _LARGEST_CHANGE = 1e3
@@ -33,6 +34,8 @@ class Motion:
     velocity: NDArray
     current: NDArray
     dt: NDArray  # (n_runs,): Sample interval of each run, s
+    # (n_runs,), s: Period of each run whose first cycle is steady; 0, or None for all, from rest
+    periods: NDArray | None = None
 
 
 class Simulator:
@@ -62,6 +65,8 @@ class Simulator:
         self.n_steps = np.broadcast_to(np.asarray(n_steps, np.int64), motion.dt.shape).copy()
         self.owner, self.power = np.array(owner, np.int64), np.array(power, np.int64)
         self.module = compiled(law)
+        periods = np.zeros_like(motion.dt) if motion.periods is None else motion.periods
+        self._lead_in = lead_in(motion.starts, motion.dt, periods, motion.displacement)
         n, n_theta = len(law.states), len(self.owner)
         self._work = (
             np.zeros(max(n, 1)),
@@ -84,6 +89,7 @@ class Simulator:
             motion.current,
             motion.dt,
             self.n_steps,
+            *self._lead_in,
             np.ascontiguousarray(theta, float),
             self.owner,
             self.power,
@@ -148,6 +154,29 @@ def compiled(law: Law) -> ModuleType:
     return load_written("device", mark, lambda: _text(law))
 
 
+def _begin(law: Law, names: list[str], parameters: list, unpack: list[str]) -> list[str]:
+    """Statements that set the states at rest; by gets their derivatives by the parameters."""
+    import casadi
+
+    n, n_parameters = len(law.states), len(parameters)
+    if not n:
+        return ["return"]
+    rest = (0.0,) * n if law.rest is None else law.rest(tuple(parameters))
+    values = casadi.SX(casadi.vertcat(*rest))
+    by = casadi.jacobian(values, casadi.vertcat(*parameters))
+    places = [(i, j) for i in range(n) for j in range(n_parameters) if by.has_nz(i, j)]
+    results = [*casadi.vertsplit(values), *(by[i, j] for i, j in places)]
+    named = dict(zip(names, parameters, strict=True))
+    _, _, statements, texts = straight_line(named, results)
+    return [
+        *unpack,
+        *statements,
+        *(f"s[{i}] = {texts[i]}" for i in range(n)),
+        *(f"by[{i}, {n + j}] = {one}" for (i, j), one in zip(places, texts[n:], strict=True)),
+        "return",
+    ]
+
+
 def _text(law: Law) -> str:
     """Source of the module: the law's response and Runge-Kutta step, differentiated by CasADi."""
     import casadi
@@ -169,6 +198,7 @@ def _text(law: Law) -> str:
         'OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": False}\n'
         "inline = njit(\n"
         "    forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS\n)",
+        function_text("begin", "s, parameters, by", _begin(law, p_names, p, unpack[n:])),
         function_text(
             "respond",
             "x, v, s, parameters, by",

@@ -1,10 +1,11 @@
 """Compiled simulation of a device under measured motion; ``sensitivities.py`` completes this text.
 
 States go by classical Runge-Kutta steps along the cubic through the measured displacements and
-velocities. Steps end where its velocity reverses, at a yielding law's corners. The derivatives of
-that discrete solution by the parameters are propagated beside it, so that a fit's gradient is
-exact. Names that are not defined here (N_STATES, N_PARAMETERS, step_alone, step_with_slopes,
-respond) come from the law.
+velocities. Steps end where its velocity reverses, at a yielding law's corners. The current is a
+straight line between samples; a step takes that of its middle. The derivatives of that discrete
+solution by the parameters are propagated beside it, so that a fit's gradient is exact. Names that
+are not defined here (N_STATES, N_PARAMETERS, begin, step_alone, step_with_slopes, respond) come
+from the law.
 """
 
 MOST_STEPS = 4096
@@ -18,6 +19,9 @@ def simulate(
     current,
     dt,
     n_steps,
+    cycle,
+    lead,
+    join,
     theta,
     owner,
     power,
@@ -33,73 +37,95 @@ def simulate(
     """Forces at the samples, and their derivatives by theta, of one test run after another.
 
     starts: first sample of each run, and the end. dt: sample interval of each run, s. n_steps:
-    integration steps a sample, of each run.
+    integration steps a sample, of each run. cycle, lead, join: of each run, see ``LeadIn``.
     theta: coefficients, of parameter owner[k] by the power[k]-th power of the current.
     jacobian may have no rows: then it is left out. The other arrays are workspace.
     """
     n_theta = theta.shape[0]
     differentiate = jacobian.shape[0] > 0
     for run in range(starts.shape[0] - 1):
+        first, end = starts[run], starts[run + 1]
+        sample = first + lead[run]
+        use_current(current[sample], theta, owner, power, parameters, factor)
         for i in range(N_STATES):
-            s[i] = 0.0
+            by[i, N_STATES:] = 0.0
+        begin(s, parameters, by)
+        for i in range(N_STATES):
             for k in range(n_theta):
-                slope[i, k] = 0.0
-        last = np.nan
-        for sample in range(starts[run], starts[run + 1]):
-            if current[sample] != last:
-                last = current[sample]
-                for j in range(N_PARAMETERS):
-                    parameters[j] = 0.0
-                for k in range(n_theta):
-                    factor[k] = last ** power[k]
-                    parameters[owner[k]] += theta[k] * factor[k]
-            force[sample] = respond(x[sample], v[sample], s, parameters, by)
-            if not abs(force[sample]) < np.inf:  # the rest would be no better
-                for rest in range(sample, starts[run + 1]):
-                    force[rest] = np.nan
-                    if differentiate:
-                        for k in range(n_theta):
-                            jacobian[rest, k] = np.nan
-                break
-            if differentiate:
-                for k in range(n_theta):
-                    total = by[0, N_STATES + owner[k]] * factor[k]
-                    for i in range(N_STATES):
-                        total += by[0, i] * slope[i, k]
-                    jacobian[sample, k] = total
-            if N_STATES == 0 or sample + 1 == starts[run + 1]:
-                continue
-            advance(
-                x[sample],
-                v[sample],
-                x[sample + 1],
-                v[sample + 1],
-                dt[run],
-                n_steps[run],
-                differentiate,
-                s,
-                parameters,
-                owner,
-                factor,
-                slope,
-                new_slope,
-                by,
-            )
+                slope[i, k] = by[i, N_STATES + owner[k]] * factor[k]
+        # two cycles and a part of one are gone through before the run
+        ahead = 3 * cycle[run] - lead[run] if N_STATES > 0 else 0
+        sample = first + (lead[run] if ahead > 0 else 0)
+        last = current[sample]
+        while sample < end:
+            if ahead > 0:
+                ahead -= 1
+                after = sample + 1 if sample + 1 < first + cycle[run] else first
+                interval = dt[run] if after > first else join[run]
+            else:
+                after, interval = sample + 1, dt[run]
+                if current[sample] != last:
+                    last = current[sample]
+                    use_current(last, theta, owner, power, parameters, factor)
+                force[sample] = respond(x[sample], v[sample], s, parameters, by)
+                if not abs(force[sample]) < np.inf:  # the rest would be no better
+                    for rest in range(sample, end):
+                        force[rest] = np.nan
+                        if differentiate:
+                            for k in range(n_theta):
+                                jacobian[rest, k] = np.nan
+                    break
+                if differentiate:
+                    for k in range(n_theta):
+                        total = by[0, N_STATES + owner[k]] * factor[k]
+                        for i in range(N_STATES):
+                            total += by[0, i] * slope[i, k]
+                        jacobian[sample, k] = total
+            if N_STATES > 0 and after < end:
+                advance(
+                    x[sample],
+                    v[sample],
+                    current[sample],
+                    x[after],
+                    v[after],
+                    current[after],
+                    interval,
+                    n_steps[run],
+                    differentiate,
+                    s,
+                    theta,
+                    owner,
+                    power,
+                    parameters,
+                    factor,
+                    slope,
+                    new_slope,
+                    by,
+                )
+                if current[after] != current[sample]:
+                    last = np.nan
+            sample = after
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
 def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner, factor, slope, by):
     """Force, N, after a motion over dt, s; the states s are moved on.
 
-    settings: steps to begin with and largest force so far, N; both are kept up. The steps are
-    halved until that changes the force by what an error of fourth order may.
+    settings: steps to begin with, none at rest, and largest force so far, N; both are kept up. The
+    steps are halved until that changes the force by what an error of fourth order may.
     trial, owner, factor, slope, by: workspace.
     """
+    if settings[0] == 0.0:
+        begin(s, parameters, by)
     n_steps = max(int(settings[0]) // 2, 1)
     # element by element: the compiler takes seconds for an array assigned to an array
     for k in range(N_STATES):
         trial[k] = s[k]
-    advance(x0, v0, x1, v1, dt, n_steps, False, trial, parameters, owner, factor, slope, slope, by)
+    # the current, which the parameters hold already, does not change
+    advance(
+        x0, v0, 0.0, x1, v1, 0.0, dt, n_steps, False, trial, factor, owner, owner, parameters,
+        factor, slope, slope, by,
+    )  # fmt: skip
     force = respond(x1, v1, trial, parameters, by)
     while N_STATES > 0 and n_steps < MOST_STEPS:
         n_steps *= 2
@@ -107,8 +133,9 @@ def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner,
         for k in range(N_STATES):
             trial[k] = s[k]
         advance(
-            x0, v0, x1, v1, dt, n_steps, False, trial, parameters, owner, factor, slope, slope, by
-        )
+            x0, v0, 0.0, x1, v1, 0.0, dt, n_steps, False, trial, factor, owner, owner, parameters,
+            factor, slope, slope, by,
+        )  # fmt: skip
         force = respond(x1, v1, trial, parameters, by)
         settings[1] = max(settings[1], abs(force))
         if not abs(force - last) > 15.0 * tolerance * settings[1]:
@@ -120,9 +147,20 @@ def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner,
 
 
 @inline
+def use_current(current, theta, owner, power, parameters, factor):
+    """Parameters at a current, and the powers of it that their coefficients multiply."""
+    for j in range(N_PARAMETERS):
+        parameters[j] = 0.0
+    for k in range(theta.shape[0]):
+        factor[k] = current ** power[k]
+        parameters[owner[k]] += theta[k] * factor[k]
+
+
+@inline
 def advance(
-    x0, v0, x1, v1, dt, n_steps, target, s, parameters, owner, factor, slope, new_slope, by
-):
+    x0, v0, i0, x1, v1, i1, dt, n_steps, target, s, theta, owner, power, parameters, factor, slope,
+    new_slope, by,
+):  # fmt: skip
     """States, and their slopes if wanted, from one sample to the next."""
     rate = 1.0 / dt
     # per interval, so that the cubic needs no division
@@ -139,6 +177,8 @@ def advance(
         for step in range(count):
             a = start + step * part
             m, b = a + 0.5 * part, a + part
+            if i1 != i0:
+                use_current(i0 + m * (i1 - i0), theta, owner, power, parameters, factor)
             xa, va = cubic(x0, v0, x1, v1, rate, a)
             xm, vm = cubic(x0, v0, x1, v1, rate, m)
             xb, vb = cubic(x0, v0, x1, v1, rate, b)

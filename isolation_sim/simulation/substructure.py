@@ -59,7 +59,8 @@ class DeviceSimulator:
         # the kernel's arguments for derivatives, which are not needed here
         self._unused = (np.zeros(0, np.int64), np.zeros(0), np.zeros((max(n, 1), 0)))
         self._by = np.zeros((max(n, 1), n + n_parameters))
-        # steps within a period, largest force so far; time, displacement, velocity, current
+        # steps within a period, none at rest, and largest force so far; time, displacement,
+        # velocity, current
         self._settings, self._end = np.zeros(2), np.zeros(4)
         self.reset()
 
@@ -74,8 +75,7 @@ class DeviceSimulator:
 
     def reset(self) -> None:
         """Reset the device to rest at time 0."""
-        self._states[:] = 0.0
-        self._settings[:] = 1.0, 1e-300
+        self._settings[:] = 0.0, 1e-300
         self._end[:] = 0.0, 0.0, 0.0, np.nan
 
     def step(

@@ -18,6 +18,7 @@ from ...identification.law_choice import LawChoice, choose_law
 from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
 from ...identification.measured_runs import MeasuredRuns, hold_out_some, measured_runs
 from ...identification.noise import correlation_time
+from ...identification.steady_start import steady_note
 from ...laws import Device
 from ...laws.law import Law
 from .. import inference
@@ -491,7 +492,12 @@ class DeviceTests(Problem[FittedModel]):
         if len(runs) == 1:
             held_out = "The last third is"
         duration = float(np.sum(data.lengths * data.dt))
-        notes = " ".join(f"{note}." for note in data_notes(runs, data.averaging))
+        law = self.law.model.parameterisation.law
+        notes = " ".join(
+            f"{note}."
+            for note in (*data_notes(runs, data.averaging), steady_note(data.periods, law))
+            if note
+        )
         return Text(
             f"{len(runs)} run{'s' * (len(runs) > 1)}, {duration:.0f} s in all, deformations up "
             f"to {1e3 * np.max(np.abs(data.x)):.3g} mm, currents {data.current.min():.3g} to "

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ...effects import Effect, Signals
 from ...generated import load_text
 from ...identification.measured_runs import MeasuredRuns
+from ...identification.steady_start import lead_in
 from ...laws.emit import function_text, straight_line, symbols
 
 TEMPLATE = Path(__file__).with_name("effect_template.py")
@@ -43,14 +44,17 @@ def evaluate(
         signals = Signals(x, v, data.a, current, force, data.temperature)
         return _at_once(effect, signals, tuple(parameters))
     first = np.zeros((len(data.starts) - 1, len(effect.states)))
+    # a slow effect begins at the first sample: before it the device may have rested for long
+    periods = np.zeros_like(data.periods) if effect.gradual else data.periods
+    ahead = lead_in(data.starts, data.dt, periods, x)
     if effect.start is not None:
-        for run, k in enumerate(data.starts[:-1]):
+        for run, k in enumerate(data.starts[:-1] + ahead.lead):
             signals = Signals(x[k], v[k], data.a[k], current[k], force[k], data.temperature[k])
             first[run] = effect.start(signals, tuple(parameters))
     rows = [name for name in HOOKS for _ in range(_width(effect, name))]
     out = np.empty((len(rows), len(x)))
     _compiled(effect).trajectory(
-        data.starts, data.dt, x, v, data.a, current, force, data.temperature,
+        data.starts, data.dt, *ahead, x, v, data.a, current, force, data.temperature,
         np.ascontiguousarray(parameters, float), first, np.zeros(len(effect.states)), out,
     )  # fmt: skip
     return {

@@ -5,37 +5,50 @@ Names that are not defined here (N_STATES, respond, step) come from the effect.
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def trajectory(starts, dt, x, v, a, current, force, temperature, parameters, first, s, out):
+def trajectory(
+    starts, dt, cycle, lead, join, x, v, a, current, force, temperature, parameters, first, s, out
+):
     """The effect at every sample of one test run after another.
 
-    starts: first sample of each run, and the end. dt: sample interval of each run, s.
+    starts: first sample of each run, and the end. dt: sample interval of each run, s. cycle, lead,
+    join: of each run, see ``LeadIn``.
     first: states at each run's start. out: one row per function that the effect has.
     """
     for run in range(starts.shape[0] - 1):
-        h = dt[run]
+        begin, end = starts[run], starts[run + 1]
         for i in range(N_STATES):
             s[i] = first[run, i]
-        for k in range(starts[run], starts[run + 1]):
-            respond(x[k], v[k], a[k], current[k], force[k], temperature[k], s, parameters, out, k)
-            if N_STATES == 0 or k + 1 == starts[run + 1]:
-                continue
+        # two cycles and a part of one are gone through before the run
+        ahead = 3 * cycle[run] - lead[run]
+        k = begin + lead[run]
+        while k < end:
+            if ahead > 0:
+                ahead -= 1
+                n = k + 1 if k + 1 < begin + cycle[run] else begin
+                h = dt[run] if n > begin else join[run]
+            else:
+                n, h = k + 1, dt[run]
+                respond(
+                    x[k], v[k], a[k], current[k], force[k], temperature[k], s, parameters, out, k
+                )
             # a state that is far faster than a step ends where the current does, so that a law
             # without lag is a lag of zero
-            n = k + 1
-            step(
-                x[k],
-                v[k],
-                a[k],
-                current[k],
-                force[k],
-                temperature[k],
-                x[n],
-                v[n],
-                a[n],
-                current[n],
-                force[n],
-                temperature[n],
-                h,
-                s,
-                parameters,
-            )
+            if n < end:
+                step(
+                    x[k],
+                    v[k],
+                    a[k],
+                    current[k],
+                    force[k],
+                    temperature[k],
+                    x[n],
+                    v[n],
+                    a[n],
+                    current[n],
+                    force[n],
+                    temperature[n],
+                    h,
+                    s,
+                    parameters,
+                )
+            k = n

@@ -117,6 +117,7 @@ def loop_motion(table: LoopTable) -> MeasuredRuns:
         velocity_measured=np.ones(n, bool),
         has_temperature=False,
         averaging=np.zeros(n),
+        periods=np.zeros(n),
         n_steps=np.full(n, _N_STEPS),
     )
 

@@ -1,0 +1,131 @@
+"""Runs cut out of a longer test: the device goes through their first cycle before they begin.
+
+Laboratories often keep the steady cycles of a test alone. The force of such a run repeats from its
+first sample on, while that of a device at rest does not, where it depends on the past.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..laws.law import Law
+from .loop_cycles import find_frequency
+from .run_table import TestRun
+
+_SAME_MOTION = 0.03
+"""RMS change of the motion from cycle to cycle, over its RMS, up to which it is periodic."""
+_SAME_FORCE = 0.015
+"""The same of the force in the first half cycle, beyond noise. Blind: a device that begins at rest
+and depends on the past changes by more."""
+_AS_LATER = 1.5
+"""Factor on the change between later cycles up to which the first half cycle changes as they do."""
+_LEAST_SAMPLES = 16
+"""Samples of a cycle, at least."""
+_OVERLAP = 0.25
+"""Cycles beyond the first, at least; fewer are one closed cycle or none."""
+_CLOSED = 3.0
+"""Gap between the ends of one cycle, over the changes from sample to sample beside it."""
+
+
+class LeadIn(NamedTuple):
+    """Samples of each run, (n_runs,), that are gone through before it begins."""
+
+    cycle: NDArray  # int: Samples of the first cycle; 0 where a run begins at rest
+    lead: NDArray  # int: The sample of the cycle at which the device is at rest
+    join: NDArray  # s: From the last sample of the cycle to the first of the next
+
+
+def lead_in(starts: NDArray, dt: NDArray, periods: NDArray, displacement: NDArray) -> LeadIn:
+    """Find how runs with a steady start are led in: from the middle of the motion, in its half."""
+    cycle = np.round(periods / dt).astype(np.int64)
+    cycle[cycle > np.diff(starts)] = 0
+    lead = np.zeros_like(cycle)
+    for run in np.flatnonzero(cycle).tolist():
+        x = displacement[starts[run] : starts[run] + cycle[run]]
+        half = cycle[run] // 2
+        lead[run] = half + np.argmin(np.abs(x[half:] - (x.max() + x.min()) / 2))
+    return LeadIn(cycle, lead, np.where(cycle > 0, periods - (cycle - 1) * dt, dt))
+
+
+def steady_periods(runs: Sequence[TestRun], force_noise: NDArray) -> NDArray:
+    """Period of every run whose first cycle is steady, (n_runs,), s; 0 for the others."""
+    return np.array([_period(run, noise) for run, noise in zip(runs, force_noise, strict=True)])
+
+
+def steady_note(periods: NDArray, law: Law) -> str:
+    """Say which runs do not begin at rest; empty if all do, or if the law has no memory."""
+    count = int(np.count_nonzero(periods))
+    if not (count and law.states):
+        return ""
+    which = "All runs" if count == len(periods) else f"{count} of {len(periods)} runs"
+    return (
+        f"{which} begin in a steady cycle and not at rest: the model goes through the first "
+        "cycle before"
+    )
+
+
+def _period(run: TestRun, noise: float) -> float:
+    """Period of a run whose first cycle is steady, s; else 0."""
+    t, x, force = run.time - run.time[0], run.displacement, run.force
+    size = float(np.std(x))
+    if len(t) < _LEAST_SAMPLES or not size > 0 or not np.std(force) > 0:
+        return 0.0
+    closed = _one_cycle(run, noise)
+    if closed:
+        return closed
+    period = 1 / find_frequency(t, x)
+    if not _LEAST_SAMPLES * run.step <= period <= t[-1] / (1 + _OVERLAP):
+        return 0.0
+    period = _refined(t, x, period)
+
+    def change(y: NDArray, first: float = 0.0, last: float = np.inf) -> float:
+        inside = (t >= first) & (t < last) & (t + period <= t[-1])
+        if not inside.any():
+            return 0.0
+        return float(np.sqrt(np.mean((np.interp(t[inside] + period, t, y) - y[inside]) ** 2)))
+
+    current = run.current
+    if change(current) > _SAME_MOTION * float(np.max(np.abs(current))):
+        return 0.0
+    if change(x) > _SAME_MOTION * size:
+        return 0.0
+    least = float(np.hypot(_SAME_FORCE * np.std(force), np.sqrt(2) * noise))
+    later = change(force, period / 2)
+    return period if change(force, 0.0, period / 2) <= max(least, _AS_LATER * later) else 0.0
+
+
+def _refined(t: NDArray, x: NDArray, period: float) -> float:
+    """The period near a first value that repeats a motion best, s."""
+    from scipy.interpolate import CubicSpline
+    from scipy.optimize import minimize_scalar
+
+    at = CubicSpline(t, x)
+    begin = t[t <= t[-1] - 1.02 * period]
+
+    def change(trial: float) -> float:
+        return float(np.mean((at(begin + trial) - at(begin)) ** 2))
+
+    bounds = (0.98 * period, 1.02 * period)
+    return float(minimize_scalar(change, bounds=bounds, method="bounded").x)
+
+
+def _one_cycle(run: TestRun, noise: float) -> float:
+    """Length of a run that is one closed cycle of motion and force, s; else 0."""
+    x, force = run.displacement, run.force
+    steps = np.abs(np.diff(x))
+    beside = float(np.mean(np.concatenate([steps[:3], steps[-3:]])))
+    gap = abs(float(x[0] - x[-1]))
+    both = gap < 0.5 * beside  # the closing sample is there
+    turns = np.count_nonzero(np.diff(np.sign(run.velocity[run.velocity != 0])))
+    around = 2 * np.pi * np.std(x) / max(float(np.std(run.velocity)), 1e-300)
+    length = (len(x) - (1 if both else 0)) * run.step
+    # about one sinusoid, and closed
+    if gap > _CLOSED * beside or turns > 3 or not 0.8 < around / length < 1.25:
+        return 0.0
+    steps = np.abs(np.diff(force))
+    beside = float(np.mean(np.concatenate([steps[:3], steps[-3:]])))
+    return length if abs(force[0] - force[-1]) <= _CLOSED * (beside + noise) else 0.0

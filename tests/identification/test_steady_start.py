@@ -1,0 +1,141 @@
+"""Runs cut out of steady cycles: found by their force, and led in by their own first cycle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.fit import fit
+from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.sensitivities import Simulator
+from isolation_sim.laws.registry import LAWS
+
+STEP = 1 / 256
+STIFFNESS, ALPHA, DAMPING, A, BETA, GAMMA = 8e4, 6e5, 900.0, 0.9, 9e4, 4e4
+
+
+def _cycles(amplitude, frequency, current, phase, cycles, begin, seed, noise=0.01, hold_out=False):
+    """Cycles of a Bouc-Wen device by SciPy, kept from the cycle ``begin`` on."""
+    omega = 2 * np.pi * frequency
+    n = int(cycles / frequency / STEP) + 1
+    early = begin / frequency
+    time = np.concatenate([[0.0], early + STEP * np.arange(n)]) if begin else STEP * np.arange(n)
+    phases = omega * time + phase
+    scale = 1 + 0.6 * current
+
+    def rate(t, z):
+        v = amplitude * omega * np.cos(omega * t + phase)
+        return A * v - BETA * abs(v) * z * abs(z) - GAMMA * v * z * z
+
+    z = solve_ivp(
+        rate, (0.0, time[-1]), [0.0], "LSODA", time, rtol=1e-8, atol=1e-12, max_step=0.02
+    ).y[0][-n:]
+    x, v = amplitude * np.sin(phases)[-n:], amplitude * omega * np.cos(phases)[-n:]
+    force = scale * (STIFFNESS * x + ALPHA * z) + DAMPING * v
+    random = np.random.default_rng(seed)
+    force += noise * np.std(force) * random.standard_normal(n)
+    x = x + 1e-3 * noise * np.std(x) * random.standard_normal(n)
+    return TestRun(
+        f"run {seed}", STEP * np.arange(n), x, v, force, np.full(n, current), hold_out,
+        velocity_measured=True,
+    )  # fmt: skip
+
+
+def _campaign(begin, cycles=3.0, sizes=(2e-3, 5e-3, 1e-2, 1.5e-2)):
+    random = np.random.default_rng(4)
+    runs = []
+    for amplitude in sizes:
+        for frequency in (0.5, 2.0):
+            for current in (0.0, 1.0, 2.0):
+                phase = random.uniform(0, 2 * np.pi) if begin else 0.0
+                k = len(runs)
+                motion = amplitude, frequency, current, phase, cycles
+                runs.append(_cycles(*motion, begin, k, hold_out=k % 6 == 4))
+    return Campaign("steady cycles", "made", tuple(runs))
+
+
+@pytest.fixture(scope="module")
+def cut_out():
+    return _campaign(begin=4)
+
+
+def test_cycles_cut_out_are_found(cut_out):
+    data = measured_runs(cut_out.runs)
+    frequency = [0.5, 0.5, 0.5, 2.0, 2.0, 2.0] * 4
+    assert data.periods == pytest.approx(1 / np.array(frequency), rel=2e-3)
+
+
+def test_runs_from_rest_are_left(cut_out):
+    assert not measured_runs(_campaign(begin=0).runs).periods.any()
+    random = np.random.default_rng(0)
+    x = 1e-3 * np.convolve(random.standard_normal(2000), np.hanning(60), "same")
+    run = cut_out.runs[0]
+    noise = replace(
+        run, time=STEP * np.arange(2000), displacement=x, velocity=np.gradient(x, STEP),
+        force=1e5 * x, current=np.zeros(2000),
+    )  # fmt: skip
+    assert measured_runs([noise]).periods == 0.0
+
+
+@pytest.mark.parametrize("closing", [False, True])
+def test_one_closed_cycle_is_found(closing):
+    whole = _cycles(5e-3, 2.0, 0.0, 1.0, 2.0, 4, 0)
+    n = 128 + closing
+    one = replace(
+        whole,
+        **{name: getattr(whole, name)[:n]
+           for name in ("time", "displacement", "velocity", "force", "current")},
+    )  # fmt: skip
+    assert measured_runs([one]).periods == pytest.approx([0.5], rel=1e-6)
+    rest = _cycles(5e-3, 2.0, 0.0, 0.0, 2.0, 0, 0)
+    one = replace(
+        rest,
+        **{name: getattr(rest, name)[:n]
+           for name in ("time", "displacement", "velocity", "force", "current")},
+    )  # fmt: skip
+    assert not measured_runs([one]).periods.any()
+
+
+def test_the_led_in_force_is_that_of_steady_cycles():
+    """The simulation of a cut-out run is that of the end of the whole test."""
+    whole = _cycles(5e-3, 1.7, 0.0, 0.0, 8.0, 0, 0, noise=0.0)
+    begin = 700
+    cut = replace(
+        whole, time=whole.time[begin:] - whole.time[begin],
+        **{name: getattr(whole, name)[begin:]
+           for name in ("displacement", "velocity", "force", "current")},
+    )  # fmt: skip
+    data = measured_runs([cut])
+    assert data.periods == pytest.approx([1 / 1.7], rel=1e-4)
+    law = LAWS["bouc_wen"]
+    theta = np.array([STIFFNESS, DAMPING, ALPHA, A, BETA, GAMMA, 2.0, 0.0])
+    owner = np.arange(len(theta))
+    simulator = Simulator(law, data.motion, owner, 0 * owner, 4)
+    force, jacobian = simulator.run(theta)
+    assert np.max(np.abs(force - cut.force)) < 2e-3 * np.max(np.abs(cut.force))
+    rest = Simulator(law, replace(data.motion, periods=None), owner, 0 * owner, 4)
+    assert np.max(np.abs(rest.run(theta)[0] - cut.force)) > 0.05 * np.max(np.abs(cut.force))
+    k = law.parameter_names.index("beta")
+    moved = theta.copy()
+    moved[k] *= 1 + 1e-6
+    difference = (simulator.run(moved, False)[0] - force) / (1e-6 * theta[k])
+    size = np.max(np.abs(difference))
+    assert np.max(np.abs(difference - jacobian[:, k])) < 1e-4 * size
+
+
+def test_a_fit_to_cycles_cut_out(cut_out):
+    result = fit(cut_out, "bouc_wen", current_degree=1)
+    assert result.error < 0.0105
+    assert any("steady cycle" in note for note in result.notes)
+
+
+def test_nothing_is_missing_in_cycles_cut_out(cut_out):
+    diagnosis = diagnose(cut_out, "bouc_wen", current_degree=1)
+    assert diagnosis.verdict == "adequate" and not diagnosis.causes
+    assert "All runs begin in a steady cycle" in repr(diagnosis.steps)
