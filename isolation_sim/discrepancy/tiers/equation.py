@@ -1,21 +1,22 @@
 """The second tier: a sparse equation added to a law's force.
 
 Candidate terms are screened by orthogonal regression on the force residual along the measured
-motion, beside the tangent of everything fitted so far. A term is taken if it lowers the error on
-conditions left out by more than one standard error and makes none of them worse, and if it is also
-the choice without most of the conditions. The whole is then written as a law and fitted through the
-simulation, together with the numbers inside its terms.
+motion, beside the tangent of everything fitted so far. The numbers inside the leading terms are
+searched before terms are judged. A term is taken if it lowers the error on conditions left out by
+more than one standard error and makes none of them worse, and if it is also the choice without most
+of the conditions. The whole is then written as a law and fitted through the simulation, together
+with the numbers inside its terms.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...identification.least_squares import levenberg_marquardt
+from ...identification.least_squares import DETERMINED, levenberg_marquardt, unit_columns
 from ..decisions import (
     EQUATION_GAIN,
     EQUATION_STABLE,
@@ -28,12 +29,20 @@ from ..device.load_cell_offset import EACH_RUN, run_means
 from ..device.model import Model
 from .law_file import Chosen
 from .regression import Regression
-from .terms import along, library
+from .terms import Term, along, library
 
 _SCREENED = 40
 """Candidates that are judged on conditions left out."""
 _TRIED = 5
 """Candidates that are asked for their stability."""
+_LEADING = 4
+"""Terms whose numbers are searched before they are judged."""
+_SEARCHED = 40
+"""Trials of a term's numbers."""
+_REACH = 5.0
+"""Factor on a number up to which it is searched."""
+_NEAR = 2.0
+"""Factor between numbers up to which two terms of one kind are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +51,112 @@ class _Candidate:
 
     chosen: Chosen
     columns: NDArray
+
+    def is_near(self, other: _Candidate) -> bool:
+        """Whether it is another one's term, or a part of it, with slightly different numbers."""
+        one, two = self.chosen.term, other.chosen.term
+        inside = set(self.chosen.powers) <= set(other.chosen.powers)
+        return (
+            inside
+            and one.text == two.text
+            and all(
+                abs(a.value - b.value) < (_NEAR - 1) * min(abs(a.value), abs(b.value))
+                for a, b in zip(one.numbers, two.numbers, strict=True)
+            )
+        )
+
+
+class _Library:
+    """Candidates beside a model, and their columns; better numbers join them."""
+
+    def __init__(self, model: Model):
+        data = self.data = model.data
+        self._own_means = EACH_RUN in model.effects
+        degree = len(model.parameterisation.currents) - 1
+        self._powers = tuple(range(degree + 1 if np.ptp(data.current) > 0 else 1))
+        self.candidates: list[_Candidate] = []
+        self.columns = np.zeros((int(data.fitted.sum()), 0))
+        # a law reads the current through a parameter that is its first power
+        self.add(one for one in library(data) if degree > 0 or not one.current)
+
+    def add(self, terms: Iterable[Term]) -> None:
+        """Add terms with every set of powers of the current."""
+        columns, at = [self.columns], self.columns.shape[1]
+        for term in terms:
+            powers = (0,) if term.current else self._powers
+            own = self.along(term, powers)
+            if own is None:
+                continue
+            columns.append(own)
+            for powers_set in dict.fromkeys([(0,), *((p,) for p in powers[1:]), powers]):
+                place = at + np.array([powers.index(p) for p in powers_set])
+                self.candidates.append(_Candidate(Chosen(term, powers_set), place))
+            at += len(powers)
+        self.columns = np.hstack(columns)
+
+    def along(self, term: Term, powers: Sequence[int]) -> NDArray | None:
+        """Weighted columns of a term by powers of the current; None if it is zero or diverges."""
+        data = self.data
+        value = along(term, data)
+        size = float(np.linalg.norm(value))
+        if not (np.isfinite(size) and size > 0):
+            return None
+        every = data.record(np.stack([value * data.current**p for p in powers], axis=1))
+        if self._own_means:
+            every = every - run_means(data, every)
+        return (every * data.weight[:, np.newaxis])[data.fitted]
+
+    def search_numbers(
+        self, found: Sequence[_Candidate], gains: NDArray, beside: NDArray, residual: NDArray
+    ) -> None:
+        """Add the leading terms with numbers for which they reduce a residual most.
+
+        ``gains`` are of all candidates; ``beside`` are columns that are fitted together with a
+        term.
+        """
+        u, s, _ = np.linalg.svd(unit_columns(beside)[0], full_matrices=False)
+        basis = u[:, s > DETERMINED * s[0]] if len(s) else u
+        residual = residual - basis @ (basis.T @ residual)
+        leading: dict[str, _Candidate] = {}
+        for k in np.argsort(-gains).tolist():
+            one = self.candidates[k]
+            taken = any(one.is_near(other) for other in found)
+            if one.chosen.term.numbers and not taken and len(leading) < _LEADING:
+                leading.setdefault(one.chosen.term.text, one)
+        self.add([self._with_best_numbers(one.chosen, basis, residual) for one in leading.values()])
+
+    def _with_best_numbers(self, chosen: Chosen, basis: NDArray, residual: NDArray) -> Term:
+        """A term with the numbers for which it reduces a residual most."""
+        from scipy.optimize import minimize
+
+        term = chosen.term
+        sizes = np.array([abs(n.value) for n in term.numbers])
+        is_position = np.array([n.symbol == "b" for n in term.numbers])
+
+        def at(step: NDArray) -> Term:
+            values = np.where(
+                is_position,
+                [n.value for n in term.numbers] + step * sizes.min(),
+                sizes * np.exp(np.clip(step, -np.log(_REACH), np.log(_REACH))),
+            )
+            return replace(term, numbers=tuple(
+                replace(n, value=max(float(v), n.least) if n.symbol != "b" else float(v))
+                for n, v in zip(term.numbers, values, strict=True)
+            ))  # fmt: skip
+
+        def left(step: NDArray) -> float:
+            columns = self.along(at(step), chosen.powers)
+            if columns is None:
+                return float(residual @ residual)
+            columns = columns - basis @ (basis.T @ columns)
+            scaled, _ = unit_columns(columns)
+            rest = residual - scaled @ np.linalg.lstsq(scaled, residual)[0]
+            return float(rest @ rest)
+
+        n = len(sizes)
+        simplex = np.vstack([np.zeros(n), 0.4 * np.eye(n)])
+        options = {"maxfev": _SEARCHED, "initial_simplex": simplex, "xatol": 1e-2, "fatol": 0.0}
+        return at(minimize(left, np.zeros(n), method="Nelder-Mead", options=options).x)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,26 +172,44 @@ class Selection:
 
 def select(model: Model, values: NDArray, folds: Sequence[NDArray]) -> Selection:
     """Select terms beside a model on fitted data."""
-    columns, candidates = _columns(model)
+    library = _Library(model)
     found: list[_Candidate] = []
+    left: list[_Candidate] = []
     stability: list[float] = []
     coefficients = np.zeros(0)
     while len(found) < EQUATION_TERMS:
-        taken = np.concatenate([one.columns for one in found]) if found else np.zeros(0, int)
-        values, coefficients = _joint(model, values, columns[:, taken], coefficients)
+        taken = _places(found)
+        values, coefficients = _joint(model, values, library.columns[:, taken], coefficients)
         residual, jacobian = model.residuals(values, True)
         n = jacobian.shape[1]
-        residual = residual + columns[:, taken] @ coefficients
-        regression = Regression.of(np.hstack([jacobian, columns]), residual, folds)
+        residual = residual + library.columns[:, taken] @ coefficients
+        # which terms lead is known from a first regression; their numbers are then searched
+        regression = Regression.of(np.hstack([jacobian, library.columns]), residual, folds)
         beside = np.concatenate([np.arange(n), n + taken])
-        best = _next(regression, beside, [c for c in candidates if c not in found], n)
+        groups = [n + one.columns for one in library.candidates]
+        library.search_numbers(
+            found, regression.gains(beside, groups, -1),
+            np.hstack([jacobian, library.columns[:, taken]]), residual,
+        )  # fmt: skip
+        regression = Regression.of(np.hstack([jacobian, library.columns]), residual, folds)
+        others = [
+            one for one in library.candidates
+            if one not in left and not any(one.is_near(other) for other in found)
+        ]  # fmt: skip
+        best = _next(regression, beside, others, n)
         if best is None:
             break
         found.append(best[0])
         stability.append(best[1])
         coefficients = np.concatenate([coefficients, np.zeros(len(best[0].columns))])
-    taken = np.concatenate([one.columns for one in found]) if found else np.zeros(0, int)
-    values, coefficients = _joint(model, values, columns[:, taken], coefficients)
+        # a term that the later ones replace is left out for good
+        for k in reversed(_replaced(regression, found, n)):
+            left.append(found.pop(k))
+            del stability[k]
+            ends = np.cumsum([len(one.columns) for one in [*found[:k], left[-1]]])
+            gone = np.arange(ends[-1] - len(left[-1].columns), ends[-1])
+            coefficients = np.delete(coefficients, gone)
+    values, coefficients = _joint(model, values, library.columns[:, _places(found)], coefficients)
     ends = np.cumsum([len(one.columns) for one in found])[:-1]
     return Selection(
         tuple(one.chosen for one in found),
@@ -86,26 +219,25 @@ def select(model: Model, values: NDArray, folds: Sequence[NDArray]) -> Selection
     )
 
 
-def _columns(model: Model) -> tuple[NDArray, list[_Candidate]]:
-    """Weighted columns of all terms and powers, and the candidates that are made of them."""
-    data = model.data
-    degree = len(model.parameterisation.currents) - 1
-    powers = range(degree + 1 if np.ptp(data.current) > 0 else 1)
-    sets = list(dict.fromkeys([(0,), *((p,) for p in powers[1:]), tuple(powers)]))
-    columns: list[NDArray] = []
-    candidates = []
-    for term in library(data):
-        value = along(term, data)
-        size = float(np.linalg.norm(value))
-        if not (np.isfinite(size) and size > 0):
-            continue
-        at = len(columns)
-        columns += [value * data.current**p for p in powers]
-        candidates += [_Candidate(Chosen(term, s), at + np.array(s)) for s in sets]
-    every = data.record(np.stack(columns, axis=1))
-    if EACH_RUN in model.effects:
-        every = every - run_means(data, every)
-    return (every * data.weight[:, np.newaxis])[data.fitted], candidates
+def _places(found: Sequence[_Candidate]) -> NDArray:
+    """Columns of candidates."""
+    return np.concatenate([one.columns for one in found]) if found else np.zeros(0, int)
+
+
+def _replaced(regression: Regression, found: Sequence[_Candidate], n: int) -> list[int]:
+    """Terms without which the others predict conditions left out nearly as well."""
+    own = np.arange(n)
+    result: list[int] = []
+    for k in range(len(found) - 1):
+        rest = [one for j, one in enumerate(found) if j != k and j not in result]
+        every = [one for j, one in enumerate(found) if j not in result]
+        without, whole = (
+            float(regression.left_out(np.concatenate([own, n + _places(one)])).sum())
+            for one in (rest, every)
+        )
+        if without <= (1 + EQUATION_GAIN) * whole:
+            result.append(k)
+    return result
 
 
 def _joint(
@@ -143,7 +275,7 @@ def _next(
     for k in np.argsort(-gains)[:_SCREENED].tolist():
         after = regression.left_out(np.concatenate([beside, groups[k]]))
         change = before - after
-        error = float(np.std(after, ddof=1)) * np.sqrt(len(after))
+        error = min(float(np.std(one, ddof=1)) for one in (after, change)) * np.sqrt(len(after))
         if np.all(np.sqrt(after) <= WORSE * np.sqrt(before)) and change.sum() > max(
             error, EQUATION_GAIN * before.sum()
         ):

@@ -19,7 +19,13 @@ from ...identification.left_out import conditions, fitted_without
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.noise import correlation_time
 from ...laws import Device
-from ..decisions import ADEQUATE, BEYOND_TESTS, EQUATION_PREFERRED, TIER_SAMPLES
+from ..decisions import (
+    ADEQUATE,
+    BEYOND_TESTS,
+    EQUATION_GAIN,
+    EQUATION_PREFERRED,
+    TIER_SAMPLES,
+)
 from ..device.generic_terms import OUTSIDE
 from ..device.model import FittedModel, Model, fit_model
 from ..diagnosis import Diagnosis, Errors, Verdict
@@ -72,8 +78,7 @@ class Climb:
         text: str = "",
     ) -> _Rung:  # fmt: skip
         """A rung from its model on the samples that select."""
-        whole = replace(part.model, data=self.problem.data).resolve_steps(part.values)
-        final = fit_model(whole, part.values, _LAST_STEPS, 1e-6)
+        final = self._fitted(replace(part.model, data=self.problem.data), part.values, 1e-6)
         without = self._without(part)
         return _Rung(
             final, part, without, self._left_out(without), tuple(chosen),
@@ -108,12 +113,15 @@ class Climb:
         if starts[0].effects:
             starts.append(self.law.part)
         found = [rung for start in starts if (rung := self._equation(start)) is not None]
-        return min(found, key=lambda rung: float(rung.left_out @ rung.left_out), default=None)
+        return min(found, key=_power, default=None)
 
     def _equation(self, start: FittedModel) -> _Rung | None:
         """The equation beside a model, with as many terms as lose nowhere."""
         found = select(start.model, start.values, self.masks)
+        best = None
         for count in range(len(found.chosen), 0, -1):
+            if best is not None and count < len(best.chosen) - 1:
+                break
             chosen = found.chosen[:count]
             numbers = [
                 np.concatenate([c, [n.value for n in one.term.numbers]])
@@ -121,12 +129,18 @@ class Climb:
             ]
             model, text = self._extended(start.model, chosen, None)
             values = np.insert(found.values, start.model.n_law, np.concatenate(numbers))
-            # a term's state may be faster than the law
-            part = fit_model(model.resolve_steps(values, 1), values, _LAST_STEPS, 1e-5)
-            rung = self._rung(part, chosen, found.stability, text)
-            if not self.losses(rung, self.law):
-                return rung
-        return None
+            rung = self._rung(self._fitted(model, values, 1e-5), chosen, found.stability, text)
+            if self.losses(rung, self.law):
+                continue
+            # fewer terms are kept where they predict nearly as well
+            if best is None or _power(rung) <= (1 + EQUATION_GAIN) * _power(best):
+                best = rung
+        return best
+
+    def _fitted(self, model: Model, values: NDArray, tolerance: float) -> FittedModel:
+        """A model fitted with as many steps as it needs; a term's state may be fast."""
+        here = model.resolve_steps(values, 1)
+        return FittedModel.of(*here.minimise_resolved(values, _LAST_STEPS, tolerance))
 
     def learned(self, below: _Rung) -> _Rung:
         """The third tier, beside a rung below, whose values stay."""
@@ -165,10 +179,15 @@ class Climb:
         for k, one in enumerate(chosen, start=first_place(base.law)):
             powers[f"c_{k}"] = one.powers
             powers |= {f"{n.symbol}_{k}": (0,) for n in one.term.numbers}
-        held = {}
+        # a law reads the current through a parameter that is its first power
+        held = {
+            f"i_{k}": [0.0, 1.0]
+            for k, one in enumerate(chosen, start=first_place(base.law))
+            if one.term.current
+        }
         if network is not None:
             largest = float(np.max(np.abs(self.data.current))) or 1.0
-            held = {f"share_{k}": [0.0] * k + [largest**-k] for k in range(len(network.weights))}
+            held |= {f"share_{k}": [0.0] * k + [largest**-k] for k in range(len(network.weights))}
         own = TermParameterisation(law_of(text), base, powers, held)
         expected = model.expected
         if expected is not None:
@@ -362,6 +381,11 @@ def _withheld(diagnosis: Diagnosis, ladder: Ladder) -> Diagnosis:
         extended=diagnosis.judged,
         traces=tuple(replace(one, after=one.before) for one in diagnosis.traces),
     )
+
+
+def _power(rung: _Rung) -> float:
+    """Squared residual of the conditions left out, N^2."""
+    return float(rung.left_out @ rung.left_out)
 
 
 def _judging(rung: Rung) -> float:

@@ -57,23 +57,30 @@ class Network:
 def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title: str) -> str:
     """Write the file of a law with terms, and a learned term if there is one."""
     parameters, states, rates, force, lines = [], [], [], [], []
+    at_rest: list[str] = []
     unpack_parameters: list[str] = []
     for k, one in enumerate(chosen, start=first_place(base)):
         names = _names(one, k)
         coefficient = f"c_{k}"
         unpack_parameters += [coefficient, *(names[n.symbol] for n in one.term.numbers)]
+        if one.term.current:
+            unpack_parameters.append(names["i"])
         meaning = f"of {one.term.text}"
         parameters.append(f'    Quantity("{coefficient}", "{one.term.unit}", "{meaning}"),')
         for n in one.term.numbers:
-            lower = "" if n.symbol == "b" else f", lower={0.05 * n.value:.3g}, divides=True"
+            least = max(0.05 * n.value, n.least)
+            lower = "" if n.symbol == "b" else f", lower={least:.3g}, divides=True"
             upper = "" if n.symbol == "b" else f", upper={20 * n.value:.3g}"
             parameters.append(
                 f'    Quantity("{names[n.symbol]}", "{n.unit}", "{n.meaning}"{lower}{upper}),'
             )
+        if one.term.current:
+            parameters.append(f'    Quantity("{names["i"]}", "A", "current"),')
         if one.term.rate:
             unit = one.term.state_unit
             states.append(f'    Quantity("s_{k}", "{unit}", "state of c_{k}"),')
             rates.append(_named(one.term.rate, names))
+            at_rest.append(names["i"] if one.term.current else "0.0")
         force.append(f"{coefficient} * ({_named(one.term.code, names)})")
         lines.append(f"      + c_{k} ({shown(one, k)})")
     note = ""
@@ -85,6 +92,7 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
         unpack_parameters += [f"share_{k}" for k in range(len(network.weights))]
         states += own_states
         rates += own_rates
+        at_rest += ["0.0"] * len(own_states)
         force.append(own_force)
     state_names = [line.split('"')[1] for line in states]
     for name in [*unpack_parameters, *state_names]:
@@ -125,11 +133,13 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
             "    return BASE.field_power(x, states[:N_STATES], parameters[:N_PARAMETERS])\n",
         ]
         extra.append("    field_power=field_power,")
-    if base.rest is not None:
+    if base.rest is not None or any(one.term.current for one in chosen):
+        inner = "*BASE.rest(parameters[:N_PARAMETERS])" if base.rest else "*(0.0,) * N_STATES"
         body += [
             "\ndef rest(parameters: tuple) -> tuple:",
-            '    """States of the undeformed device."""',
-            f"    return (*BASE.rest(parameters[:N_PARAMETERS]), *(0.0,) * {len(states)})\n",
+            '    """States of the undeformed device at a steady current."""',
+            *unpack[:1],
+            f"    return ({', '.join([inner, *at_rest])},)\n",
         ]
         extra.append("    rest=rest,")
     body += [
@@ -150,7 +160,8 @@ def first_place(base: Law) -> int:
 
 def _names(one: Chosen, place: int) -> dict[str, str]:
     """Symbols of a term as they are called in the equation."""
-    return {symbol: f"{symbol}_{place}" for symbol in ("s", *(n.symbol for n in one.term.numbers))}
+    own = ("s", "i", *(n.symbol for n in one.term.numbers))
+    return {symbol: f"{symbol}_{place}" for symbol in own}
 
 
 def shown(one: Chosen, place: int) -> str:

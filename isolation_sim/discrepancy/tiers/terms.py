@@ -36,12 +36,15 @@ class Number:
         Its expression, SI unit and meaning.
     value : float
         In ``unit``.
+    least : float
+        Lower bound, in ``unit``.
     """
 
     symbol: str
     unit: str
     meaning: str
     value: float
+    least: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -50,11 +53,12 @@ class Term:
 
     # As it is printed; its numbers' symbols, and ``s`` for its state, stand for themselves
     text: str
-    code: str  # As Python code of ``x``, ``v``, ``s`` and its numbers' symbols
+    code: str  # As Python code of ``x``, ``v``, ``s``, ``i`` and its numbers' symbols
     unit: str  # SI unit of its coefficient
     numbers: tuple[Number, ...] = ()  # Numbers inside the term, all positive but a position
     rate: str = ""  # Python code of the state's time derivative; empty where there is no state
     state_unit: str = "m"  # SI unit of the state
+    current: bool = False  # Whether its state follows the current, ``i`` in ``rate``
 
     @property
     def title(self) -> str:
@@ -98,11 +102,21 @@ _INERTIA = (
     ("a^2", f"({_ACCELERATION})**2", "N s^4/m^2"),
     ("a |a|", f"{_ACCELERATION} * np.fabs({_ACCELERATION})", "N s^4/m^2"),
 )
+_FLUX = "(i - s) / t"
+_CURRENT_RATE = (
+    ("dI/dt", _FLUX, "N s/A"),
+    ("x dI/dt", f"x * {_FLUX}", "N s/A/m"),
+    ("v dI/dt", f"v * {_FLUX}", "N s^2/A/m"),
+)
 _LENGTHS = (0.003, 0.01, 0.03, 0.1, 0.3)
 _SPEEDS = (0.01, 0.03, 0.1, 0.3)
 _TIMES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 _FAST = 0.03
 """Time over which the acceleration is taken, over that of the motion: laws do not know it."""
+CHANGING = 0.05
+"""Range of a run's current over the largest from which it changes. Convention."""
+_LEAST_SAMPLES = 2.0
+"""Samples over which the rate of the current is taken, at least."""
 _MEANINGS = {
     "r": ("m", "deformation at which it yields"),
     "w": ("m/s", "velocity at which it saturates"),
@@ -111,13 +125,27 @@ _MEANINGS = {
 }
 
 
-def _numbers(**values: float) -> tuple[Number, ...]:
-    return tuple(Number(name, *_MEANINGS[name], value) for name, value in values.items())
+def _numbers(least: float = 0.0, **values: float) -> tuple[Number, ...]:
+    return tuple(Number(name, *_MEANINGS[name], value, least) for name, value in values.items())
 
 
 def library(data: MeasuredRuns) -> tuple[Term, ...]:
     """Candidate terms, their numbers at characteristic scales of the data."""
-    return tuple(_library(float(np.max(np.abs(data.x))), float(np.max(np.abs(data.v)))))
+    x, v = float(np.max(np.abs(data.x))), float(np.max(np.abs(data.v)))
+    terms = [*_library(x, v)]
+    if any(np.ptp(data.current[run]) > CHANGING * np.max(data.current) for run in data.runs):
+        terms += _current_terms(x / v, _LEAST_SAMPLES * float(np.median(data.dt)))
+    return tuple(terms)
+
+
+def _current_terms(time: float, least: float) -> Iterator[Term]:
+    """Terms in the rate of the current, which is taken over a short time, s."""
+    for share in _TIMES[:4]:
+        for text, code, unit in _CURRENT_RATE:
+            yield Term(
+                f"{text}, dI/dt = s' = (I - s)/t", code, unit,
+                _numbers(least, t=max(share * time, least)), _FLUX, "A", True,
+            )  # fmt: skip
 
 
 def _library(x: float, v: float) -> Iterator[Term]:
@@ -152,7 +180,7 @@ def _library(x: float, v: float) -> Iterator[Term]:
 def along(term: Term, data: MeasuredRuns) -> NDArray:
     """Value of a term at every sample, (n_samples,), in SI units."""
     values = {n.symbol: n.value for n in term.numbers}
-    known = {"x": data.x, "v": data.v, **values}
+    known = {"x": data.x, "v": data.v, "i": data.current, **values}
     if term.rate:
         known["s"] = _state(term, data)
     with np.errstate(all="ignore"):
@@ -176,10 +204,10 @@ def _state(term: Term, data: MeasuredRuns) -> NDArray:
     x = finer(data.x)
     nothing = np.zeros(len(x))
     fine = replace(
-        data, starts=ends, dt=data.dt / m, x=x, v=finer(data.v), a=nothing, current=nothing,
-        temperature=nothing,
+        data, starts=ends, dt=data.dt / m, x=x, v=finer(data.v), a=nothing,
+        current=finer(data.current), temperature=nothing,
     )  # fmt: skip
-    effect = _state_alone(term.rate, tuple(n.symbol for n in term.numbers))
+    effect = _state_alone(term.rate, tuple(n.symbol for n in term.numbers), term.current)
     numbers = np.array([n.value for n in term.numbers])
     state = evaluate(effect, fine, nothing, numbers)["force"]
     return np.concatenate([state[a:b:m] for a, b in pairwise(ends)])
@@ -191,11 +219,11 @@ def run(code: str, known: dict[str, Any]) -> Any:
 
 
 @lru_cache(maxsize=64)
-def _state_alone(rate: str, symbols: tuple[str, ...]) -> Effect:
+def _state_alone(rate: str, symbols: tuple[str, ...], current: bool) -> Effect:
     """An effect whose force is a term's state, so that it is simulated as effects are."""
 
     def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
-        known = {"x": signals.x, "v": signals.v, "s": states[0]}
+        known = {"x": signals.x, "v": signals.v, "i": signals.current, "s": states[0]}
         return (run(rate, known | dict(zip(symbols, parameters, strict=True))),)
 
     return Effect(
@@ -205,5 +233,6 @@ def _state_alone(rate: str, symbols: tuple[str, ...]) -> Effect:
         parameters=tuple(EffectParameter(s, _MEANINGS[s][0], _MEANINGS[s][1]) for s in symbols),
         states=(Quantity("s", "m", "state"),),
         rates=rates,
+        start=(lambda signals, parameters: (signals.current,)) if current else None,
         force=lambda signals, states, parameters: states[0],
     )
