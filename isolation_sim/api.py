@@ -263,7 +263,7 @@ def diagnose(
     consequence: bool = True,
     current_degree: int | None = None,
     significance: float | None = None,
-    tiers: Tier = "causes",
+    tiers: Tier = "auto",
     seed: int = 0,
     threads: int | None = None,
     progress: Callable[[str], None] | None = None,
@@ -293,8 +293,9 @@ def diagnose(
     significance : float, optional
         Share of the force (RMS) below which an effect is negligible, 0.002 by default; not for
         building records.
-    tiers : {"causes", "equation", "learned"}, default "causes"
-        Methods beyond named causes; for campaigns of device tests.
+    tiers : {"auto", "causes", "equation", "learned"}, default "auto"
+        Methods beyond named causes, for campaigns of device tests: "auto" adds an equation and a
+        learned term where a fitted law with its causes does not explain the data.
     seed : int, default 0
         Random seed of search and inference; not used for a building record.
     threads : int, optional
@@ -340,9 +341,9 @@ def diagnose(
                 f"{paths[0]}: a building record needs its building; expected: --scenario with a "
                 "scenario file that describes it"
             )
-        if tiers != "causes":
+        if tiers not in ("auto", "causes"):
             raise InputError(
-                f"{paths[0]}: tiers is {tiers!r}; expected of a building record: causes"
+                f"{paths[0]}: tiers is {tiers!r}; expected of a building record: auto or causes"
             )
         if significance is not None:
             raise InputError(

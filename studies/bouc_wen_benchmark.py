@@ -146,13 +146,13 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     named, best = "", BOUC_WEN
     if not short:
         step("diagnosing the linear law", 0.1)
-        diagnosis = iso.diagnose(loops, LINEAR, consequence=False)
+        diagnosis = iso.diagnose(loops, LINEAR, tiers="causes", consequence=False)
         diagnosis.save(folder / "diagnosis_linear")
         named = ", ".join(f"{c.name} ({c.form})" for c in diagnosis.causes)
         if diagnosis.extended is not None:
             models[f"linear with {named}"] = mass, diagnosis.extended
         step("comparing all laws", 0.4)
-        family = iso.diagnose(loops, "auto", consequence=False)
+        family = iso.diagnose(loops, "auto", tiers="causes", consequence=False)
         family.save(folder / "diagnosis_auto")
         assert family.judged is not None
         best = family.judged.law.name

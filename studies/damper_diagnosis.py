@@ -49,7 +49,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         step(f"diagnosing without {LEFT_OUT[label]}", 0.0)
         shown = without(campaign, label)
         alone = fit(shown, LAW, current_degree=DEGREE)
-        found = diagnose(shown, "auto", current_degree=DEGREE)
+        found = diagnose(shown, "auto", current_degree=DEGREE, tiers="causes")
         found.save(folder / f"diagnosis_without_{label.replace(' ', '')}")
         result[label] = Found(alone, found)
         step(f"diagnosing without {LEFT_OUT[label]}", 1 / len(labels))

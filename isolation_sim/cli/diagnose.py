@@ -72,9 +72,10 @@ def diagnose(
     tiers: Annotated[
         str,
         typer.Option(
-            help="Methods for device tests: causes; causes and equation; or also a learned term."
+            help="Methods for device tests: causes; equation, beside them; learned, a term of that "
+            "kind, too; auto: all of these where the causes do not explain the data."
         ),
-    ] = "causes",
+    ] = "auto",
     out: Out = None,
     overwrite: Overwrite = False,
     export: Export = None,

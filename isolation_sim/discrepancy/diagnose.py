@@ -41,7 +41,7 @@ def diagnose(
     *,
     current_degree: int | None = None,
     significance: float | None = None,
-    tiers: Tier = "causes",
+    tiers: Tier = "auto",
     seed: int = 0,
     threads: int | None = None,
     progress: Callable[[str], None] | None = None,
@@ -78,16 +78,18 @@ def diagnose(
         assert isinstance(law, Law)
         options = law, device, current_degree, seed, pool, report
         if isinstance(data, LoopTable):
-            if tiers != "causes":
-                raise InputError(f"tiers is {tiers!r}; expected of a loop table: causes")
+            if tiers not in ("auto", "causes"):
+                raise InputError(f"tiers is {tiers!r}; expected of a loop table: auto or causes")
             return diagnose_problem(LoopTableTests(data, *options))[0]
         problem = DeviceTests(data, *options, significance, choice, runs)
         diagnosis = diagnose_problem(problem)[0]
-        if tiers == "causes":
+        explained = diagnosis.verdict in ("adequate", "explained")
+        # given numbers are judged as they are
+        if tiers == "causes" or (tiers == "auto" and (explained or device is not None)):
             return diagnosis
         from .tiers.ladder import climb
 
-        return climb(problem, diagnosis, tiers)
+        return climb(problem, diagnosis, "learned" if tiers == "auto" else tiers)
 
 
 def diagnose_building(

@@ -68,7 +68,9 @@ def scored(case: Case) -> Scored:
 
     campaign = case.campaign()
     with tempfile.TemporaryDirectory() as folder:
-        diagnosis = diagnose(campaign.write(Path(folder) / "campaign"), case.law, threads=1)
+        diagnosis = diagnose(
+            campaign.write(Path(folder) / "campaign"), case.law, tiers="causes", threads=1
+        )
     least = case.true_form_error(campaign)
     return Scored(case.kind, case.truth, diagnosis.to_dict(), least)
 

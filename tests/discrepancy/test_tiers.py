@@ -174,7 +174,9 @@ def test_conditions_are_motions(campaign):
 
 
 def test_unknown_tiers_are_refused(campaign):
-    with pytest.raises(InputError, match="tiers is 'all'; expected: causes, equation, learned"):
+    with pytest.raises(
+        InputError, match="tiers is 'all'; expected: auto, causes, equation, learned"
+    ):
         diagnose(campaign, "kelvin_voigt", tiers="all")
 
 

@@ -177,14 +177,24 @@ def select(model: Model, values: NDArray, folds: Sequence[NDArray]) -> Selection
     left: list[_Candidate] = []
     stability: list[float] = []
     coefficients = np.zeros(0)
-    while len(found) < EQUATION_TERMS:
+    while True:
         taken = _places(found)
         values, coefficients = _joint(model, values, library.columns[:, taken], coefficients)
         residual, jacobian = model.residuals(values, True)
         n = jacobian.shape[1]
         residual = residual + library.columns[:, taken] @ coefficients
-        # which terms lead is known from a first regression; their numbers are then searched
         regression = Regression.of(np.hstack([jacobian, library.columns]), residual, folds)
+        gone = _replaced(regression, found, n)
+        if gone is not None:
+            # a term that later ones replace is left out for good
+            ends = np.cumsum([0, *(len(one.columns) for one in found)])
+            coefficients = np.delete(coefficients, np.arange(ends[gone], ends[gone + 1]))
+            left.append(found.pop(gone))
+            del stability[gone]
+            continue
+        if len(found) == EQUATION_TERMS:
+            break
+        # which terms lead is known from a first regression; their numbers are then searched
         beside = np.concatenate([np.arange(n), n + taken])
         groups = [n + one.columns for one in library.candidates]
         library.search_numbers(
@@ -202,14 +212,6 @@ def select(model: Model, values: NDArray, folds: Sequence[NDArray]) -> Selection
         found.append(best[0])
         stability.append(best[1])
         coefficients = np.concatenate([coefficients, np.zeros(len(best[0].columns))])
-        # a term that the later ones replace is left out for good
-        for k in reversed(_replaced(regression, found, n)):
-            left.append(found.pop(k))
-            del stability[k]
-            ends = np.cumsum([len(one.columns) for one in [*found[:k], left[-1]]])
-            gone = np.arange(ends[-1] - len(left[-1].columns), ends[-1])
-            coefficients = np.delete(coefficients, gone)
-    values, coefficients = _joint(model, values, library.columns[:, _places(found)], coefficients)
     ends = np.cumsum([len(one.columns) for one in found])[:-1]
     return Selection(
         tuple(one.chosen for one in found),
@@ -224,20 +226,17 @@ def _places(found: Sequence[_Candidate]) -> NDArray:
     return np.concatenate([one.columns for one in found]) if found else np.zeros(0, int)
 
 
-def _replaced(regression: Regression, found: Sequence[_Candidate], n: int) -> list[int]:
-    """Terms without which the others predict conditions left out nearly as well."""
-    own = np.arange(n)
-    result: list[int] = []
-    for k in range(len(found) - 1):
-        rest = [one for j, one in enumerate(found) if j != k and j not in result]
-        every = [one for j, one in enumerate(found) if j not in result]
-        without, whole = (
-            float(regression.left_out(np.concatenate([own, n + _places(one)])).sum())
-            for one in (rest, every)
-        )
-        if without <= (1 + EQUATION_GAIN) * whole:
-            result.append(k)
-    return result
+def _replaced(regression: Regression, found: Sequence[_Candidate], n: int) -> int | None:
+    """A term without which the others predict conditions left out nearly as well."""
+
+    def error(terms: Sequence[_Candidate]) -> float:
+        return float(regression.left_out(np.concatenate([np.arange(n), n + _places(terms)])).sum())
+
+    if len(found) < 2:
+        return None
+    without = [error([*found[:k], *found[k + 1 :]]) for k in range(len(found))]
+    least = int(np.argmin(without))
+    return least if without[least] <= (1 + EQUATION_GAIN) * error(found) else None
 
 
 def _joint(

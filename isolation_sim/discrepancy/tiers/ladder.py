@@ -290,7 +290,7 @@ class Climb:
 
 
 def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
-    """Add the second tier to a diagnosis, and the third if it is asked for."""
+    """Add the second tier to a diagnosis, and the third if it is wanted."""
     problem.progress("leaving conditions out")
     ladder = Climb(problem)
     rungs: dict[str, _Rung] = {}

@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 from ..interval import Interval, number
 
-Tier = Literal["causes", "equation", "learned"]
-TIERS: tuple[Tier, ...] = ("causes", "equation", "learned")
+Tier = Literal["auto", "causes", "equation", "learned"]
+TIERS: tuple[Tier, ...] = ("auto", "causes", "equation", "learned")
 
 
 @dataclass(frozen=True)
