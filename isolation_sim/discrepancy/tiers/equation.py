@@ -197,14 +197,15 @@ def select(model: Model, values: NDArray, folds: Sequence[NDArray]) -> Selection
         # which terms lead is known from a first regression; their numbers are then searched
         beside = np.concatenate([np.arange(n), n + taken])
         groups = [n + one.columns for one in library.candidates]
+        known = [*found, *left]
         library.search_numbers(
-            found, regression.gains(beside, groups, -1),
+            known, regression.gains(beside, groups, -1),
             np.hstack([jacobian, library.columns[:, taken]]), residual,
         )  # fmt: skip
         regression = Regression.of(np.hstack([jacobian, library.columns]), residual, folds)
         others = [
             one for one in library.candidates
-            if one not in left and not any(one.is_near(other) for other in found)
+            if not any(one.is_near(other) for other in known)
         ]  # fmt: skip
         best = _next(regression, beside, others, n)
         if best is None:
