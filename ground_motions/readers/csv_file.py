@@ -8,7 +8,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.errors import InputError, nearest
-from ground_motions.readers.lines import parse_number, require_two, shown, table_lines
+from ground_motions.readers.lines import parse_number, require_two, shown, table_cells
 from ground_motions.readers.time_column import uniform_step
 from ground_motions.record import Record
 from ground_motions.units import to_m_s2
@@ -25,8 +25,9 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
     Parameters
     ----------
     path : str or Path
-        Comma-separated text, UTF-8 or Latin-1: a line of column names, then numbers. Lines
-        that start with ``#`` and blank lines are skipped. A column ``time_s`` gives the step.
+        Comma-separated text, UTF-8 or Latin-1: a line of column names, then numbers. Semicolons
+        or tabs may separate, too; commas are then decimal. Lines that start with ``#`` and blank
+        lines are skipped. A column ``time_s`` gives the step.
     column : str, optional
         Name of the acceleration column, ending in its unit: ``_m_s2``, ``_cm_s2``, ``_mm_s2``,
         ``_gal`` or ``_g``. May be left out where one column alone has such a name, or one alone
@@ -43,8 +44,8 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
         If the file cannot be read; a column is missing, unknown or named twice; a cell is not a
         finite number; or the times do not increase uniformly.
     """
-    rows = table_lines(path)
-    header_line, names = rows[0][0], _cells(rows[0][1])
+    rows = table_cells(path)
+    header_line, names = rows[0]
     place = f"{path}, line {header_line}"
     _check_header(names, place)
     units = {name: unit for name in names if (unit := _unit_of(name))}
@@ -53,8 +54,7 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
 
     places = names.index(TIME_COLUMN), names.index(column)
     times, values, line_numbers = [], [], []
-    for number, line in rows[1:]:
-        cells = _cells(line)
+    for number, cells in rows[1:]:
         if len(cells) != len(names):
             raise InputError(
                 f"{path}, line {number}", f"{len(cells)} cells", f"{len(names)}, as in the header"
@@ -79,11 +79,7 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
 
 def acceleration_columns(path: str | Path) -> list[str]:
     """Return the columns of a CSV file whose names end in a unit of acceleration."""
-    return [name for name in _cells(table_lines(path)[0][1]) if _unit_of(name)]
-
-
-def _cells(line: str) -> list[str]:
-    return [cell.strip().strip('"').strip() for cell in line.split(",")]
+    return [name for name in table_cells(path)[0][1] if _unit_of(name)]
 
 
 def _suffix_of(column: str) -> str:

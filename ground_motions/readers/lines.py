@@ -42,6 +42,24 @@ def table_lines(path: str | Path) -> list[tuple[int, str]]:
     return keep
 
 
+def table_cells(path: str | Path) -> list[tuple[int, list[str]]]:
+    """Cells of a table's text file, line by line; the first line separates as all others do."""
+    # Semicolons and tabs stand where commas are decimal.
+    rows = table_lines(path)
+    separator = next((one for one in ";\t" if one in rows[0][1]), ",")
+
+    def cells(line: str) -> list[str]:
+        return [cell.strip().strip('"').strip() for cell in line.split(separator)]
+
+    if separator == ",":
+        return [(number, cells(line)) for number, line in rows]
+    first, *others = rows
+    return [
+        (first[0], cells(first[1])),
+        *((number, cells(line.replace(",", "."))) for number, line in others),
+    ]
+
+
 def parse_number(cell: str, place: str) -> float:
     """Return the finite number in a cell."""
     try:

@@ -10,6 +10,8 @@ from ground_motions.errors import InputError
 
 TOLERANCE = 0.02
 """How far a time may lie from the uniform grid, in steps: some times are printed short."""
+_COARSEST = 0.3
+"""Unit to which times may be rounded, in steps."""
 
 
 def uniform_step(times: Sequence[float], line_numbers: Sequence[int], column: str) -> float:
@@ -27,6 +29,9 @@ def uniform_step(times: Sequence[float], line_numbers: Sequence[int], column: st
     step = (t[-1] - t[0]) / len(steps)
     off = np.abs(t - t[0] - step * np.arange(len(t)))
     if off.max() > TOLERANCE * step:
+        rounded = _step_of_rounded(t)
+        if rounded is not None:
+            return float(f"{rounded:.12g}")
         usual = float(np.median(steps))
         i = int(np.argmax(np.abs(steps - usual))) + 1
         raise InputError(
@@ -35,3 +40,16 @@ def uniform_step(times: Sequence[float], line_numbers: Sequence[int], column: st
             f"uniform times, each within {TOLERANCE:g} of a step of its place",
         )
     return float(f"{step:.12g}")
+
+
+def _step_of_rounded(t: np.ndarray) -> float | None:
+    """Return the step of times that were rounded or cut to a decimal unit; None if they were not."""
+    places = np.arange(len(t))
+    step = float(np.polyfit(places, t, 1)[0])
+    off = t - step * places
+    # the places of all times within one unit are those of rounding
+    for digits in range(12):
+        unit = 10.0**-digits
+        if unit < _COARSEST * step and np.allclose(t / unit, np.round(t / unit), rtol=0, atol=1e-4):
+            return step if np.ptp(off) < 1.1 * unit else None
+    return None

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ground_motions.readers.lines import parse_number, table_lines
+from ground_motions.readers.lines import parse_number, table_cells
 
 from ..errors import InputError
 from .atomic_write import atomic_write
@@ -59,8 +59,8 @@ class CsvTable:
 
 def read_csv_table(path: str | Path) -> CsvTable:
     """Read the cells of a CSV file; lines that begin with ``#`` are skipped."""
-    numbered = table_lines(path)
-    names, *rows = [[cell.strip().strip('"') for cell in line.split(",")] for _, line in numbered]
+    numbered = table_cells(path)
+    names, *rows = [cells for _, cells in numbered]
     return CsvTable(path, names, rows, [number for number, _ in numbered])
 
 

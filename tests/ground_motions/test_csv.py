@@ -106,7 +106,7 @@ def test_times_may_start_anywhere(csv):
         (" \n\n", None, ("an empty file", "UTF-8 text")),
         ("# only\n", None, ("comments only", "column names")),
         ("t,x_g\n0,1\n1,2\n", None, ("line 1", "'t, x_g'", "time_s")),
-        ("time_s;x_g\n0;1\n", None, ("line 1", "'time_s;x_g'", "time_s")),
+        ("time_s|x_g\n0|1\n", None, ("line 1", "'time_s|x_g'", "time_s")),
         ("time_s,x_g,x_g\n0,1,2\n", None, ("line 1", "'x_g' twice", "different")),
         ("time_s,x_m\n0,1\n1,2\n", None, ("line 1", "'time_s, x_m'", "_m_s2", "_gal")),
         (SEVERAL, None, ("line 1", "2 acceleration columns", "x_m_s2, y_g")),

@@ -198,3 +198,28 @@ def test_measured_damper_reads(shared_data):
         peak = 2 * np.pi * float(frequency[:-2]) * np.ptp(run.displacement) / 2
         assert np.max(np.abs(run.velocity)) == pytest.approx(peak, rel=0.06)
         assert np.median(run.current) == pytest.approx(float(current[:-1]), abs=0.05)
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_decimal_commas_are_read(folder, separator):
+    expected = read_run(folder / "a.csv").displacement
+
+    def local(lines):
+        return [lines[0].replace(",", separator)] + [
+            line.replace(",", separator).replace(".", ",") for line in lines[1:]
+        ]
+
+    write_csv(folder / "a.csv", COLUMNS, local)
+    np.testing.assert_array_equal(read_run(folder / "a.csv").displacement, expected)
+    write_csv(folder / "a.csv", COLUMNS, lambda lines: [*local(lines)[:-1], f"1{separator}x"])
+    assert f"line {N + 1}: 2 cells" in refused(folder)
+
+
+@pytest.mark.parametrize("cut", [np.round, np.floor])
+def test_times_in_milliseconds_at_256_hz_are_read(folder, cut):
+    write_csv(folder / "a.csv", COLUMNS | {"time_s": cut(1e3 * np.arange(N) / 256) / 1e3})
+    assert read_run(folder / "a.csv").step == pytest.approx(1 / 256, rel=1e-4)
+    # one that lies elsewhere is no rounding
+    moved = np.round(1e3 * np.arange(N) / 256) / 1e3 + 1e-3 * (np.arange(N) == 60)
+    write_csv(folder / "a.csv", COLUMNS | {"time_s": moved})
+    assert "s where 0.004 s is usual" in refused(folder)

@@ -42,6 +42,9 @@ if TYPE_CHECKING:
 _FOLD_STEPS = 10
 """Steps of a fit without one condition, from the values of the fit to all."""
 _LAST_STEPS = 30
+_NAMES = {
+    "causes": "The causes are", "equation": "The equation is", "learned": "The learned term is"
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -322,13 +325,13 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
     misfit = max(judged["law"] ** 2 - floor**2, 1e-300)
     has_learned = "learned" in judged
     notes = [
-        f"The {one.name} loses against the law in {', '.join(one.worse)}, and is not offered."
+        f"{_NAMES[one.name]} worse than the law in {', '.join(one.worse)}, and not offered."
         for one in shown_rungs
         if one.worse
     ]
     notes += [
-        f"The {one.name} predicts what was left out or held out worse than the "
-        f"{' and the '.join(one.worse_than)}, and is not offered."
+        f"{_NAMES[one.name]} worse than the {' and the '.join(one.worse_than)} on what was left "
+        "out or held out, and not offered."
         for one in shown_rungs
         if one.worse_than and not one.worse
     ]
