@@ -38,8 +38,8 @@ FILE = "result.npz"
 _LAW = "LAW"
 _LAW_MODULES = {"typing", "numpy", "isolation_sim.laws", "isolation_sim.laws.law"}
 _LAW_CALLS = {"Law", "Quantity", "len", "zip", "enumerate", "tuple", "limited", "learned"}
-_LAW_NUMPY = {"abs", "cosh", "exp", "fabs", "log", "log1p", "max", "min", "sign", "sinh", "sqrt",
-          "tanh", "where"}  # fmt: skip
+_LAW_NUMPY = {"abs", "arcsinh", "cosh", "exp", "fabs", "log", "log1p", "max", "min", "sign", "sinh",
+          "sqrt", "tanh", "where"}  # fmt: skip
 _TREE = "tree.json"
 _PACKAGES = ("isolation_sim", "ground_motions", "controllers")
 _ERRORS: dict[str, type[Exception]] = {"Diverged": Diverged, "InputError": InputError}

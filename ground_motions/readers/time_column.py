@@ -43,7 +43,7 @@ def uniform_step(times: Sequence[float], line_numbers: Sequence[int], column: st
 
 
 def _step_of_rounded(t: np.ndarray) -> float | None:
-    """Return the step of times that were rounded or cut to a decimal unit; None if they were not."""
+    """Return the step of times that were rounded or cut to a decimal unit; else None."""
     places = np.arange(len(t))
     step = float(np.polyfit(places, t, 1)[0])
     off = t - step * places

@@ -247,6 +247,9 @@ LEARNED_UNITS = 60
 """Units of the learned term. Effort."""
 LEARNED_PENALTIES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 """Penalties of the ridge regression that are tried. Effort."""
+DISSIPATIVE_GAIN = 0.9
+"""Share of a free network's gain on conditions left out from which one that dissipates by
+construction is preferred. Convention."""
 BEYOND_TESTS = 1.5
 """Factor on the tests' motion up to which an extended law must dissipate and stay finite.
 Convention."""

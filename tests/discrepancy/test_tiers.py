@@ -233,3 +233,107 @@ def test_a_term_shares_no_name_with_the_law():
     states, numbers = (0.001, -0.002), (3e2, 2e4, 1e2, 3e4, 2e8)
     expected = base.force(0.01, 0.1, states, numbers) + 7.0 * 0.01**2 * 0.1
     assert twice.force(0.01, 0.1, states, (*numbers, 3.0, 4.0)) == pytest.approx(expected)
+
+
+@pytest.fixture(scope="module")
+def learned(campaign):
+    """The learned term beside a spring and a dashpot, and its share of a free network's gain."""
+    from isolation_sim.discrepancy.device.model import Model
+    from isolation_sim.discrepancy.tiers.learned import learn
+    from isolation_sim.identification.law_fit import parameterise
+
+    data = measured_runs(campaign.runs)
+    model = Model(data, parameterise(campaign, LAWS["kelvin_voigt"], data))
+    force = model.forces(np.array([K, C]), False)[0]
+    masks = [mask for _, mask in conditions(data)]
+    return learn(model, force, np.stack([force] * len(masks)), masks), data, force
+
+
+def test_a_learned_term_that_dissipates_follows_a_squeeze_film(learned):
+    term, data, force = learned
+    assert term.share >= 0.9 and term.network.gates is not None
+    before, after = (np.linalg.norm(one) for one in (force - data.force, term.left_out))
+    assert after < 0.6 * before
+
+
+def test_a_learned_term_dissipates_by_construction(learned):
+    """Whatever its random motion, to and fro, and beyond the tests."""
+    from isolation_sim.discrepancy.tiers.law_file import law_text
+    from isolation_sim.identification.sensitivities import Motion, Simulator
+
+    text = law_text(LAWS["kelvin_voigt"], (), learned[0].network, "A learned term.")
+    assert "GATES" in text and law_of_saved(text).name == law_of(text).name
+    random = np.random.default_rng(5)
+    time = STEP * np.arange(4000)
+    for size in (0.005, 0.015, 0.05):
+        waves = zip(random.uniform(0.3, 4, 8), random.uniform(0, 2 * np.pi, 8), strict=True)
+        x = size / 3 * sum(np.sin(2 * np.pi * f * time + phase) for f, phase in waves)
+        x = x * np.sin(np.pi * time / time[-1]) ** 2
+        v = np.gradient(x, STEP)
+        motion = Motion(np.array([0, len(x)]), x, v, np.zeros(len(x)), np.array([STEP]))
+        owner = np.arange(3)
+        force, _ = Simulator(law_of(text), motion, owner, 0 * owner, 8).run(np.array([0, 0, 1.0]))
+        work = float(np.sum((force[1:] + force[:-1]) / 2 * np.diff(x)))
+        assert work > 0.2 * float(np.mean(np.abs(force)) * np.sum(np.abs(np.diff(x))))
+
+
+def _with_current(amplitude_mm, frequency, seed, hold_out):
+    """The spring and dashpot, with a force of the rate of a current that lags by 40 ms."""
+    run = _run(amplitude_mm, frequency, seed, hold_out)
+    time, x, v = run.time, run.displacement, run.velocity
+    current = 1.0 + 0.6 * np.sin(2 * np.pi * (0.9 + 0.2 * seed) * time + seed)
+    fine = np.linspace(0.0, time[-1], 20 * len(time))
+    flux, lagging = np.interp(fine, time, current), np.empty(len(fine))
+    lagging[0], share = flux[0], np.exp(-(fine[1] - fine[0]) / 0.04)
+    for k in range(1, len(fine)):
+        lagging[k] = flux[k] + (lagging[k - 1] - flux[k]) * share
+    rate = (current - np.interp(time, fine, lagging)) / 0.04
+    force = K * (1 + 0.2 * current) * x + C * v + 3.0 * rate
+    noise = 0.003 * np.std(force) * np.random.default_rng(seed).standard_normal(N)
+    return TestRun(run.name, time, x, v, force + noise, current, hold_out, velocity_measured=True)
+
+
+def test_the_rate_of_the_current_is_a_term(tmp_path):
+    runs = [_with_current(*motion, k, k == 4) for k, motion in enumerate(MOTIONS)]
+    campaign = Campaign("rate", "made", tuple(runs))
+    found = diagnose(campaign, "kelvin_voigt", current_degree=1, tiers="equation")
+    (term,) = found.ladder.terms
+    assert term.text == "dI/dt, dI/dt = s_1' = (I - s_1)/t_1"
+    assert term.numbers["c_1_0"].value == pytest.approx(3.0, rel=0.02)
+    assert term.numbers["t_1"].value == pytest.approx(0.04, rel=0.1)
+    assert found.ladder.rungs[-1].held_out == pytest.approx(0.003, rel=0.15)
+    found.save(tmp_path / "out")
+    result = iso.evaluate(tmp_path / "out" / "extended_law.toml", campaign)
+    assert result.error == pytest.approx(0.003, rel=0.15)
+    # at a steady current the term is silent, from the first sample on
+    device = iso.load(tmp_path / "out").extended
+    states = device.law.rest(device.parameters_at(1.5))
+    assert device.force(0.0, 0.0, states, 1.5) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_numbers_between_those_of_the_library_are_found():
+    """A bump where no candidate stands, and narrower than any."""
+    runs = []
+    for k, motion in enumerate(MOTIONS):
+        run = _run(*motion, k, k == 4)
+        u = (run.displacement - 0.0021) / 0.0009
+        force = K * run.displacement + C * run.velocity + 12 * u * np.exp(-(u**2) / 2)
+        force += 0.003 * np.std(force) * np.random.default_rng(k).standard_normal(N)
+        runs.append(TestRun(run.name, run.time, run.displacement, run.velocity, force, run.current,
+                            run.hold_out, velocity_measured=True))  # fmt: skip
+    found = diagnose(Campaign("bump", "made", tuple(runs)), "kelvin_voigt")
+    (term,) = found.ladder.terms
+    assert term.text.startswith("u exp(-u^2/2)") and found.verdict == "explained"
+    values = {name: number.value for name, number in term.numbers.items()}
+    assert values == pytest.approx({"c_1_0": 12.0, "b_1": 0.0021, "r_1": 0.0009}, rel=0.05)
+
+
+def test_every_term_may_stand_in_a_saved_law():
+    from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
+
+    data = measured_runs([_with_current(*MOTIONS[0], 0, False)])
+    terms = {term.text: term for term in library(data)}
+    assert any(term.current for term in terms.values())
+    for term in terms.values():
+        law = law_of_saved(law_text(LAWS["kelvin_voigt"], (Chosen(term, (0, 1)),), None, "A."))
+        assert "c_1" in law.parameter_names

@@ -22,6 +22,7 @@ from ...laws import Device
 from ..decisions import (
     ADEQUATE,
     BEYOND_TESTS,
+    DISSIPATIVE_GAIN,
     EQUATION_GAIN,
     EQUATION_PREFERRED,
     TIER_SAMPLES,
@@ -145,20 +146,20 @@ class Climb:
         here = model.resolve_steps(values, 1)
         return FittedModel.of(*here.minimise_resolved(values, _LAST_STEPS, tolerance))
 
-    def learned(self, below: _Rung) -> _Rung:
-        """The third tier, beside a rung below, whose values stay."""
+    def learned(self, below: _Rung) -> tuple[_Rung, float]:
+        """The third tier, beside a rung below, whose values stay, and its share (``Learned``)."""
         start, without = below.part, below.without
         if OUTSIDE in start.causes:
             start = self._catalogue(start)
             without = self._without(start)
-        network, left_out = learn(start.model, start.force, without, self.masks, self.problem.seed)
-        model, text = self._extended(start.model, below.chosen, network)
+        term = learn(start.model, start.force, without, self.masks, self.problem.seed)
+        model, text = self._extended(start.model, below.chosen, term.network)
         part = fit_model(model.resolve_steps(start.values, 1), start.values, 0)
         whole = replace(model, data=self.problem.data).resolve_steps(start.values)
         return _Rung(
-            fit_model(whole, start.values, 0), part, without, left_out, below.chosen,
+            fit_model(whole, start.values, 0), part, without, term.left_out, below.chosen,
             below.stability, text,
-        )  # fmt: skip
+        ), term.share  # fmt: skip
 
     def _catalogue(self, part: FittedModel) -> FittedModel:
         """A fitted model without generic terms, for which an equation is the place."""
@@ -313,7 +314,8 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
     if tier == "learned":
         problem.progress("learning")
         below = [name for name, one in errors.items() if not one.loses][-1]
-        add("learned", ladder.learned(rungs[below]))
+        rung, share = ladder.learned(rungs[below])
+        add("learned", rung)
     shown_rungs = list(errors.values())
     offered = _offered(errors, OUTSIDE in ladder.causes.final.causes)
     judged = {name: _judging(one) for name, one in errors.items()}
@@ -344,6 +346,8 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
             f"{other.title} alone, another law, leaves {100 * other.left_out:.3g} %: less than any "
             "of these."
         )
+    if tier == "learned":
+        notes.append(_dissipation(share))
     best = rungs[offered]
     result = Ladder(
         rungs=tuple(shown_rungs),
@@ -370,6 +374,16 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
         error_after=Errors(errors[offered].fit, errors[offered].held_out),
         extended=ladder.device(best, diagnosis.judged),
         traces=tuple(replace(one, after=after[one.name]) for one in diagnosis.traces),
+    )
+
+
+def _dissipation(share: float) -> str:
+    """Whether the learned term dissipates by construction."""
+    if share >= DISSIPATIVE_GAIN:
+        return "The learned term dissipates by construction."
+    return (
+        "The learned term may give energy back: one that dissipates by construction removes "
+        f"{100 * max(share, 0.0):.0f} % of what it removes."
     )
 
 

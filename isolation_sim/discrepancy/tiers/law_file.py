@@ -52,6 +52,8 @@ class Network:
     # (n_powers, n_units): N; what each unit adds at each power of the current over the largest
     # current
     weights: NDArray
+    # (n_units, 3): Each unit is multiplied by a polynomial of the limited |x|, by powers of m
+    gates: NDArray | None = None
 
 
 def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title: str) -> str:
@@ -191,11 +193,22 @@ def _network_text(network: Network) -> tuple[str, list[str], list[str], list[str
     units = [f"    ({', '.join(number(u) for u in row)})," for row in network.units]
     weights = [f"    ({', '.join(number(w) for w in row)})," for row in network.weights]
     shares = ", ".join(f"share_{k}" for k in range(len(network.weights)))
+    gates, gate, gate_input = [], "", []
+    if network.gates is not None:
+        gates = [
+            "GATES = (",
+            *(f"    ({', '.join(number(g) for g in row)})," for row in network.gates), ")",
+            '"""Factor of each unit, by ascending powers of |x| in m."""',
+        ]  # fmt: skip
+        gate = " * (GATES[k][0] + size_x * (GATES[k][1] + size_x * GATES[k][2]))"
+        limit = next(most for code, most in network.inputs if code == "x")
+        gate_input = [f"    size_x = np.fabs(limited(x, {number(limit)}))"]
     text = "\n".join([
         "UNITS = (", *units, ")",
         '"""Offset and weights of each unit of the learned term."""',
         "WEIGHTS = (", *weights, ")",
         '"""N; contribution of each unit, a row for each power of the current."""',
+        *gates,
         "",
         "",
         "def limited(u: Any, most: float) -> Any:",
@@ -206,6 +219,7 @@ def _network_text(network: Network) -> tuple[str, list[str], list[str], list[str
         f"def learned({', '.join(arguments)}, shares: tuple) -> Any:",
         '    """Odd units of limited inputs: the term vanishes at rest."""',
         "    inputs = (", *inputs, "    )",
+        *gate_input,
         "    total = 0.0 * x",
         "    for k, (offset, *weights) in enumerate(UNITS):",
         "        at = 0.0",
@@ -214,7 +228,8 @@ def _network_text(network: Network) -> tuple[str, list[str], list[str], list[str
         "        size = 0.0",
         "        for share, row in zip(shares, WEIGHTS):",
         "            size = size + share * row[k]",
-        "        total = total + size * (np.tanh(at + offset) + np.tanh(at - offset))",
+        "        unit = np.tanh(at + offset) + np.tanh(at - offset)",
+        f"        total = total + size * unit{gate}",
         "    return total",
         "",
     ])  # fmt: skip

@@ -5,17 +5,22 @@ states: a network with one layer, of which the weights towards the output alone 
 inputs are limited to the range of the tests, so that the term is bounded everywhere. The penalty is
 chosen on conditions left out.
 
+A second network dissipates by construction: its units are elastic, or grow with the velocity or
+with one hysteretic state, and these have weights that are nowhere negative. It is preferred.
+
 Source: Rahimi and Recht (2008), Weighted sums of random kitchen sinks.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..decisions import LEARNED_PENALTIES, LEARNED_UNITS
+from ..decisions import DISSIPATIVE_GAIN, LEARNED_PENALTIES, LEARNED_UNITS
 from ..device.load_cell_offset import EACH_RUN, run_means
 from ..device.model import Model
 from .law_file import Network
@@ -25,61 +30,154 @@ _STEEP = 0.05
 """Share of the largest velocity above which the velocity's input grows logarithmically."""
 _WEIGHT = 0.5
 """Standard deviation of a unit's weights, for inputs of unit RMS."""
+_GATES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, -1.0, 0.0), (1.0, 0.0, -1.0))
+"""Gates of velocity units, polynomials of |x| over the largest deformation."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Units:
+    """Random units, of which the weights towards the output are fitted."""
+
+    weights: NDArray  # (n_inputs, n_units)
+    offset: NDArray  # (n_units,)
+    # (n_units, 3): Each unit is multiplied by a polynomial of |x|, by ascending powers of m
+    gates: NDArray | None = None
+    # (n_units,) bool: Whether a unit dissipates, so that its weight is not negative
+    dissipates: NDArray | None = None
+
+    def along(self, u: NDArray, x: NDArray) -> NDArray:
+        """Values of the units, (n_samples, n_units), of inputs and of the deformation."""
+        at = u @ self.weights
+        values = np.tanh(at + self.offset) + np.tanh(at - self.offset)
+        if self.gates is None:
+            return values
+        return values * (np.abs(x)[:, np.newaxis] ** np.arange(3) @ self.gates.T)
+
+
+@dataclass(frozen=True, eq=False)
+class Learned:
+    """A learned term."""
+
+    network: Network  # The term
+    # (n_samples,), N: Residual of every condition, after a term that was fitted without it
+    left_out: NDArray
+    share: float  # Of a free network's gain that one that dissipates by construction reaches
 
 
 def learn(
     model: Model, force: NDArray, without: NDArray, folds: Sequence[NDArray], seed: int = 0
-) -> tuple[Network, NDArray]:
+) -> Learned:
     """Fit the learned term to the residual of a model on fitted data."""
     # ``force`` is the model's, (n_samples,), N; ``without`` that of the same model fitted without
-    # each fold, (n_folds, n_samples). Returned are the term, and the residual of every fold, N,
-    # after a term that was fitted without it.
+    # each fold, (n_folds, n_samples).
     data = model.data
     states = _states(library(data))
     known = {"x": data.x, "v": data.v} | {f"m_{k}": along(s, data) for k, s in enumerate(states)}
     codes = _inputs(float(np.max(np.abs(data.v))), states)
     u = np.stack([run(code, known) for code in codes], axis=1)
-    random = np.random.default_rng(seed)
-    weights = _WEIGHT * random.standard_normal((u.shape[1], LEARNED_UNITS))
-    weights /= np.sqrt(np.mean(u**2, axis=0))[:, np.newaxis]
-    offset = random.standard_normal(LEARNED_UNITS)
-    at = u @ weights
-    features = np.tanh(at + offset) + np.tanh(at - offset)
     current = data.current / (float(np.max(np.abs(data.current))) or 1.0)
     n_powers = len(model.parameterisation.currents) if np.ptp(current) > 0 else 1
-    columns = np.hstack([features * (current**p)[:, np.newaxis] for p in range(n_powers)])
-    columns = data.record(columns)
-    if EACH_RUN in model.effects:
-        columns = columns - run_means(data, columns)
-    columns *= data.weight[:, np.newaxis]
+    random = np.random.default_rng(seed)
+    size = np.sqrt(np.mean(u**2, axis=0))
+    largest = float(np.max(np.abs(data.x)))
 
-    def left_out(penalty: float) -> NDArray:
-        residual = np.zeros(len(data.x))
-        for fold, modelled in zip(folds, without, strict=True):
-            missed = (modelled - data.force) * data.weight
-            c = _ridge(columns[~fold], missed[~fold], penalty)
-            residual[fold] = (missed + columns @ c)[fold] / data.weight[fold]
-        return residual
+    def fit(units: _Units) -> tuple[Network, NDArray]:
+        # weights that are nowhere negative are those of Bernstein's polynomials of the current
+        bernstein = units.dissipates is not None
+        to_powers = _bernstein(n_powers) if bernstein else np.eye(n_powers)
+        basis = current[:, np.newaxis] ** np.arange(n_powers) @ to_powers
+        values = units.along(u, data.x)
+        columns = (basis[:, :, np.newaxis] * values[:, np.newaxis]).reshape(len(u), -1)
+        columns = data.record(columns)
+        if EACH_RUN in model.effects:
+            columns = columns - run_means(data, columns)
+        columns *= data.weight[:, np.newaxis]
+        positive = None if units.dissipates is None else np.tile(units.dissipates, n_powers)
 
-    results = {penalty: left_out(penalty) for penalty in LEARNED_PENALTIES}
-    best = min(results, key=lambda penalty: float(results[penalty] @ results[penalty]))
-    coefficients = _ridge(columns, (force - data.force) * data.weight, best)
-    network = Network(
-        states,
-        tuple(zip(codes, np.max(np.abs(u), axis=0).tolist(), strict=True)),
-        np.column_stack([offset, weights.T]),
-        coefficients.reshape(n_powers, LEARNED_UNITS),
+        def left_out(penalty: float) -> NDArray:
+            residual = np.zeros(len(data.x))
+            for fold, modelled in zip(folds, without, strict=True):
+                missed = (modelled - data.force) * data.weight
+                c = _ridge(columns[~fold], missed[~fold], penalty, positive)
+                residual[fold] = (missed + columns @ c)[fold] / data.weight[fold]
+            return residual
+
+        results = {penalty: left_out(penalty) for penalty in LEARNED_PENALTIES}
+        best = min(results, key=lambda penalty: float(results[penalty] @ results[penalty]))
+        c = _ridge(columns, (force - data.force) * data.weight, best, positive)
+        limits = tuple(zip(codes, np.max(np.abs(u), axis=0).tolist(), strict=True))
+        network = Network(
+            states, limits, np.column_stack([units.offset, units.weights.T]),
+            to_powers @ c.reshape(n_powers, -1), units.gates,
+        )  # fmt: skip
+        return network, results[best]
+
+    free, free_left = fit(_free_units(random, size))
+    passive, passive_left = fit(_dissipative_units(random, size, largest))
+    before = sum(
+        float(np.sum((modelled - data.force)[fold] ** 2))
+        for fold, modelled in zip(folds, without, strict=True)
     )
-    return network, results[best]
+    gain = before - float(free_left @ free_left)
+    share = (before - float(passive_left @ passive_left)) / gain if gain > 0 else 1.0
+    if share >= DISSIPATIVE_GAIN:
+        return Learned(passive, passive_left, share)
+    return Learned(free, free_left, share)
 
 
-def _ridge(columns: NDArray, residual: NDArray, penalty: float) -> NDArray:
+def _free_units(random: np.random.Generator, size: NDArray) -> _Units:
+    """Units of all inputs."""
+    weights = _WEIGHT * random.standard_normal((len(size), LEARNED_UNITS))
+    return _Units(weights / size[:, np.newaxis], random.standard_normal(LEARNED_UNITS))
+
+
+def _dissipative_units(random: np.random.Generator, size: NDArray, largest: float) -> _Units:
+    """Units of the deformation, of the velocity near some deformation, and of one state each."""
+    n = LEARNED_UNITS
+    weights = np.zeros((len(size), n))
+    # of four units one is elastic, two are of the velocity, and one is of a state
+    kind = np.arange(n) % 4
+    of = np.choose(kind, [0, 1, 1, 2 + np.arange(n) // 4 % (len(size) - 2)])
+    steepness = np.exp(random.standard_normal(n))
+    weights[of, np.arange(n)] = steepness / size[of]
+    # those of the velocity may grow or shrink with the deformation, and are nowhere negative
+    gates = np.array(_GATES)[np.where(of == 1, random.integers(0, len(_GATES), n), 0)]
+    gates = gates / largest ** np.arange(3)
+    offset = steepness * np.abs(random.standard_normal(n))
+    return _Units(weights, offset, gates, of > 0)
+
+
+def _bernstein(n: int) -> NDArray:
+    """Coefficients by ascending powers of Bernstein's polynomials, (n powers, n polynomials)."""
+    degree = n - 1
+    return np.array([
+        [comb(degree, k) * comb(degree - k, p - k) * (-1) ** (p - k) if p >= k else 0
+         for k in range(n)]
+        for p in range(n)
+    ], float)  # fmt: skip
+
+
+def _ridge(
+    columns: NDArray, residual: NDArray, penalty: float, positive: NDArray | None = None
+) -> NDArray:
     """Coefficients of columns that take a residual away, penalised in units of their size."""
+    # ``positive`` are columns whose coefficients are not negative
     size = np.sqrt(np.einsum("ij,ij->j", columns, columns))
     size[~(size > 0)] = 1.0
     scaled = columns / size
     square = scaled.T @ scaled + penalty * np.eye(len(size))
-    return -np.linalg.solve(square, scaled.T @ residual) / size
+    if positive is None:
+        return -np.linalg.solve(square, scaled.T @ residual) / size
+    from scipy.linalg import solve_triangular
+    from scipy.optimize import nnls
+
+    upper = np.linalg.cholesky(square).T
+    right = solve_triangular(upper, -(scaled.T @ residual), trans=1)
+    free = np.flatnonzero(~positive)
+    both, _ = nnls(np.hstack([upper, -upper[:, free]]), right, maxiter=100 * len(size))
+    result = both[: len(size)]
+    result[free] -= both[len(size) :]
+    return result / size
 
 
 def _states(terms: Sequence[Term]) -> tuple[Term, ...]:
