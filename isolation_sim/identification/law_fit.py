@@ -150,6 +150,24 @@ class LawModel:
             model = replace(model, data=model.data.with_steps(more))
         return model, result
 
+    def settle_starts(self, values: NDArray) -> Self:
+        """Let each run that may begin in motion or at rest begin where its force is nearer."""
+        data = self.data
+        unknown = data.return_times > 0
+        if not (unknown.any() and self.parameterisation.law.states):
+            return self
+
+        def costs(begin: NDArray) -> NDArray:
+            here = replace(data, periods=np.where(unknown, begin, data.periods))
+            force = data.bounded(replace(self, data=here).forces(values, False)[0])
+            return np.add.reduceat(((force - data.force) * data.weight) ** 2, data.starts[:-1])
+
+        in_motion = costs(data.return_times) <= costs(np.zeros_like(data.dt))
+        periods = np.where(unknown, np.where(in_motion, data.return_times, 0.0), data.periods)
+        if np.array_equal(periods, data.periods):
+            return self
+        return replace(self, data=replace(data, periods=periods))
+
     def weigh(self, values: NDArray) -> Self:
         """Return the model with its runs weighed by noise and by the misfit at these values."""
         return replace(self, data=self.data.weigh(self.forces(values, False)[0]))
@@ -302,6 +320,12 @@ def _n_currents(data: MeasuredRuns) -> int:
 
 def refine_law(model: M, start: NDArray) -> tuple[M, Optimum]:
     """Fit a law to all samples from near values, with runs weighted by their misfit there."""
-    model = model.resolve_steps(start).weigh(start)
-    tolerance = _NOTHING_GAINED / np.sum(model.data.fitted)
-    return model.minimise_resolved(start, _MOST_ITERATIONS, tolerance, _VALLEY)
+
+    def fit(model: M, start: NDArray) -> tuple[M, Optimum]:
+        model = model.resolve_steps(start).weigh(start)
+        tolerance = _NOTHING_GAINED / np.sum(model.data.fitted)
+        return model.minimise_resolved(start, _MOST_ITERATIONS, tolerance, _VALLEY)
+
+    model, result = fit(model.settle_starts(start), start)
+    settled = model.settle_starts(result.x)
+    return (model, result) if settled is model else fit(settled, result.x)

@@ -16,7 +16,7 @@ from .force_channel import Averaging, find_averaging, moving_average
 from .noise import white_noise
 from .run_table import TestRun
 from .sensitivities import Motion
-from .steady_start import steady_periods
+from .steady_start import return_times, steady_periods
 from .velocity import smooth
 
 LEAST_NOISE = 2e-3
@@ -58,8 +58,11 @@ class MeasuredRuns:
     has_temperature: bool  # Whether the temperature was measured
     # (n_runs,), s: Time over which the force channel of each run is averaged; 0 where it is not
     averaging: NDArray
-    # (n_runs,), s: Period of each run whose first cycle is steady; 0 where it begins at rest
+    # (n_runs,), s: Period of each run whose first cycle is steady, or a time after which its motion
+    # comes back to the beginning; 0 where it begins at rest
     periods: NDArray
+    # (n_runs,), s: Time after which each run's motion comes back, if it may begin at rest as well
+    return_times: NDArray
     n_steps: NDArray  # (n_runs,) int: Integration steps a sample of a law under each run
 
     @property
@@ -174,7 +177,7 @@ class MeasuredRuns:
         runs = lengths > 0
         by_run = (
             "dt", "force_noise", "displacement_noise", "sigma", "velocity_measured", "averaging",
-            "periods", "n_steps",
+            "periods", "return_times", "n_steps",
         )  # fmt: skip
         return replace(
             self,
@@ -220,9 +223,14 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
         has_temperature=all(one is not None for one in temperatures),
         averaging=(averaging or find_averaging(runs)).widths,
         periods=steady_periods(runs, force_noise),
+        return_times=np.zeros(len(runs)),
         n_steps=np.ones(len(runs), np.int64),
     )
-    return replace(data, sigma=data.assumed_noise)
+    # a fitted law tells where a run begins that may begin in motion or at rest
+    times = np.where(data.periods > 0, 0.0, return_times(runs))
+    return replace(
+        data, sigma=data.assumed_noise, periods=data.periods + times, return_times=times
+    )  # fmt: skip
 
 
 def hold_out_some(data: MeasuredRuns, runs: Sequence[TestRun]) -> MeasuredRuns:

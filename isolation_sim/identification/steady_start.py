@@ -1,7 +1,9 @@
-"""Runs cut out of a longer test: the device goes through their first cycle before they begin.
+"""Runs cut out of a longer test: the device goes through a part of their motion before they begin.
 
 Laboratories often keep the steady cycles of a test alone. The force of such a run repeats from its
-first sample on, while that of a device at rest does not, where it depends on the past.
+first sample on, while that of a device at rest does not, where it depends on the past. Other motion
+may begin in the middle as well. The device then goes through the motion up to where it comes back
+to its first displacement and velocity; a fitted law tells whether that is nearer to the truth.
 """
 
 from __future__ import annotations
@@ -31,6 +33,16 @@ _CLOSED = 3.0
 """Gap between the ends of one cycle, over the changes from sample to sample beside it."""
 
 
+_RETURNS = 3.0
+"""Difference of the motion at a return from that at the beginning, in RMS values."""
+_JUMP = 10.0
+"""Weight of the deformation in that difference."""
+_LATE = 10.0
+"""Cycles after which a return counts as one RMS value further away."""
+_MOVING = 0.05
+"""Velocity at the first sample, over its RMS, from which a run may begin in the middle."""
+
+
 class LeadIn(NamedTuple):
     """Samples of each run, (n_runs,), that are gone through before it begins."""
 
@@ -56,16 +68,41 @@ def steady_periods(runs: Sequence[TestRun], force_noise: NDArray) -> NDArray:
     return np.array([_period(run, noise) for run, noise in zip(runs, force_noise, strict=True)])
 
 
+def return_times(runs: Sequence[TestRun]) -> NDArray:
+    """Time after which each run's motion comes back to its beginning, (n_runs,), s; 0 if never."""
+    return np.array([_return_time(run) for run in runs])
+
+
 def steady_note(periods: NDArray, law: Law) -> str:
     """Say which runs do not begin at rest; empty if all do, or if the law has no memory."""
     count = int(np.count_nonzero(periods))
     if not (count and law.states):
         return ""
-    which = "All runs" if count == len(periods) else f"{count} of {len(periods)} runs"
+    if len(periods) == 1:
+        which = "The run begins"
+    else:
+        which = ("All" if count == len(periods) else f"{count} of {len(periods)}") + " runs begin"
     return (
-        f"{which} begin in a steady cycle and not at rest: the model goes through the first "
-        "cycle before"
+        f"{which} in motion and not at rest: the model first goes through the motion up to where "
+        "it comes back to its beginning"
     )
+
+
+def _return_time(run: TestRun) -> float:
+    """Time at which a run comes back to where it begins, in the same direction, s; else 0."""
+    x, v, current = run.displacement, run.velocity, run.current
+    size, speed = float(np.std(x)), float(np.std(v))
+    if not abs(v[0]) > _MOVING * speed > 0:
+        return 0.0
+    cycles = run.step * np.arange(len(x)) * speed / (2 * np.pi * size)
+    # the deformation counts most: where it jumps the device would yield
+    away = _JUMP * np.abs(x - x[0]) / size + np.abs(v - v[0]) / speed + cycles / _LATE
+    away += np.abs(current - current[0]) / (float(np.ptp(current)) or 1.0)
+    away[(cycles < 1) | (v * v[0] <= 0)] = np.inf
+    at = int(np.argmin(away))
+    if not away[at] < _RETURNS:
+        return 0.0
+    return run.step * (at + float(np.clip((x[0] - x[at]) / (v[at] * run.step), -0.5, 0.5)))
 
 
 def _period(run: TestRun, noise: float) -> float:
