@@ -236,6 +236,13 @@ class FittedModel:
         u, s, _ = np.linalg.svd(unit_columns(self.jacobian)[0], full_matrices=False)
         return u[:, s > DETERMINED * max(float(s[0]), 1e-300)] if len(s) else u
 
+    def significance(self, places: NDArray) -> float:
+        """Square of some values over their covariance under residuals of one noise each."""
+        scaled, length = unit_columns(self.jacobian)
+        covariance = np.linalg.pinv(scaled.T @ scaled, DETERMINED**2, hermitian=True)
+        one = (self.values * length)[places]
+        return float(one @ np.linalg.pinv(covariance[np.ix_(places, places)], hermitian=True) @ one)
+
     def across(self, change: NDArray) -> NDArray:
         """Component of a change of the residuals that the values cannot follow, to first order."""
         return change - self.basis @ (self.basis.T @ change)

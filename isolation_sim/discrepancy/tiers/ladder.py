@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -120,25 +121,36 @@ class Climb:
         return min(found, key=_power, default=None)
 
     def _equation(self, start: FittedModel) -> _Rung | None:
-        """The equation beside a model, with as many terms as lose nowhere."""
+        """The equation beside a model, with the terms that it needs and that lose nowhere."""
         found = select(start.model, start.values, self.masks)
-        best = None
-        for count in range(len(found.chosen), 0, -1):
-            if best is not None and count < len(best.chosen) - 1:
-                break
-            chosen = found.chosen[:count]
-            numbers = [
-                np.concatenate([c, [n.value for n in one.term.numbers]])
-                for one, c in zip(chosen, found.coefficients, strict=False)
-            ]
+        terms = list(zip(found.chosen, found.stability, strict=True))
+        numbers = [
+            np.concatenate([c, [n.value for n in one.term.numbers]])
+            for one, c in zip(found.chosen, found.coefficients, strict=True)
+        ]
+        own, at = found.values, start.model.n_law
+        best, least = None, np.inf
+        while terms:
+            chosen, stability = zip(*terms, strict=True)
             model, text = self._extended(start.model, chosen, None)
-            values = np.insert(found.values, start.model.n_law, np.concatenate(numbers))
-            rung = self._rung(self._fitted(model, values, 1e-5), chosen, found.stability, text)
-            if self.losses(rung, self.law):
-                continue
+            values = np.insert(own, at, np.concatenate(numbers))
+            rung = self._rung(self._fitted(model, values, 1e-5), chosen, stability, text)
+            good = not self.losses(rung, self.law)
             # fewer terms are kept where they predict nearly as well
-            if best is None or _power(rung) <= (1 + EQUATION_GAIN) * _power(best):
-                best = rung
+            if good and _power(rung) <= (1 + EQUATION_GAIN) * least:
+                best, least = rung, min(least, _power(rung))
+            elif best is not None:
+                break
+            ends = at + np.cumsum([0, *(len(one) for one in numbers)])
+            places = [np.arange(a, b) for a, b in pairwise(ends)]
+            weakest = int(np.argmin([
+                rung.part.significance(place[: len(one.powers)])
+                for place, one in zip(places, chosen, strict=True)
+            ]))  # fmt: skip
+            fitted = rung.part.values
+            own = np.delete(fitted, np.concatenate(places))
+            numbers = [fitted[place] for place in places]
+            del terms[weakest], numbers[weakest]
         return best
 
     def _fitted(self, model: Model, values: NDArray, tolerance: float) -> FittedModel:
