@@ -235,6 +235,9 @@ EQUATION_TERMS = 6
 EQUATION_GAIN = 0.03
 """Share of the squared error on conditions left out that a term must remove. Blind (``outside``)
 and MR damper."""
+EQUATION_SIGNIFICANT = 18.0
+"""Decrease of the cost over that by noise, as correlated as the residual, from which a term is no
+chance: of a hundred terms with two numbers one in a hundred times one reaches it. Theory."""
 EQUATION_STABLE = 0.6
 """Share of the conditions without which a term must be chosen as well. Convention (Meinshausen and
 Buehlmann 2010)."""

@@ -44,7 +44,9 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
          *([numbers[q.name] for q in effect.parameters] for effect, numbers in applied)]
     )  # fmt: skip
     model = Model(data, parameterisation, effects=tuple(effect for effect, _ in applied))
-    force = base.force_scale * model.resolve_steps(values).forces(values, False)[0]
+    model = model.resolve_steps(values).settle_starts(values)
+    data = model.data
+    force = base.force_scale * model.forces(values, False)[0]
     data, force = _averaged(data, force, averaging.suspected)
     errors = tuple(
         RunError(run, force[a:b])

@@ -113,7 +113,7 @@ def fit(
         model, best = fit_law(model, pool, starts=starts, seed=seed, start=known, advance=advance)
     result = _result(campaign, model, best)
     chosen = "" if choice is None else choice.text
-    begin = steady_note(data.periods, law)
+    begin = steady_note(model.data.periods, law)
     notes = filter(None, (chosen, averaging_note(data.averaging), begin))
     return replace(result, notes=(*notes, *result.notes))
 

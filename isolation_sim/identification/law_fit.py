@@ -46,6 +46,8 @@ _AS_GOOD = 1.001
 """Factor on the error up to which a parameter is held, as usual, and no state is scaled."""
 _STEADY = 0.02
 """Range of a run's current, A or relative, below which it is one current."""
+_UNDEFORMED = 0.1
+"""First deformation over its RMS up to which a device without memory may have rested."""
 LARGEST_DERIVATIVE = 1e100
 """A derivative of a residual beyond it has diverged, though its force has not."""
 _STEP_ERROR = 2e-4
@@ -154,7 +156,7 @@ class LawModel:
         """Let each run that may begin in motion or at rest begin where its force is nearer."""
         data = self.data
         unknown = data.return_times > 0
-        if not (unknown.any() and self.parameterisation.law.states):
+        if not unknown.any():
             return self
 
         def costs(begin: NDArray) -> NDArray:
@@ -162,7 +164,11 @@ class LawModel:
             force = data.bounded(replace(self, data=here).forces(values, False)[0])
             return np.add.reduceat(((force - data.force) * data.weight) ** 2, data.starts[:-1])
 
-        in_motion = costs(data.return_times) <= costs(np.zeros_like(data.dt))
+        if self.parameterisation.law.states:
+            in_motion = costs(data.return_times) <= costs(np.zeros_like(data.dt))
+        else:  # a device that has rested is not deformed
+            sizes = np.array([np.std(data.x[run]) for run in data.runs])
+            in_motion = np.abs(data.x[data.starts[:-1]]) > _UNDEFORMED * sizes
         periods = np.where(unknown, np.where(in_motion, data.return_times, 0.0), data.periods)
         if np.array_equal(periods, data.periods):
             return self

@@ -16,7 +16,7 @@ from .force_channel import Averaging, find_averaging, moving_average
 from .noise import white_noise
 from .run_table import TestRun
 from .sensitivities import Motion
-from .steady_start import return_times, steady_periods
+from .steady_start import find_starts
 from .velocity import smooth
 
 LEAST_NOISE = 2e-3
@@ -193,6 +193,7 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
     # Runs with ``hold_out`` are held out.
     lengths = [len(run.time) for run in runs]
     force_noise = np.array([white_noise(run.force) for run in runs])
+    starts = find_starts(runs, force_noise)
     motions = [smooth(run.displacement, run.step) for run in runs]
     temperatures = [run.temperature for run in runs]
     data = MeasuredRuns(
@@ -222,15 +223,12 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
         velocity_measured=np.array([run.velocity_measured for run in runs]),
         has_temperature=all(one is not None for one in temperatures),
         averaging=(averaging or find_averaging(runs)).widths,
-        periods=steady_periods(runs, force_noise),
-        return_times=np.zeros(len(runs)),
+        # where a run may begin in motion or at rest, a fitted law tells
+        periods=starts.periods,
+        return_times=starts.return_times,
         n_steps=np.ones(len(runs), np.int64),
     )
-    # a fitted law tells where a run begins that may begin in motion or at rest
-    times = np.where(data.periods > 0, 0.0, return_times(runs))
-    return replace(
-        data, sigma=data.assumed_noise, periods=data.periods + times, return_times=times
-    )  # fmt: skip
+    return replace(data, sigma=data.assumed_noise)
 
 
 def hold_out_some(data: MeasuredRuns, runs: Sequence[TestRun]) -> MeasuredRuns:

@@ -63,14 +63,18 @@ def lead_in(starts: NDArray, dt: NDArray, periods: NDArray, displacement: NDArra
     return LeadIn(cycle, lead, np.where(cycle > 0, periods - (cycle - 1) * dt, dt))
 
 
-def steady_periods(runs: Sequence[TestRun], force_noise: NDArray) -> NDArray:
-    """Period of every run whose first cycle is steady, (n_runs,), s; 0 for the others."""
-    return np.array([_period(run, noise) for run, noise in zip(runs, force_noise, strict=True)])
+class Starts(NamedTuple):
+    """Where runs begin, (n_runs,), s; a run for which both are 0 begins at rest."""
+
+    periods: NDArray  # Period of every run whose first cycle is steady
+    # Time after which the motion of a run comes back to its beginning, where it may be in motion
+    return_times: NDArray
 
 
-def return_times(runs: Sequence[TestRun]) -> NDArray:
-    """Time after which each run's motion comes back to its beginning, (n_runs,), s; 0 if never."""
-    return np.array([_return_time(run) for run in runs])
+def find_starts(runs: Sequence[TestRun], force_noise: NDArray) -> Starts:
+    """Find where runs begin by their motion and force; noise of each, (n_runs,), N."""
+    found = [_start(run, noise) for run, noise in zip(runs, force_noise, strict=True)]
+    return Starts(*np.array(found).T)
 
 
 def steady_note(periods: NDArray, law: Law) -> str:
@@ -105,18 +109,18 @@ def _return_time(run: TestRun) -> float:
     return run.step * (at + float(np.clip((x[0] - x[at]) / (v[at] * run.step), -0.5, 0.5)))
 
 
-def _period(run: TestRun, noise: float) -> float:
-    """Period of a run whose first cycle is steady, s; else 0."""
+def _start(run: TestRun, noise: float) -> tuple[float, float]:
+    """Period of a run whose first cycle is steady, and return time of other motion, s; else 0."""
     t, x, force = run.time - run.time[0], run.displacement, run.force
     size = float(np.std(x))
     if len(t) < _LEAST_SAMPLES or not size > 0 or not np.std(force) > 0:
-        return 0.0
+        return 0.0, 0.0
     closed = _one_cycle(run, noise)
-    if closed:
-        return closed
+    if closed is not None:
+        return closed, 0.0
     period = 1 / find_frequency(t, x)
     if not _LEAST_SAMPLES * run.step <= period <= t[-1] / (1 + _OVERLAP):
-        return 0.0
+        return 0.0, _return_time(run)
     period = _refined(t, x, period)
 
     def change(y: NDArray, first: float = 0.0, last: float = np.inf) -> float:
@@ -126,13 +130,14 @@ def _period(run: TestRun, noise: float) -> float:
         return float(np.sqrt(np.mean((np.interp(t[inside] + period, t, y) - y[inside]) ** 2)))
 
     current = run.current
-    if change(current) > _SAME_MOTION * float(np.max(np.abs(current))):
-        return 0.0
-    if change(x) > _SAME_MOTION * size:
-        return 0.0
+    same_current = change(current) <= _SAME_MOTION * float(np.max(np.abs(current)))
+    if not (same_current and change(x) <= _SAME_MOTION * size):
+        return 0.0, _return_time(run)
+    # the force of a periodic motion tells
     least = float(np.hypot(_SAME_FORCE * np.std(force), np.sqrt(2) * noise))
     later = change(force, period / 2)
-    return period if change(force, 0.0, period / 2) <= max(least, _AS_LATER * later) else 0.0
+    steady = change(force, 0.0, period / 2) <= max(least, _AS_LATER * later)
+    return period if steady else 0.0, 0.0
 
 
 def _refined(t: NDArray, x: NDArray, period: float) -> float:
@@ -150,8 +155,8 @@ def _refined(t: NDArray, x: NDArray, period: float) -> float:
     return float(minimize_scalar(change, bounds=bounds, method="bounded").x)
 
 
-def _one_cycle(run: TestRun, noise: float) -> float:
-    """Length of a run that is one closed cycle of motion and force, s; else 0."""
+def _one_cycle(run: TestRun, noise: float) -> float | None:
+    """Length of one closed cycle, s, 0 if its force is not closed; None for other motion."""
     x, force = run.displacement, run.force
     steps = np.abs(np.diff(x))
     beside = float(np.mean(np.concatenate([steps[:3], steps[-3:]])))
@@ -162,7 +167,7 @@ def _one_cycle(run: TestRun, noise: float) -> float:
     length = (len(x) - (1 if both else 0)) * run.step
     # about one sinusoid, and closed
     if gap > _CLOSED * beside or turns > 3 or not 0.8 < around / length < 1.25:
-        return 0.0
+        return None
     steps = np.abs(np.diff(force))
     beside = float(np.mean(np.concatenate([steps[:3], steps[-3:]])))
     return length if abs(force[0] - force[-1]) <= _CLOSED * (beside + noise) else 0.0

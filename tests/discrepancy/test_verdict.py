@@ -32,8 +32,10 @@ def campaign(offset=0.0, unrelated=0.0):
     return Campaign("made", "made", tuple(runs))
 
 
-def judged(significance=None, **hidden):
-    found = diagnose(campaign(**hidden), "kelvin_voigt", threads=1, significance=significance)
+def judged(significance=None, tiers="causes", **hidden):
+    found = diagnose(
+        campaign(**hidden), "kelvin_voigt", threads=1, significance=significance, tiers=tiers
+    )
     errors = found.error_before, found.error_after
     assert found.noise_floor <= min(e for one in errors for e in (one.fit, one.held_out))
     shares = [
@@ -64,6 +66,10 @@ def test_explained_means_down_to_the_noise():
     found = judged(offset=0.1, unrelated=0.02)
     assert found.causes[0].name == "force_offset"
     assert found.verdict == "partly_explained"
+    # no flexible model of the measured variables explains the rest either
+    found = judged(offset=0.1, unrelated=0.02, tiers="auto")
+    assert found.verdict == "explained" and found.ladder.offered == "causes"
+    assert found.ladder.inexplicable > 0.02 and abs(found.ladder.explainable) < 0.01
 
 
 def test_a_significance_that_is_no_share_is_refused():

@@ -134,10 +134,10 @@ def test_the_data_choose_the_scale_where_there_are_more_currents():
     runs = bouc_wen_between_currents((0.0, 1.0, 2.0), 3, gamma=lambda i: 3e4 - 2.5e4 * i)
     chosen = fitted("bouc_wen", Campaign("straight", "made", tuple(runs)), {})
     assert chosen.error < 1e-3
-    assert chosen.notes[0].startswith("A is held at 1: ")
+    assert any(note.startswith("A is held at 1: ") for note in chosen.notes)
     runs = bouc_wen_between_currents((0.0, 1.0, 2.0), 3, yield_force=lambda i: 60.0 + 60.0 * i)
     chosen = fitted("bouc_wen", Campaign("steep", "made", tuple(runs)), {})
-    assert chosen.notes[0].startswith("gamma is A - beta, ")
+    assert any(note.startswith("gamma is A - beta, ") for note in chosen.notes)
 
 
 def test_another_of_the_redundant_parameters_may_be_held(campaign_of):

@@ -112,5 +112,7 @@ def _sinusoid(
         sigma=np.ones(1),
         velocity_measured=np.ones(1, bool),
         averaging=np.zeros(1),
+        periods=np.zeros(1),
+        return_times=np.zeros(1),
         n_steps=np.ones(1, np.int64),
     )

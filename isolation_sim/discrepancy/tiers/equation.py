@@ -139,10 +139,12 @@ class _Library:
                 [n.value for n in term.numbers] + step * sizes.min(),
                 sizes * np.exp(np.clip(step, -np.log(_REACH), np.log(_REACH))),
             )
-            return replace(term, numbers=tuple(
-                replace(n, value=max(float(v), n.least) if n.symbol != "b" else float(v))
+            bounded = [
+                float(v) if n.symbol == "b" else float(np.clip(v, n.least, n.most))
                 for n, v in zip(term.numbers, values, strict=True)
-            ))  # fmt: skip
+            ]
+            numbers = zip(term.numbers, bounded, strict=True)
+            return replace(term, numbers=tuple(replace(n, value=v) for n, v in numbers))
 
         def left(step: NDArray) -> float:
             columns = self.along(at(step), chosen.powers)
@@ -180,9 +182,9 @@ def select(model: Model, values: NDArray, folds: Sequence[NDArray]) -> Selection
     while True:
         taken = _places(found)
         values, coefficients = _joint(model, values, library.columns[:, taken], coefficients)
+        # of the model without its terms, whose coefficients are fitted anew beside any other
         residual, jacobian = model.residuals(values, True)
         n = jacobian.shape[1]
-        residual = residual + library.columns[:, taken] @ coefficients
         regression = Regression.of(np.hstack([jacobian, library.columns]), residual, folds)
         gone = _replaced(regression, found, n)
         if gone is not None:

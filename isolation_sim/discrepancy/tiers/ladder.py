@@ -26,6 +26,7 @@ from ..decisions import (
     DISSIPATIVE_GAIN,
     EQUATION_GAIN,
     EQUATION_PREFERRED,
+    EQUATION_SIGNIFICANT,
     TIER_SAMPLES,
 )
 from ..device.generic_terms import OUTSIDE
@@ -136,8 +137,12 @@ class Climb:
             values = np.insert(own, at, np.concatenate(numbers))
             rung = self._rung(self._fitted(model, values, 1e-5), chosen, stability, text)
             good = not self.losses(rung, self.law)
-            # fewer terms are kept where they predict nearly as well
-            if good and _power(rung) <= (1 + EQUATION_GAIN) * least:
+            # fewer terms are kept where they predict nearly as well, or where chance fits the more
+            if good and (
+                best is None
+                or _power(rung) <= (1 + EQUATION_GAIN) * least
+                or _is_chance(best.part, rung.part)
+            ):
                 best, least = rung, min(least, _power(rung))
             elif best is not None:
                 break
@@ -151,7 +156,7 @@ class Climb:
             own = np.delete(fitted, np.concatenate(places))
             numbers = [fitted[place] for place in places]
             del terms[weakest], numbers[weakest]
-        return best
+        return None if best is None or _is_chance(best.part, start) else best
 
     def _fitted(self, model: Model, values: NDArray, tolerance: float) -> FittedModel:
         """A model fitted with as many steps as it needs; a term's state may be fast."""
@@ -373,6 +378,9 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
     )
     if offered == "law" and diagnosis.causes:
         return _withheld(diagnosis, result)
+    reached = _verdict(diagnosis.verdict, named, max(attainable, floor), judged["law"])
+    if offered == "causes" and has_learned:
+        return replace(diagnosis, ladder=result, verdict=reached)
     if offered in ("law", "causes"):
         return replace(diagnosis, ladder=result)
     assert diagnosis.judged is not None
@@ -382,7 +390,7 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
     return replace(
         diagnosis,
         ladder=result,
-        verdict=_verdict(diagnosis.verdict, named, max(attainable, floor), judged["law"]),
+        verdict=reached,
         error_after=Errors(errors[offered].fit, errors[offered].held_out),
         extended=ladder.device(best, diagnosis.judged),
         traces=tuple(replace(one, after=after[one.name]) for one in diagnosis.traces),
@@ -410,6 +418,14 @@ def _withheld(diagnosis: Diagnosis, ladder: Ladder) -> Diagnosis:
         extended=diagnosis.judged,
         traces=tuple(replace(one, after=one.before) for one in diagnosis.traces),
     )
+
+
+def _is_chance(more: FittedModel, fewer: FittedModel) -> bool:
+    """Whether a model with more terms fits better by no more than chance would."""
+    residual = more.residual
+    memory = correlation_time(residual, np.array([0, len(residual)]))
+    noise = memory * float(residual @ residual) / len(residual)
+    return fewer.cost - more.cost < EQUATION_SIGNIFICANT * noise
 
 
 def _power(rung: _Rung) -> float:

@@ -72,7 +72,7 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
         for n in one.term.numbers:
             least = max(0.05 * n.value, n.least)
             lower = "" if n.symbol == "b" else f", lower={least:.3g}, divides=True"
-            upper = "" if n.symbol == "b" else f", upper={20 * n.value:.3g}"
+            upper = "" if n.symbol == "b" else f", upper={min(20 * n.value, n.most):.3g}"
             parameters.append(
                 f'    Quantity("{names[n.symbol]}", "{n.unit}", "{n.meaning}"{lower}{upper}),'
             )

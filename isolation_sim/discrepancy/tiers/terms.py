@@ -36,8 +36,8 @@ class Number:
         Its expression, SI unit and meaning.
     value : float
         In ``unit``.
-    least : float
-        Lower bound, in ``unit``.
+    least, most : float
+        Bounds, in ``unit``.
     """
 
     symbol: str
@@ -45,6 +45,7 @@ class Number:
     meaning: str
     value: float
     least: float = 0.0
+    most: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -117,6 +118,8 @@ CHANGING = 0.05
 """Range of a run's current over the largest from which it changes. Convention."""
 _LEAST_SAMPLES = 2.0
 """Samples over which the rate of the current is taken, at least."""
+_WIDEST_GAP = 0.8
+"""Half of a gap over the largest deformation, at most."""
 _MEANINGS = {
     "r": ("m", "deformation at which it yields"),
     "w": ("m/s", "velocity at which it saturates"),
@@ -125,8 +128,11 @@ _MEANINGS = {
 }
 
 
-def _numbers(least: float = 0.0, **values: float) -> tuple[Number, ...]:
-    return tuple(Number(name, *_MEANINGS[name], value, least) for name, value in values.items())
+def _numbers(
+    least: float = 0.0, most: float = np.inf, **values: float
+) -> tuple[Number, ...]:  # fmt: skip
+    bounds = least, most
+    return tuple(Number(name, *_MEANINGS[name], value, *bounds) for name, value in values.items())
 
 
 def library(data: MeasuredRuns) -> tuple[Term, ...]:
@@ -168,7 +174,9 @@ def _library(x: float, v: float) -> Iterator[Term]:
         if symbols == "t":
             choices = [_numbers(t=t * x / v) for t in _TIMES]
         elif symbols == "r":
-            choices = [_numbers(r=share * x) for share in _LENGTHS]
+            # a gap that the motion does not close is none
+            most = _WIDEST_GAP * x if text.startswith("play") else np.inf
+            choices = [_numbers(most=most, r=share * x) for share in _LENGTHS]
         else:
             choices = [
                 _numbers(r=r * x, w=w * v) for r in _LENGTHS[:-1] for w in _SPEEDS[:-1]
