@@ -155,7 +155,7 @@ class LawModel:
     def settle_starts(self, values: NDArray) -> Self:
         """Let each run that may begin in motion or at rest begin where its force is nearer."""
         data = self.data
-        unknown = data.return_times > 0
+        unknown = data.return_times.any(axis=1)
         if not unknown.any():
             return self
 
@@ -165,11 +165,14 @@ class LawModel:
             return np.add.reduceat(((force - data.force) * data.weight) ** 2, data.starts[:-1])
 
         if self.parameterisation.law.states:
-            in_motion = costs(data.return_times) <= costs(np.zeros_like(data.dt))
+            begin = np.column_stack([np.zeros_like(data.dt), data.return_times])
+            least = np.argmin([costs(one) for one in begin.T], axis=0)
+            chosen = begin[np.arange(len(least)), least]
         else:  # a device that has rested is not deformed
             sizes = np.array([np.std(data.x[run]) for run in data.runs])
-            in_motion = np.abs(data.x[data.starts[:-1]]) > _UNDEFORMED * sizes
-        periods = np.where(unknown, np.where(in_motion, data.return_times, 0.0), data.periods)
+            deformed = np.abs(data.x[data.starts[:-1]]) > _UNDEFORMED * sizes
+            chosen = np.where(deformed, data.return_times[:, 0], 0.0)
+        periods = np.where(unknown, chosen, data.periods)
         if np.array_equal(periods, data.periods):
             return self
         return replace(self, data=replace(data, periods=periods))

@@ -61,7 +61,8 @@ class MeasuredRuns:
     # (n_runs,), s: Period of each run whose first cycle is steady, or a time after which its motion
     # comes back to the beginning; 0 where it begins at rest
     periods: NDArray
-    # (n_runs,), s: Time after which each run's motion comes back, if it may begin at rest as well
+    # (n_runs, n), s: Times after which each run's motion comes back, where it may begin at rest as
+    # well; else 0
     return_times: NDArray
     n_steps: NDArray  # (n_runs,) int: Integration steps a sample of a law under each run
 

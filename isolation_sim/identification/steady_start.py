@@ -33,14 +33,17 @@ _CLOSED = 3.0
 """Gap between the ends of one cycle, over the changes from sample to sample beside it."""
 
 
-_RETURNS = 3.0
-"""Difference of the motion at a return from that at the beginning, in RMS values."""
+RETURNS = 8
+"""Returns of the motion to its beginning that a fitted law compares. Effort."""
+_APART = 0.2
+"""Cycles between two returns, at least."""
 _JUMP = 10.0
-"""Weight of the deformation in that difference."""
+"""Weight of a jump of the deformation at a return, over that of the velocity, in RMS values."""
 _LATE = 10.0
-"""Cycles after which a return counts as one RMS value further away."""
+"""Cycles after which a return counts as one RMS value of the velocity further away."""
 _MOVING = 0.05
-"""Velocity at the first sample, over its RMS, from which a run may begin in the middle."""
+"""Velocity or displacement at the first sample, over its RMS, from which a run may begin in the
+middle."""
 
 
 class LeadIn(NamedTuple):
@@ -64,17 +67,19 @@ def lead_in(starts: NDArray, dt: NDArray, periods: NDArray, displacement: NDArra
 
 
 class Starts(NamedTuple):
-    """Where runs begin, (n_runs,), s; a run for which both are 0 begins at rest."""
+    """Where runs begin, (n_runs, ...), s; a run for which all are 0 begins at rest."""
 
     periods: NDArray  # Period of every run whose first cycle is steady
-    # Time after which the motion of a run comes back to its beginning, where it may be in motion
+    # (n_runs, RETURNS): Times after which the motion of a run comes back to its beginning, where it
+    # may be in motion
     return_times: NDArray
 
 
 def find_starts(runs: Sequence[TestRun], force_noise: NDArray) -> Starts:
     """Find where runs begin by their motion and force; noise of each, (n_runs,), N."""
     found = [_start(run, noise) for run, noise in zip(runs, force_noise, strict=True)]
-    return Starts(*np.array(found).T)
+    periods, times = zip(*found, strict=True)
+    return Starts(np.array(periods), np.array(times))
 
 
 def steady_note(periods: NDArray, law: Law) -> str:
@@ -92,35 +97,41 @@ def steady_note(periods: NDArray, law: Law) -> str:
     )
 
 
-def _return_time(run: TestRun) -> float:
-    """Time at which a run comes back to where it begins, in the same direction, s; else 0."""
+def _return_times(run: TestRun) -> NDArray:
+    """Times at which a run comes nearest to where it begins, (RETURNS,), s; 0 where it does not."""
     x, v, current = run.displacement, run.velocity, run.current
     size, speed = float(np.std(x)), float(np.std(v))
-    if not abs(v[0]) > _MOVING * speed > 0:
-        return 0.0
+    result = np.zeros(RETURNS)
+    if not (speed > 0 and (abs(v[0]) > _MOVING * speed or abs(x[0]) > _MOVING * size)):
+        return result
     cycles = run.step * np.arange(len(x)) * speed / (2 * np.pi * size)
     # the deformation counts most: where it jumps the device would yield
     away = _JUMP * np.abs(x - x[0]) / size + np.abs(v - v[0]) / speed + cycles / _LATE
     away += np.abs(current - current[0]) / (float(np.ptp(current)) or 1.0)
-    away[(cycles < 1) | (v * v[0] <= 0)] = np.inf
-    at = int(np.argmin(away))
-    if not away[at] < _RETURNS:
-        return 0.0
-    return run.step * (at + float(np.clip((x[0] - x[at]) / (v[at] * run.step), -0.5, 0.5)))
+    away[cycles < 1] = np.inf
+    for k in range(RETURNS):
+        at = int(np.argmin(away))
+        if not np.isfinite(away[at]):
+            break
+        share = (x[0] - x[at]) / (v[at] * run.step) if v[at] != 0 else 0.0
+        result[k] = run.step * (at + float(np.clip(share, -0.5, 0.5)))
+        away[np.abs(cycles - cycles[at]) < _APART] = np.inf
+    return result
 
 
-def _start(run: TestRun, noise: float) -> tuple[float, float]:
-    """Period of a run whose first cycle is steady, and return time of other motion, s; else 0."""
+def _start(run: TestRun, noise: float) -> tuple[float, NDArray]:
+    """Period of a run whose first cycle is steady, and return times of other motion, s; else 0."""
+    never = np.zeros(RETURNS)
     t, x, force = run.time - run.time[0], run.displacement, run.force
     size = float(np.std(x))
     if len(t) < _LEAST_SAMPLES or not size > 0 or not np.std(force) > 0:
-        return 0.0, 0.0
+        return 0.0, never
     closed = _one_cycle(run, noise)
     if closed is not None:
-        return closed, 0.0
+        return closed, never
     period = 1 / find_frequency(t, x)
     if not _LEAST_SAMPLES * run.step <= period <= t[-1] / (1 + _OVERLAP):
-        return 0.0, _return_time(run)
+        return 0.0, _return_times(run)
     period = _refined(t, x, period)
 
     def change(y: NDArray, first: float = 0.0, last: float = np.inf) -> float:
@@ -132,12 +143,12 @@ def _start(run: TestRun, noise: float) -> tuple[float, float]:
     current = run.current
     same_current = change(current) <= _SAME_MOTION * float(np.max(np.abs(current)))
     if not (same_current and change(x) <= _SAME_MOTION * size):
-        return 0.0, _return_time(run)
+        return 0.0, _return_times(run)
     # the force of a periodic motion tells
     least = float(np.hypot(_SAME_FORCE * np.std(force), np.sqrt(2) * noise))
     later = change(force, period / 2)
     steady = change(force, 0.0, period / 2) <= max(least, _AS_LATER * later)
-    return period if steady else 0.0, 0.0
+    return period if steady else 0.0, never
 
 
 def _refined(t: NDArray, x: NDArray, period: float) -> float:

@@ -113,6 +113,6 @@ def _sinusoid(
         velocity_measured=np.ones(1, bool),
         averaging=np.zeros(1),
         periods=np.zeros(1),
-        return_times=np.zeros(1),
+        return_times=np.zeros((1, 1)),
         n_steps=np.ones(1, np.int64),
     )

@@ -118,7 +118,7 @@ def loop_motion(table: LoopTable) -> MeasuredRuns:
         has_temperature=False,
         averaging=np.zeros(n),
         periods=np.zeros(n),
-        return_times=np.zeros(n),
+        return_times=np.zeros((n, 1)),
         n_steps=np.full(n, _N_STEPS),
     )
 
