@@ -11,6 +11,7 @@ with the numbers inside its terms.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -69,8 +70,9 @@ class _Candidate:
 class _Library:
     """Candidates beside a model, and their columns; better numbers join them."""
 
-    def __init__(self, model: Model):
+    def __init__(self, model: Model, pool: ThreadPoolExecutor):
         data = self.data = model.data
+        self._pool = pool
         self._own_means = EACH_RUN in model.effects
         degree = len(model.parameterisation.currents) - 1
         self._powers = tuple(range(degree + 1 if np.ptp(data.current) > 0 else 1))
@@ -123,7 +125,9 @@ class _Library:
             taken = any(one.is_near(other) for other in found)
             if one.chosen.term.numbers and not taken and len(leading) < _LEADING:
                 leading.setdefault(one.chosen.term.text, one)
-        self.add([self._with_best_numbers(one.chosen, basis, residual) for one in leading.values()])
+        self.add(list(self._pool.map(
+            lambda one: self._with_best_numbers(one.chosen, basis, residual), leading.values()
+        )))  # fmt: skip
 
     def _with_best_numbers(self, chosen: Chosen, basis: NDArray, residual: NDArray) -> Term:
         """A term with the numbers for which it reduces a residual most."""
@@ -172,9 +176,11 @@ class Selection:
     values: NDArray  # (n_values,): Values of the model fitted beside the terms
 
 
-def select(model: Model, values: NDArray, folds: Sequence[NDArray]) -> Selection:
+def select(
+    model: Model, values: NDArray, folds: Sequence[NDArray], pool: ThreadPoolExecutor
+) -> Selection:  # fmt: skip
     """Select terms beside a model on fitted data."""
-    library = _Library(model)
+    library = _Library(model, pool)
     found: list[_Candidate] = []
     left: list[_Candidate] = []
     stability: list[float] = []

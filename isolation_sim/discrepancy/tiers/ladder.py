@@ -83,8 +83,10 @@ class Climb:
         self, part: FittedModel, chosen: Sequence[Chosen] = (), stability: Sequence[float] = (),
         text: str = "",
     ) -> _Rung:  # fmt: skip
-        """A rung from its model on the samples that select."""
-        final = self._fitted(replace(part.model, data=self.problem.data), part.values, 1e-6)
+        """A rung from its model on the samples that select, not yet fitted to all."""
+        whole = replace(part.model, data=self.problem.data).resolve_steps(part.values)
+        nothing = np.zeros((0, len(part.values)))
+        final = FittedModel(whole, part.values, part.cost, nothing[:, 0], nothing)
         without = self._without(part)
         return _Rung(
             final, part, without, self._left_out(without), tuple(chosen),
@@ -123,7 +125,7 @@ class Climb:
 
     def _equation(self, start: FittedModel) -> _Rung | None:
         """The equation beside a model, with the terms that it needs and that lose nowhere."""
-        found = select(start.model, start.values, self.masks)
+        found = select(start.model, start.values, self.masks, self.problem.pool)
         terms = list(zip(found.chosen, found.stability, strict=True))
         numbers = [
             np.concatenate([c, [n.value for n in one.term.numbers]])
@@ -156,7 +158,9 @@ class Climb:
             own = np.delete(fitted, np.concatenate(places))
             numbers = [fitted[place] for place in places]
             del terms[weakest], numbers[weakest]
-        return None if best is None or _is_chance(best.part, start) else best
+        if best is None or _is_chance(best.part, start):
+            return None
+        return replace(best, final=self._fitted(best.final.model, best.part.values, 1e-6))
 
     def _fitted(self, model: Model, values: NDArray, tolerance: float) -> FittedModel:
         """A model fitted with as many steps as it needs; a term's state may be fast."""

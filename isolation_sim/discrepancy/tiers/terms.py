@@ -199,7 +199,19 @@ def _state(term: Term, data: MeasuredRuns) -> NDArray:
     """State of a term along runs, between whose samples the motion is a straight line."""
     length = min((n.value for n in term.numbers if n.symbol == "r"), default=np.inf)
     moved = float(np.max(np.abs(data.v) * np.repeat(data.dt, data.lengths)))
-    m = int(np.clip(np.ceil(moved / (_STEP * length)), 1, _MOST_STEPS))
+    # powers of two, so that many terms share one grid
+    wanted = np.clip(moved / (_STEP * length), 1, _MOST_STEPS)
+    m = 2 ** int(np.ceil(np.log2(wanted)))
+    fine = _finer(data, m)
+    effect = _state_alone(term.rate, tuple(n.symbol for n in term.numbers), term.current)
+    numbers = np.array([n.value for n in term.numbers])
+    state = evaluate(effect, fine, np.zeros(len(fine.x)), numbers)["force"]
+    return np.concatenate([state[a:b:m] for a, b in pairwise(fine.starts)])
+
+
+@lru_cache(maxsize=4)
+def _finer(data: MeasuredRuns, m: int) -> MeasuredRuns:
+    """Runs with so many steps a sample, along straight lines."""
     grids = [np.arange(m * (n - 1) + 1) / m for n in data.lengths]
     ends = np.concatenate([[0], np.cumsum([len(grid) for grid in grids])])
 
@@ -211,14 +223,10 @@ def _state(term: Term, data: MeasuredRuns) -> NDArray:
 
     x = finer(data.x)
     nothing = np.zeros(len(x))
-    fine = replace(
+    return replace(
         data, starts=ends, dt=data.dt / m, x=x, v=finer(data.v), a=nothing,
         current=finer(data.current), temperature=nothing,
     )  # fmt: skip
-    effect = _state_alone(term.rate, tuple(n.symbol for n in term.numbers), term.current)
-    numbers = np.array([n.value for n in term.numbers])
-    state = evaluate(effect, fine, nothing, numbers)["force"]
-    return np.concatenate([state[a:b:m] for a, b in pairwise(ends)])
 
 
 def run(code: str, known: dict[str, Any]) -> Any:
