@@ -39,8 +39,8 @@ BAND = (5.0, 150.0)
 HIGHEST = 200.0
 """Highest frequency of the averaged displacement that is kept, Hz."""
 LINEAR, BOUC_WEN = "kelvin_voigt", "bouc_wen"
-REFINED = {LINEAR: ("k", "c"), BOUC_WEN: ("k", "c", "alpha", "beta", "gamma")}
-"""Parameters refined on the displacement, with the mass; the others are scales or exponents."""
+REFINED = {LINEAR: ("k", "c"), BOUC_WEN: ("k", "c", "alpha", "beta", "gamma", "n", "F0")}
+"""Parameters refined on the displacement, with the mass; the others are scales."""
 PUBLISHED = {
     "published: polynomial state space, degree 2 (34 parameters)": 10 ** (-85.32 / 20),
     "published: polynomial state space, degrees 3, 5, 7 (217 parameters)": 10 ** (-98.32 / 20),
@@ -106,7 +106,10 @@ def refined(mass: float, device: Device, shown: Training) -> tuple[float, Device
         moved = response(*model(q), np.tile(shown.force, 2))[PERIOD:]
         return (moved - shown.x) / np.std(shown.x)
 
-    return model(least_squares(residual, np.ones(len(scale)), diff_step=1e-4).x)
+    quantities = [next(q for q in law.parameters if q.name == name) for name in free]
+    limits = np.array([(0.0, np.inf), *((q.lower, q.upper) for q in quantities)])
+    bounds = np.sort(limits / scale[:, np.newaxis], axis=1).T
+    return model(least_squares(residual, np.ones(len(scale)), diff_step=1e-4, bounds=bounds).x)
 
 
 def campaign(mass: float, shown: Training) -> Campaign:
