@@ -16,7 +16,7 @@ from ..identification.fitted import LawEvaluation, RunError
 from ..identification.force_channel import averaging_note, find_averaging
 from ..identification.measured_runs import MeasuredRuns, measured_runs
 from ..identification.parameterisation import Parameterisation
-from ..identification.steady_start import steady_note
+from ..identification.run_starts import start_note
 from ..laws import Device
 from .device.model import Model
 
@@ -52,7 +52,7 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
         RunError(run, force[a:b])
         for run, (a, b) in zip(campaign.runs, pairwise(data.starts), strict=True)
     )
-    own = (averaging_note(data.averaging), steady_note(data.periods, base.law))
+    own = (averaging_note(data.averaging), start_note(data.periods, base.law))
     notes = filter(None, (*_notes(device, campaign), *own))
     return LawEvaluation(device, campaign, errors, tuple(notes))
 

@@ -25,7 +25,7 @@ from .least_squares import Optimum
 from .measured_runs import LEAST_NOISE, hold_out_some, measured_runs
 from .noise import correlation_time
 from .parameterisation import Parameterisation
-from .steady_start import steady_note
+from .run_starts import start_note
 from .workers import workers
 
 _LACKING = 3.0
@@ -113,7 +113,7 @@ def fit(
         model, best = fit_law(model, pool, starts=starts, seed=seed, start=known, advance=advance)
     result = _result(campaign, model, best)
     chosen = "" if choice is None else choice.text
-    begin = steady_note(model.data.periods, law)
+    begin = start_note(model.data.periods, law)
     notes = filter(None, (chosen, averaging_note(data.averaging), begin))
     return replace(result, notes=(*notes, *result.notes))
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from ..effects.effect import REFERENCE_TEMPERATURE
 from .force_channel import Averaging, find_averaging, moving_average
 from .noise import white_noise
+from .run_starts import find_starts
 from .run_table import TestRun
 from .sensitivities import Motion
-from .steady_start import find_starts
 from .velocity import smooth
 
 LEAST_NOISE = 2e-3

@@ -16,7 +16,7 @@ from ..generated import load_text, load_written
 from ..laws.emit import function_text, straight_line, symbols
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
-from .steady_start import lead_in
+from .run_starts import lead_in
 
 TEMPLATE = Path(__file__).with_name("sensitivity_template.py")
 _LARGEST_CHANGE = 1e3

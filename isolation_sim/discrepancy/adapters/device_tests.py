@@ -18,7 +18,7 @@ from ...identification.law_choice import LawChoice, choose_law
 from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
 from ...identification.measured_runs import MeasuredRuns, hold_out_some, measured_runs
 from ...identification.noise import correlation_time
-from ...identification.steady_start import steady_note
+from ...identification.run_starts import start_note
 from ...laws import Device
 from ...laws.law import Law
 from .. import inference
@@ -495,7 +495,7 @@ class DeviceTests(Problem[FittedModel]):
         law = self.law.model.parameterisation.law
         notes = " ".join(
             f"{note}."
-            for note in (*data_notes(runs, data.averaging), steady_note(data.periods, law))
+            for note in (*data_notes(runs, data.averaging), start_note(data.periods, law))
             if note
         )
         return Text(

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ...effects import Effect, Signals
 from ...generated import load_text
 from ...identification.measured_runs import MeasuredRuns
-from ...identification.steady_start import lead_in
+from ...identification.run_starts import lead_in
 from ...laws.emit import function_text, straight_line, symbols
 
 TEMPLATE = Path(__file__).with_name("effect_template.py")

@@ -21,8 +21,8 @@ from .run_table import TestRun
 _SAME_MOTION = 0.03
 """RMS change of the motion from cycle to cycle, over its RMS, up to which it is periodic."""
 _SAME_FORCE = 0.015
-"""The same of the force in the first half cycle, beyond noise. Blind: a device that begins at rest
-and depends on the past changes by more."""
+"""The same of the force in the first half cycle, beyond noise: that of a device that begins at rest
+and depends on the past changes by more. Convention."""
 _AS_LATER = 1.5
 """Factor on the change between later cycles up to which the first half cycle changes as they do."""
 _LEAST_SAMPLES = 16
@@ -31,8 +31,6 @@ _OVERLAP = 0.25
 """Cycles beyond the first, at least; fewer are one closed cycle or none."""
 _CLOSED = 3.0
 """Gap between the ends of one cycle, over the changes from sample to sample beside it."""
-
-
 RETURNS = 8
 """Returns of the motion to its beginning that a fitted law compares. Effort."""
 _APART = 0.2
@@ -55,7 +53,8 @@ class LeadIn(NamedTuple):
 
 
 def lead_in(starts: NDArray, dt: NDArray, periods: NDArray, displacement: NDArray) -> LeadIn:
-    """Find how runs with a steady start are led in: from the middle of the motion, in its half."""
+    """Find how runs that begin in motion are led in, from a sample where the device may rest."""
+    # That is the sample nearest to the middle of the motion in the second half of the cycle.
     cycle = np.round(periods / dt).astype(np.int64)
     cycle[cycle > np.diff(starts)] = 0
     lead = np.zeros_like(cycle)
@@ -82,7 +81,7 @@ def find_starts(runs: Sequence[TestRun], force_noise: NDArray) -> Starts:
     return Starts(np.array(periods), np.array(times))
 
 
-def steady_note(periods: NDArray, law: Law) -> str:
+def start_note(periods: NDArray, law: Law) -> str:
     """Say which runs do not begin at rest; empty if all do, or if the law has no memory."""
     count = int(np.count_nonzero(periods))
     if not (count and law.states):
