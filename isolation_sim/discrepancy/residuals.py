@@ -61,11 +61,12 @@ def of_device_tests(base: FittedModel, noise_cost: float) -> list[Dependence]:
     """Predict the residual of a law by general functions, the best first."""
     # ``noise_cost`` is the cost of noise alone; the share is that of the misfit above it.
     data = base.model.data
-    force, weight = base.force, data.weight
+    force, weight = data.bounded(base.force), data.weight
     residual = (force - data.force) * weight
     first, second = _halves(data)
     part = float(np.sum(residual[second] ** 2) + np.sum(residual[first] ** 2))
-    misfit = part * (1 - noise_cost / base.cost) if base.cost > noise_cost else 0.0
+    whole = base.cost if np.isfinite(base.cost) else np.inf  # of a law that diverges
+    misfit = part * (1 - noise_cost / whole) if whole > noise_cost else 0.0
     if misfit == 0.0:
         return []  # a residual of noise depends on nothing
     result = []

@@ -142,8 +142,9 @@ class LawModel:
         for _ in range(_RESOLVED_AGAIN):
             inside = replace(model, data=model.data.without_held_out())
             result = inside.minimise(start, most, tolerance, valley)
-            if not np.isfinite(result.cost):
-                break
+            if not np.isfinite(result.cost):  # a stiff law diverges with too long steps
+                model = replace(model, data=model.data.with_steps(2 * model.data.n_steps))
+                continue
             start, there = result.x, model.resolve_steps(result.x, 1)
             enough = model.data.n_steps >= there.data.n_steps
             if enough.all():
