@@ -95,8 +95,8 @@ class Climb:
 
     def _part(self, final: FittedModel) -> FittedModel:
         """A model on the samples that select, fitted a little further."""
-        here = replace(final.model, data=self.data).resolve_steps(final.values, 1)
-        return fit_model(here, final.values, _FOLD_STEPS, 1e-4)
+        here = replace(final.model, data=self.data)
+        return self._fitted(here, final.values, 1e-4, _FOLD_STEPS)
 
     def _without(self, part: FittedModel) -> NDArray:
         """Force of a model fitted without each condition, (n_folds, n_samples), N."""
@@ -162,10 +162,12 @@ class Climb:
             return None
         return replace(best, final=self._fitted(best.final.model, best.part.values, 1e-6))
 
-    def _fitted(self, model: Model, values: NDArray, tolerance: float) -> FittedModel:
+    def _fitted(
+        self, model: Model, values: NDArray, tolerance: float, most: int = _LAST_STEPS
+    ) -> FittedModel:  # fmt: skip
         """A model fitted with as many steps as it needs; a term's state may be fast."""
         here = model.resolve_steps(values, 1)
-        return FittedModel.of(*here.minimise_resolved(values, _LAST_STEPS, tolerance))
+        return FittedModel.of(*here.minimise_resolved(values, most, tolerance))
 
     def learned(self, below: _Rung) -> tuple[_Rung, float]:
         """The third tier, beside a rung below, whose values stay, and its share (``Learned``)."""

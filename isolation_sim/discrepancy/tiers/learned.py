@@ -71,6 +71,7 @@ def learn(
     # ``force`` is the model's, (n_samples,), N; ``without`` that of the same model fitted without
     # each fold, (n_folds, n_samples).
     data = model.data
+    force = data.bounded(force)
     states = _states(library(data))
     known = {"x": data.x, "v": data.v} | {f"m_{k}": along(s, data) for k, s in enumerate(states)}
     codes = _inputs(float(np.max(np.abs(data.v))), states)
