@@ -68,9 +68,9 @@ def lead_in(starts: NDArray, dt: NDArray, periods: NDArray, displacement: NDArra
 class Starts(NamedTuple):
     """Where runs begin, (n_runs, ...), s; a run for which all are 0 begins at rest."""
 
-    periods: NDArray  # Period of every run whose first cycle is steady
-    # (n_runs, RETURNS): Times after which the motion of a run comes back to its beginning, where it
-    # may be in motion
+    periods: NDArray  # s: Period of every run whose first cycle is steady
+    # (n_runs, RETURNS), s: Times after which the motion of a run comes back to its beginning, where
+    # it may be in motion
     return_times: NDArray
 
 

@@ -12,7 +12,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.fitted import Estimate, labels
-from isolation_sim.identification.law_fit import parameterise
+from isolation_sim.identification.law_fit import LawModel, parameterise
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.velocity import smooth
@@ -138,6 +138,21 @@ def test_the_data_choose_the_scale_where_there_are_more_currents():
     runs = bouc_wen_between_currents((0.0, 1.0, 2.0), 3, yield_force=lambda i: 60.0 + 60.0 * i)
     chosen = fitted("bouc_wen", Campaign("steep", "made", tuple(runs)), {})
     assert any(note.startswith("gamma is A - beta, ") for note in chosen.notes)
+
+
+def test_a_fit_that_diverges_takes_more_steps():
+    """A relaxation of 1.5 ms diverges with one explicit step of 5 ms."""
+    time = 0.005 * np.arange(800)
+    x, v = 0.01 * np.sin(6 * time), 0.06 * np.cos(6 * time)
+    run = TestRun("a", time, x, v, 150.0 * v, np.zeros(800), velocity_measured=True)
+    campaign = Campaign("stiff", "made", (run,))
+    data = measured_runs((run,)).with_steps(1)
+    model = LawModel(data, parameterise(campaign, LAWS["maxwell"], data))
+    start = np.array([1e5, 150.0])
+    assert not np.isfinite(model.residuals(start, False)[0]).all()
+    model, found = model.minimise_resolved(start, 20, 1e-6)
+    assert np.isfinite(found.cost) and np.all(model.data.n_steps > 1)
+    assert found.x[1] == pytest.approx(150.0, rel=0.01)
 
 
 def test_another_of_the_redundant_parameters_may_be_held(campaign_of):
