@@ -22,7 +22,7 @@ def written(case, tmp_path):
 @pytest.mark.parametrize("name", SINGLES)
 def test_a_single_effect_is_named_first(name, tmp_path):
     case = Case("single", "strain_stiffening", "strain_stiffening", ((name, SINGLES[name]),), 31)
-    found = diagnose(written(case, tmp_path), case.law)
+    found = diagnose(written(case, tmp_path), case.law, tiers="causes")
     assert found.causes[0].name == name
     assert found.error_after.held_out < 0.6 * found.error_before.held_out
     assert found.causes[0].p_value < 1e-6
@@ -30,19 +30,19 @@ def test_a_single_effect_is_named_first(name, tmp_path):
 
 def test_nothing_is_named_where_nothing_is_hidden(tmp_path):
     for k, case in enumerate(clean(2, bases=("strain_stiffening",), seed=77)):
-        found = diagnose(written(case, tmp_path / str(k)), case.law)
+        found = diagnose(written(case, tmp_path / str(k)), case.law, tiers="causes")
         assert found.verdict == "adequate" and not found.causes
 
 
 def test_both_of_a_pair_are_named(tmp_path):
     case = next(several(2, 1))
-    found = diagnose(written(case, tmp_path), case.law)
+    found = diagnose(written(case, tmp_path), case.law, tiers="causes")
     assert {effect for effect, _ in case.effects} <= {cause.name for cause in found.causes}
 
 
 def test_what_is_outside_the_catalogue_is_not_blamed_on_it(tmp_path):
     case = next(c for c in outside() if "pump" in c.name)
-    found = diagnose(written(case, tmp_path), case.law)
+    found = diagnose(written(case, tmp_path), case.law, tiers="causes")
     assert found.verdict == "unexplained"
     assert not {cause.name for cause in found.causes} & set(CATALOGUE)
     assert "frequency" in found.depends_on

@@ -90,7 +90,7 @@ def test_a_law_with_many_local_optima_is_found(damper):
 
 def test_a_law_whose_causes_leave_much_is_compared_with_others(damper, monkeypatch):
     monkeypatch.setattr(device_tests, "choose_law", partial(choose_law, laws=LAWS_FOR_DAMPERS))
-    found = diagnose(damper, "bouc_wen", threads=1)
+    found = diagnose(damper, "bouc_wen", threads=1, tiers="causes")
     assert found.error_after.held_out > 0.03
     assert found.details["law_choice"]["text"].startswith(
         "Bouc-Wen is of the wrong family for these data. Of 3 laws spencer fits best"
