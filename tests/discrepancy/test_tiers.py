@@ -69,7 +69,7 @@ def test_the_ladder_goes_down_to_the_noise_and_the_equation_is_offered(diagnosis
     for error in (rungs["equation"].fit, rungs["equation"].held_out, rungs["equation"].left_out):
         assert error == pytest.approx(0.003, rel=0.15)
     assert diagnosis.ladder.offered == "equation" and not rungs["equation"].worse
-    assert diagnosis.verdict == "explained"
+    assert diagnosis.verdict == "explained" and diagnosis.unexplained_share < 0.01
     # on noise alone a flexible model explains nothing
     assert abs(diagnosis.ladder.explainable) < 0.01
     assert abs(diagnosis.ladder.inexplicable) < 0.01
@@ -80,7 +80,8 @@ def test_the_written_law_loads_fits_simulates_and_closes_the_ledger(diagnosis, c
     diagnosis.save(tmp_path / "out")
     text = (tmp_path / "out" / "report.md").read_text()
     assert "with an equation (offered)" in text and "x^2 v" in text
-    assert "x^2 v" in (tmp_path / "out" / "report.html").read_text()
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "x^2 v" in page and "With an equation found in the data" in page
     file = tmp_path / "out" / "extended_law.py"
     result = iso.evaluate(tmp_path / "out" / "extended_law.toml", campaign)
     assert result.error == pytest.approx(0.003, rel=0.15)

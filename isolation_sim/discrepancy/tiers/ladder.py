@@ -397,6 +397,7 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
         diagnosis,
         ladder=result,
         verdict=reached,
+        unexplained_share=float(np.clip((judged[offered] ** 2 - floor**2) / misfit, 0.0, 1.0)),
         error_after=Errors(errors[offered].fit, errors[offered].held_out),
         extended=ladder.device(best, diagnosis.judged),
         traces=tuple(replace(one, after=after[one.name]) for one in diagnosis.traces),

@@ -87,6 +87,9 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     )
 
 
+_FOUND = {"equation": "an equation", "learned": "a learned term"}
+
+
 def step_blocks(step: Step) -> list[Block]:
     """A step as text, with its table."""
     if not step.rows:
@@ -106,6 +109,14 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
         f"{capital(diagnosis.model)} has an RMS error of {100 * before[0]:.3g} % "
         f"{before[1]}{alone}."
     )
+    left = diagnosis.unexplained_share
+    rest = f"; {100 * left:.0f} % of the misfit remains unexplained" if left > 0.005 else ""
+    offered = diagnosis.ladder.offered if diagnosis.ladder is not None else ""
+    if offered in _FOUND:
+        return first, (
+            f"{MEANINGS[diagnosis.verdict]} With {_FOUND[offered]} found in the data, see Tiers, "
+            f"the error is {100 * after[0]:.3g} %{rest}."
+        )
     if not diagnosis.causes:
         return first, MEANINGS[diagnosis.verdict]
     names = ", ".join(
@@ -114,8 +125,6 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
         + (f" ({cause.form})" if cause.form and cause.name.startswith("outside") else "")
         for cause in diagnosis.causes
     )
-    left = diagnosis.unexplained_share
-    rest = f"; {100 * left:.0f} % of the misfit remains unexplained" if left > 0.005 else ""
     return first, (
         f"{diagnosis.verdict.replace('_', ' ').capitalize()} by {names}: with "
         f"{'these' if len(diagnosis.causes) > 1 else 'it'} the error is {100 * after[0]:.3g} %"
