@@ -140,6 +140,12 @@ def unit_columns(jacobian: NDArray) -> tuple[NDArray, NDArray]:
         return np.nan_to_num(jacobian / length), length
 
 
+def orthonormal(jacobian: NDArray) -> NDArray:
+    """Orthonormal directions that the columns of derivatives determine, (n_residuals, n)."""
+    u, s, _ = np.linalg.svd(unit_columns(jacobian)[0], full_matrices=False)
+    return u[:, s > DETERMINED * max(float(s[0]), 1e-300)] if len(s) else u
+
+
 def _cost(residual: NDArray) -> float:
     # unlike @, vdot does not warn of what is not finite
     cost = 0.5 * float(np.vdot(residual, residual))

@@ -17,7 +17,7 @@ from .noise import white_noise
 from .run_starts import find_starts
 from .run_table import TestRun
 from .sensitivities import Motion
-from .velocity import smooth
+from .velocity import cycle_time, smooth
 
 LEAST_NOISE = 2e-3
 """Smallest force noise, as a share of a run's RMS force."""
@@ -152,10 +152,8 @@ class MeasuredRuns:
         """Keep the first cycles of every run, with about so many samples a cycle at most."""
         # A run that is held out in part keeps its length. A cycle is that of a sinusoid with the
         # run's RMS velocity over displacement.
-        size, speed = (
-            np.array([np.std(y[run]) for run in self.runs]) + 1e-300 for y in (self.x, self.v)
-        )
-        cycle = 2 * np.pi * size / speed / self.dt
+        around = [cycle_time(np.std(self.x[run]), np.std(self.v[run])) for run in self.runs]
+        cycle = np.array(around) / self.dt
         whole = np.array([len(np.unique(self.fitted[run])) > 1 for run in self.runs])
         lengths = np.where(whole, self.lengths, np.minimum(number * cycle, self.lengths))
         return self._taken(np.maximum(cycle / samples, 1).astype(int), lengths.astype(int))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..laws.law import Law
 from .loop_cycles import find_frequency
 from .run_table import TestRun
+from .velocity import cycle_time
 
 _SAME_MOTION = 0.03
 """RMS change of the motion from cycle to cycle, over its RMS, up to which it is periodic."""
@@ -31,6 +32,8 @@ _OVERLAP = 0.25
 """Cycles beyond the first, at least; fewer are one closed cycle or none."""
 _CLOSED = 3.0
 """Gap between the ends of one cycle, over the changes from sample to sample beside it."""
+_CYCLES = 3
+"""Cycles that are gone through before a run, up to the part before the device is at rest."""
 RETURNS = 8
 """Returns of the motion to its beginning that a fitted law compares. Effort."""
 _APART = 0.2
@@ -49,6 +52,7 @@ class LeadIn(NamedTuple):
 
     cycle: NDArray  # int: Samples of the first cycle; 0 where a run begins at rest
     lead: NDArray  # int: The sample of the cycle at which the device is at rest
+    ahead: NDArray  # int: Samples from there to the run's first one: two cycles, and a part of one
     join: NDArray  # s: From the last sample of the cycle to the first of the next
 
 
@@ -62,7 +66,8 @@ def lead_in(starts: NDArray, dt: NDArray, periods: NDArray, displacement: NDArra
         x = displacement[starts[run] : starts[run] + cycle[run]]
         half = cycle[run] // 2
         lead[run] = half + np.argmin(np.abs(x[half:] - (x.max() + x.min()) / 2))
-    return LeadIn(cycle, lead, np.where(cycle > 0, periods - (cycle - 1) * dt, dt))
+    join = np.where(cycle > 0, periods - (cycle - 1) * dt, dt)
+    return LeadIn(cycle, lead, _CYCLES * cycle - lead, join)
 
 
 class Starts(NamedTuple):
@@ -103,7 +108,7 @@ def _return_times(run: TestRun) -> NDArray:
     result = np.zeros(RETURNS)
     if not (speed > 0 and (abs(v[0]) > _MOVING * speed or abs(x[0]) > _MOVING * size)):
         return result
-    cycles = run.step * np.arange(len(x)) * speed / (2 * np.pi * size)
+    cycles = run.step * np.arange(len(x)) / cycle_time(size, speed)
     # the deformation counts most: where it jumps the device would yield
     away = _JUMP * np.abs(x - x[0]) / size + np.abs(v - v[0]) / speed + cycles / _LATE
     away += np.abs(current - current[0]) / (float(np.ptp(current)) or 1.0)
@@ -173,7 +178,7 @@ def _one_cycle(run: TestRun, noise: float) -> float | None:
     gap = abs(float(x[0] - x[-1]))
     both = gap < 0.5 * beside  # the closing sample is there
     turns = np.count_nonzero(np.diff(np.sign(run.velocity[run.velocity != 0])))
-    around = 2 * np.pi * np.std(x) / max(float(np.std(run.velocity)), 1e-300)
+    around = cycle_time(float(np.std(x)), float(np.std(run.velocity)))
     length = (len(x) - (1 if both else 0)) * run.step
     # about one sinusoid, and closed
     if gap > _CLOSED * beside or turns > 3 or not 0.8 < around / length < 1.25:

@@ -65,7 +65,9 @@ class Simulator:
         self.n_steps = np.broadcast_to(np.asarray(n_steps, np.int64), motion.dt.shape).copy()
         self.owner, self.power = np.array(owner, np.int64), np.array(power, np.int64)
         self.module = compiled(law)
-        periods = np.zeros_like(motion.dt) if motion.periods is None else motion.periods
+        periods = motion.periods if law.states else None  # without memory any run may begin
+        if periods is None:
+            periods = np.zeros_like(motion.dt)
         self._lead_in = lead_in(motion.starts, motion.dt, periods, motion.displacement)
         n, n_theta = len(law.states), len(self.owner)
         self._work = (
@@ -164,7 +166,7 @@ def _begin(law: Law, names: list[str], parameters: list, unpack: list[str]) -> l
     rest = (0.0,) * n if law.rest is None else law.rest(tuple(parameters))
     values = casadi.SX(casadi.vertcat(*rest))
     by = casadi.jacobian(values, casadi.vertcat(*parameters))
-    places = [(i, j) for i in range(n) for j in range(n_parameters) if by.has_nz(i, j)]
+    places = [(i, j) for i in range(n) for j in range(n_parameters)]
     results = [*casadi.vertsplit(values), *(by[i, j] for i, j in places)]
     named = dict(zip(names, parameters, strict=True))
     _, _, statements, texts = straight_line(named, results)

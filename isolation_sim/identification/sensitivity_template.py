@@ -21,6 +21,7 @@ def simulate(
     n_steps,
     cycle,
     lead,
+    ahead,
     join,
     theta,
     owner,
@@ -37,7 +38,8 @@ def simulate(
     """Forces at the samples, and their derivatives by theta, of one test run after another.
 
     starts: first sample of each run, and the end. dt: sample interval of each run, s. n_steps:
-    integration steps a sample, of each run. cycle, lead, join: of each run, see ``LeadIn``.
+    integration steps a sample, of each run. cycle, lead, ahead, join: of each run,
+    see ``LeadIn``.
     theta: coefficients, of parameter owner[k] by the power[k]-th power of the current.
     jacobian may have no rows: then it is left out. The other arrays are workspace.
     """
@@ -45,21 +47,16 @@ def simulate(
     differentiate = jacobian.shape[0] > 0
     for run in range(starts.shape[0] - 1):
         first, end = starts[run], starts[run + 1]
-        sample = first + lead[run]
-        use_current(current[sample], theta, owner, power, parameters, factor)
-        for i in range(N_STATES):
-            by[i, N_STATES:] = 0.0
+        sample, left = first + lead[run], ahead[run]
+        last = current[sample]
+        use_current(last, theta, owner, power, parameters, factor)
         begin(s, parameters, by)
         for i in range(N_STATES):
             for k in range(n_theta):
                 slope[i, k] = by[i, N_STATES + owner[k]] * factor[k]
-        # two cycles and a part of one are gone through before the run
-        ahead = 3 * cycle[run] - lead[run] if N_STATES > 0 else 0
-        sample = first + (lead[run] if ahead > 0 else 0)
-        last = current[sample]
         while sample < end:
-            if ahead > 0:
-                ahead -= 1
+            if left > 0:  # before the run
+                left -= 1
                 after = sample + 1 if sample + 1 < first + cycle[run] else first
                 interval = dt[run] if after > first else join[run]
             else:

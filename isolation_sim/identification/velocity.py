@@ -23,6 +23,11 @@ _NEAR = 1.5
 _MEDIAN_OF_SQUARE = 0.4549
 
 
+def cycle_time(size: float, speed: float) -> float:
+    """Period of a sinusoid with a motion's RMS displacement, m, and velocity, m/s; in s."""
+    return 2 * np.pi * size / max(speed, 1e-300)
+
+
 class _Series(NamedTuple):
     """A cubic, by its coefficients in time, and a sine series; what filtering leaves wrong."""
 

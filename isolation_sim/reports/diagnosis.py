@@ -76,7 +76,7 @@ def errors_table(diagnosis: Diagnosis) -> TextTable:
     return TextTable("Residual over measured signal (RMS)", ("", "before, %", "after, %"), rows)
 
 
-_RUNGS = {
+RUNGS = {
     "law": "law", "causes": "with causes", "equation": "with an equation",
     "learned": "with a learned term",
 }  # fmt: skip
@@ -89,7 +89,7 @@ def ladder_table(ladder: Ladder, noise_floor: float) -> TextTable:
         return f"{100 * value:.2f}" if np.isfinite(value) else ""
 
     rows: list[tuple[str, ...]] = [
-        (_RUNGS[one.name] + " (offered)" * (one.name == ladder.offered), percent(one.fit),
+        (RUNGS[one.name] + " (offered)" * (one.name == ladder.offered), percent(one.fit),
          percent(one.held_out), percent(one.left_out))
         for one in ladder.rungs
     ]  # fmt: skip

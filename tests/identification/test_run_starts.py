@@ -47,6 +47,15 @@ def _cycles(amplitude, frequency, current, phase, cycles, begin, seed, noise=0.0
     )  # fmt: skip
 
 
+def _part(run, places):
+    """A part of a run, which begins at time 0."""
+    signals = ("displacement", "velocity", "force", "current")
+    time = run.time[places]
+    return replace(
+        run, time=time - time[0], **{name: getattr(run, name)[places] for name in signals}
+    )  # fmt: skip
+
+
 def _campaign(begin, cycles=3.0, sizes=(2e-3, 5e-3, 1e-2, 1.5e-2)):
     random = np.random.default_rng(4)
     runs = []
@@ -89,30 +98,17 @@ def test_runs_from_rest_are_left(cut_out):
 def test_one_closed_cycle_is_found(closing):
     whole = _cycles(5e-3, 2.0, 0.0, 1.0, 2.0, 4, 0)
     n = 128 + closing
-    one = replace(
-        whole,
-        **{name: getattr(whole, name)[:n]
-           for name in ("time", "displacement", "velocity", "force", "current")},
-    )  # fmt: skip
+    one = _part(whole, slice(n))
     assert measured_runs([one]).periods == pytest.approx([0.5], rel=1e-6)
     rest = _cycles(5e-3, 2.0, 0.0, 0.0, 2.0, 0, 0)
-    one = replace(
-        rest,
-        **{name: getattr(rest, name)[:n]
-           for name in ("time", "displacement", "velocity", "force", "current")},
-    )  # fmt: skip
+    one = _part(rest, slice(n))
     assert not measured_runs([one]).periods.any()
 
 
 def test_the_led_in_force_is_that_of_steady_cycles():
     """The simulation of a cut-out run is that of the end of the whole test."""
     whole = _cycles(5e-3, 1.7, 0.0, 0.0, 8.0, 0, 0, noise=0.0)
-    begin = 700
-    cut = replace(
-        whole, time=whole.time[begin:] - whole.time[begin],
-        **{name: getattr(whole, name)[begin:]
-           for name in ("displacement", "velocity", "force", "current")},
-    )  # fmt: skip
+    cut = _part(whole, slice(700, None))
     data = measured_runs([cut])
     assert data.periods == pytest.approx([1 / 1.7], rel=1e-4)
     law = LAWS["bouc_wen"]

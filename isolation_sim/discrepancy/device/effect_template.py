@@ -6,24 +6,23 @@ Names that are not defined here (N_STATES, respond, step) come from the effect.
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def trajectory(
-    starts, dt, cycle, lead, join, x, v, a, current, force, temperature, parameters, first, s, out
-):
+    starts, dt, cycle, lead, ahead, join, x, v, a, current, force, temperature, parameters, first,
+    s, out,
+):  # fmt: skip
     """The effect at every sample of one test run after another.
 
     starts: first sample of each run, and the end. dt: sample interval of each run, s. cycle, lead,
-    join: of each run, see ``LeadIn``.
+    ahead, join: of each run, see ``LeadIn``.
     first: states at each run's start. out: one row per function that the effect has.
     """
     for run in range(starts.shape[0] - 1):
         begin, end = starts[run], starts[run + 1]
         for i in range(N_STATES):
             s[i] = first[run, i]
-        # two cycles and a part of one are gone through before the run
-        ahead = 3 * cycle[run] - lead[run]
-        k = begin + lead[run]
+        k, left = begin + lead[run], ahead[run]
         while k < end:
-            if ahead > 0:
-                ahead -= 1
+            if left > 0:  # before the run
+                left -= 1
                 n = k + 1 if k + 1 < begin + cycle[run] else begin
                 h = dt[run] if n > begin else join[run]
             else:

@@ -13,7 +13,7 @@ from ...effects import Effect
 from ...effects.effect import EffectParameter
 from ...identification.characteristic_scales import characteristic_scale
 from ...identification.law_fit import LawModel
-from ...identification.least_squares import DETERMINED, Optimum, unit_columns
+from ...identification.least_squares import DETERMINED, Optimum, orthonormal, unit_columns
 from .effect_evaluation import evaluate
 from .load_cell_offset import EACH_RUN, run_means
 
@@ -110,10 +110,12 @@ class Model(LawModel):
                 moved[place][k] += step
                 other = self._moved(inner, evaluated, place, law, moved)
                 columns[:, self.slices()[place].start + k] = (other - force) / step
+        return self._with_offsets(self.data.record(force)), self.recorded(columns)
+
+    def recorded(self, columns: NDArray) -> NDArray:
+        """Changes of the force, (n_samples, n), as channel and offset of each run show them."""
         columns = self.data.record(columns)
-        if EACH_RUN in self.effects:
-            columns -= run_means(self.data, columns)
-        return self._with_offsets(self.data.record(force)), columns
+        return columns - run_means(self.data, columns) if EACH_RUN in self.effects else columns
 
     def _passed(
         self, by_law: NDArray, inner: NDArray, force: NDArray, evaluated: list, own: list
@@ -233,8 +235,7 @@ class FittedModel:
     @cached_property
     def basis(self) -> NDArray:
         """Orthonormal directions in which the values move the residuals, (n_fitted, n)."""
-        u, s, _ = np.linalg.svd(unit_columns(self.jacobian)[0], full_matrices=False)
-        return u[:, s > DETERMINED * max(float(s[0]), 1e-300)] if len(s) else u
+        return orthonormal(self.jacobian)
 
     def significance(self, places: NDArray) -> float:
         """Square of some values over their covariance under residuals of one noise each."""

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...identification.least_squares import DETERMINED, levenberg_marquardt, unit_columns
+from ...identification.least_squares import levenberg_marquardt, orthonormal, unit_columns
 from ..decisions import (
     EQUATION_GAIN,
     EQUATION_STABLE,
@@ -26,7 +26,6 @@ from ..decisions import (
     SIMPLER,
     WORSE,
 )
-from ..device.load_cell_offset import EACH_RUN, run_means
 from ..device.model import Model
 from .law_file import Chosen
 from .regression import Regression
@@ -71,9 +70,8 @@ class _Library:
     """Candidates beside a model, and their columns; better numbers join them."""
 
     def __init__(self, model: Model, pool: ThreadPoolExecutor):
-        data = self.data = model.data
-        self._pool = pool
-        self._own_means = EACH_RUN in model.effects
+        data = model.data
+        self._model, self._pool = model, pool
         degree = len(model.parameterisation.currents) - 1
         self._powers = tuple(range(degree + 1 if np.ptp(data.current) > 0 else 1))
         self.candidates: list[_Candidate] = []
@@ -98,14 +96,12 @@ class _Library:
 
     def along(self, term: Term, powers: Sequence[int]) -> NDArray | None:
         """Weighted columns of a term by powers of the current; None if it is zero or diverges."""
-        data = self.data
+        data = self._model.data
         value = along(term, data)
         size = float(np.linalg.norm(value))
         if not (np.isfinite(size) and size > 0):
             return None
-        every = data.record(np.stack([value * data.current**p for p in powers], axis=1))
-        if self._own_means:
-            every = every - run_means(data, every)
+        every = self._model.recorded(np.stack([value * data.current**p for p in powers], axis=1))
         return (every * data.weight[:, np.newaxis])[data.fitted]
 
     def search_numbers(
@@ -116,8 +112,7 @@ class _Library:
         ``gains`` are of all candidates; ``beside`` are columns that are fitted together with a
         term.
         """
-        u, s, _ = np.linalg.svd(unit_columns(beside)[0], full_matrices=False)
-        basis = u[:, s > DETERMINED * s[0]] if len(s) else u
+        basis = orthonormal(beside)
         residual = residual - basis @ (basis.T @ residual)
         leading: dict[str, _Candidate] = {}
         for k in np.argsort(-gains).tolist():

@@ -20,8 +20,8 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
+from ...identification.least_squares import unit_columns
 from ..decisions import DISSIPATIVE_GAIN, LEARNED_PENALTIES, LEARNED_UNITS
-from ..device.load_cell_offset import EACH_RUN, run_means
 from ..device.model import Model
 from .law_file import Network
 from .terms import Term, along, library, run
@@ -83,29 +83,30 @@ def learn(
     largest = float(np.max(np.abs(data.x)))
 
     def fit(units: _Units) -> tuple[Network, NDArray]:
-        # weights that are nowhere negative are those of Bernstein's polynomials of the current
-        bernstein = units.dissipates is not None
-        to_powers = _bernstein(n_powers) if bernstein else np.eye(n_powers)
+        positive, to_powers = None, np.eye(n_powers)
+        if units.dissipates is not None:
+            # weights that are nowhere negative are those of Bernstein's polynomials of the current
+            positive, to_powers = np.tile(units.dissipates, n_powers), _bernstein(n_powers)
         basis = current[:, np.newaxis] ** np.arange(n_powers) @ to_powers
         values = units.along(u, data.x)
         columns = (basis[:, :, np.newaxis] * values[:, np.newaxis]).reshape(len(u), -1)
-        columns = data.record(columns)
-        if EACH_RUN in model.effects:
-            columns = columns - run_means(data, columns)
-        columns *= data.weight[:, np.newaxis]
-        positive = None if units.dissipates is None else np.tile(units.dissipates, n_powers)
+        columns = model.recorded(columns) * data.weight[:, np.newaxis]
+        misses = [(modelled - data.force) * data.weight for modelled in without]
+        parts = [
+            _Normal.of(columns[~fold], missed[~fold])
+            for fold, missed in zip(folds, misses, strict=True)
+        ]
 
         def left_out(penalty: float) -> NDArray:
             residual = np.zeros(len(data.x))
-            for fold, modelled in zip(folds, without, strict=True):
-                missed = (modelled - data.force) * data.weight
-                c = _ridge(columns[~fold], missed[~fold], penalty, positive)
+            for fold, missed, part in zip(folds, misses, parts, strict=True):
+                c = part.ridge(penalty, positive)
                 residual[fold] = (missed + columns @ c)[fold] / data.weight[fold]
             return residual
 
         results = {penalty: left_out(penalty) for penalty in LEARNED_PENALTIES}
         best = min(results, key=lambda penalty: float(results[penalty] @ results[penalty]))
-        c = _ridge(columns, (force - data.force) * data.weight, best, positive)
+        c = _Normal.of(columns, (force - data.force) * data.weight).ridge(best, positive)
         limits = tuple(zip(codes, np.max(np.abs(u), axis=0).tolist(), strict=True))
         network = Network(
             states, limits, np.column_stack([units.offset, units.weights.T]),
@@ -158,27 +159,35 @@ def _bernstein(n: int) -> NDArray:
     ], float)  # fmt: skip
 
 
-def _ridge(
-    columns: NDArray, residual: NDArray, penalty: float, positive: NDArray | None = None
-) -> NDArray:
-    """Coefficients of columns that take a residual away, penalised in units of their size."""
-    # ``positive`` are columns whose coefficients are not negative
-    size = np.sqrt(np.einsum("ij,ij->j", columns, columns))
-    size[~(size > 0)] = 1.0
-    scaled = columns / size
-    square = scaled.T @ scaled + penalty * np.eye(len(size))
-    if positive is None:
-        return -np.linalg.solve(square, scaled.T @ residual) / size
-    from scipy.linalg import solve_triangular
-    from scipy.optimize import nnls
+@dataclass(frozen=True, eq=False)
+class _Normal:
+    """Normal equations of columns, in units of their size, that take a residual away."""
 
-    upper = np.linalg.cholesky(square).T
-    right = solve_triangular(upper, -(scaled.T @ residual), trans=1)
-    free = np.flatnonzero(~positive)
-    both, _ = nnls(np.hstack([upper, -upper[:, free]]), right, maxiter=100 * len(size))
-    result = both[: len(size)]
-    result[free] -= both[len(size) :]
-    return result / size
+    size: NDArray  # (n,): Norm of each column
+    square: NDArray  # (n, n)
+    right: NDArray  # (n,)
+
+    @classmethod
+    def of(cls, columns: NDArray, residual: NDArray) -> _Normal:
+        """Set them up for columns, (n_samples, n), and a residual, (n_samples,)."""
+        scaled, size = unit_columns(columns)
+        return cls(size, scaled.T @ scaled, -(scaled.T @ residual))
+
+    def ridge(self, penalty: float, positive: NDArray | None = None) -> NDArray:
+        """Coefficients that are penalised; those of ``positive`` columns are not negative."""
+        square = self.square + penalty * np.eye(len(self.size))
+        if positive is None:
+            return np.linalg.solve(square, self.right) / self.size
+        from scipy.linalg import solve_triangular
+        from scipy.optimize import nnls
+
+        upper = np.linalg.cholesky(square).T
+        right = solve_triangular(upper, self.right, trans=1)
+        free = np.flatnonzero(~positive)
+        both, _ = nnls(np.hstack([upper, -upper[:, free]]), right, maxiter=100 * len(self.size))
+        result = both[: len(self.size)]
+        result[free] -= both[len(self.size) :]
+        return result / self.size
 
 
 def _states(terms: Sequence[Term]) -> tuple[Term, ...]:

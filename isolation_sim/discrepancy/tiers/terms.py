@@ -86,15 +86,19 @@ _STATIC = (
     ("x |v|", "x * np.fabs(v)", "N s/m^2"),
     ("x v^2", "x * v**2", "N s^2/m^3"),
 )
+_WIDEST_GAP = 0.8
+"""Half of a gap over the largest deformation, at most: one that never closes is none."""
+# text, rate of the state, its numbers, and the largest length over the largest deformation
 _MEMORY = (
-    ("relaxation s' = v - s/t", "v - s / t", "t"),
-    ("friction s' = v - |v| s/r", "v - np.fabs(v) * s / r", "r"),
-    ("Bouc-Wen s' = v - |v| s |s|/r^2", "v - np.fabs(v) * s * np.fabs(s) / r**2", "r"),
-    ("flow s' = v - w sinh(s/r)", "v - w * np.sinh(s / r)", "rw"),
+    ("relaxation s' = v - s/t", "v - s / t", "t", np.inf),
+    ("friction s' = v - |v| s/r", "v - np.fabs(v) * s / r", "r", np.inf),
+    ("Bouc-Wen s' = v - |v| s |s|/r^2", "v - np.fabs(v) * s * np.fabs(s) / r**2", "r", np.inf),
+    ("flow s' = v - w sinh(s/r)", "v - w * np.sinh(s / r)", "rw", np.inf),
     (
         "play of x over r",
         f"((x - s - r) * (x - s > r) + (x - s + r) * (x - s < -r)) / {_PLAY_LAG}",
         "r",
+        _WIDEST_GAP,
     ),
 )
 _ACCELERATION = "(v - s) / t"
@@ -114,12 +118,10 @@ _SPEEDS = (0.01, 0.03, 0.1, 0.3)
 _TIMES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 _FAST = 0.03
 """Time over which the acceleration is taken, over that of the motion: laws do not know it."""
-CHANGING = 0.05
+_CHANGING = 0.05
 """Range of a run's current over the largest from which it changes. Convention."""
 _LEAST_SAMPLES = 2.0
 """Samples over which the rate of the current is taken, at least."""
-_WIDEST_GAP = 0.8
-"""Half of a gap over the largest deformation, at most."""
 _MEANINGS = {
     "r": ("m", "deformation at which it yields"),
     "w": ("m/s", "velocity at which it saturates"),
@@ -139,7 +141,7 @@ def library(data: MeasuredRuns) -> tuple[Term, ...]:
     """Candidate terms, their numbers at characteristic scales of the data."""
     x, v = float(np.max(np.abs(data.x))), float(np.max(np.abs(data.v)))
     terms = [*_library(x, v)]
-    if any(np.ptp(data.current[run]) > CHANGING * np.max(data.current) for run in data.runs):
+    if any(np.ptp(data.current[run]) > _CHANGING * np.max(data.current) for run in data.runs):
         terms += _current_terms(x / v, _LEAST_SAMPLES * float(np.median(data.dt)))
     return tuple(terms)
 
@@ -170,13 +172,11 @@ def _library(x: float, v: float) -> Iterator[Term]:
             f"{text}, a = s' = (v - s)/t", code, unit, _numbers(t=_FAST * x / v), _ACCELERATION,
             "m/s",
         )  # fmt: skip
-    for text, rate, symbols in _MEMORY:
+    for text, rate, symbols, widest in _MEMORY:
         if symbols == "t":
             choices = [_numbers(t=t * x / v) for t in _TIMES]
         elif symbols == "r":
-            # a gap that the motion does not close is none
-            most = _WIDEST_GAP * x if text.startswith("play") else np.inf
-            choices = [_numbers(most=most, r=share * x) for share in _LENGTHS]
+            choices = [_numbers(most=widest * x, r=share * x) for share in _LENGTHS]
         else:
             choices = [
                 _numbers(r=r * x, w=w * v) for r in _LENGTHS[:-1] for w in _SPEEDS[:-1]

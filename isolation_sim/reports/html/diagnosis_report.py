@@ -21,6 +21,7 @@ from ...discrepancy.diagnosis import (
 from ...effects.effect import in_sentence
 from ..consequence import NOTE, consequence_table
 from ..diagnosis import (
+    RUNGS,
     cause_rows,
     cause_text,
     consequence_text,
@@ -87,9 +88,6 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     )
 
 
-_FOUND = {"equation": "an equation", "learned": "a learned term"}
-
-
 def step_blocks(step: Step) -> list[Block]:
     """A step as text, with its table."""
     if not step.rows:
@@ -112,10 +110,10 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     left = diagnosis.unexplained_share
     rest = f"; {100 * left:.0f} % of the misfit remains unexplained" if left > 0.005 else ""
     offered = diagnosis.ladder.offered if diagnosis.ladder is not None else ""
-    if offered in _FOUND:
+    if offered in ("equation", "learned"):
         return first, (
-            f"{MEANINGS[diagnosis.verdict]} With {_FOUND[offered]} found in the data, see Tiers, "
-            f"the error is {100 * after[0]:.3g} %{rest}."
+            f"{MEANINGS[diagnosis.verdict]} {capital(RUNGS[offered])} found in the data, see "
+            f"Tiers, the error is {100 * after[0]:.3g} %{rest}."
         )
     if not diagnosis.causes:
         return first, MEANINGS[diagnosis.verdict]
