@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import gc
 import os
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pytest
+
+from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.identification.law_choice import choose_law
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 SLOW = ("tests/studies", "tests/sweeps", "tests/test_docs.py")
@@ -34,6 +39,15 @@ def pytest_collection_finish() -> None:
     gc.collect()
     gc.freeze()
     gc.set_threshold(50_000, 20, 1000)
+
+
+@pytest.fixture(scope="module")
+def few_laws() -> Iterator[None]:
+    """A diagnosis that compares laws compares two: all of them take most of its time."""
+    compared = partial(choose_law, laws=("kelvin_voigt", "dahl"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(device_tests, "choose_law", compared)
+        yield
 
 
 @pytest.fixture(scope="session")

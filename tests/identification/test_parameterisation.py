@@ -29,6 +29,7 @@ def test_rounding_makes_no_divisor_zero():
         assert np.all(np.isfinite(device.parameters_at(currents)))
 
 
+@pytest.mark.usefixtures("few_laws")
 @pytest.mark.parametrize("degree", [1, 2])
 def test_the_law_keeps_its_bounds_at_currents_that_are_held_out(degree):
     # a stiffness that falls so fast that its polynomial is negative at the held-out current

@@ -117,6 +117,8 @@ class Climb:
 
     def equation(self) -> _Rung | None:
         """The second tier, beside the causes or in their place; None if no term loses nowhere."""
+        if len(self.masks) < 2:  # one condition left out does not tell a gain from chance
+            return None
         starts = [self._catalogue(self.causes.part)]
         if starts[0].effects:
             starts.append(self.law.part)
