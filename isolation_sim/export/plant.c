@@ -72,7 +72,7 @@ void plant_observe(plant_state *it, const double *inputs, double *outputs)
     array ground = {(double *)inputs, $N_GROUND};
     array_d3 noise = {0, {0}}, seen = {numbers, {1, 1, $N_SHOWN + $N_CHANNELS}};
 
-    $OBSERVE(0, 0, $N_SHOWN, $N_CHANNELS, $N_MODES, $N_PAD,
+    $OBSERVE(0, 0, $N_SHOWN, $N_CHANNELS, $N_MODES, $N_PAD, $N_ELEMENTS, $N_GROUND,
         $OBSERVED,
         seen);
     memcpy(outputs, numbers, plant_N_OUTPUTS * sizeof *outputs);

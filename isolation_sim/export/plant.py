@@ -22,7 +22,6 @@ from ..simulation.kernel.slots import (
     F0,
     FREE0,
     OPERATIONS,
-    force_slots,
 )  # fmt: skip
 from ..simulation.plan import Plan
 from ..simulation.run import NoControl, prepared
@@ -112,13 +111,13 @@ static void element(array_i1 functions, long operation, long e, array w, double 
                     array numbers, long at, array_i1 mask)"""
 OTHERS = """\
 /* eight rows of element e: its free response, and that to the other elements' forces */
-static void respond_to_others(long e, array w, array table, long force_rows)
+static void respond_to_others(long e, long n_elements, array w, array table, long force_rows)
 {
     double *const to = w.p + e * $STRIDE + $TO;
     memcpy(to, w.p + e * $STRIDE + $FREE, 8 * sizeof *to);
-    for (long k = 1; k < $N_ELEMENTS; ++k) {
-        const long other = (e + k) % $N_ELEMENTS;
-        const double *const rows = table.p + force_rows + 24 * (e * $N_ELEMENTS + other);
+    for (long k = 1; k < n_elements; ++k) {
+        const long other = (e + k) % n_elements;
+        const double *const rows = table.p + force_rows + 24 * (e * n_elements + other);
         const double *const force = w.p + other * $STRIDE + $FORCE;
         for (long r = 0; r < 8; ++r)
             to[r] += rows[r] * force[0] + rows[8 + r] * force[1] + rows[16 + r] * force[2];
@@ -127,35 +126,37 @@ static void respond_to_others(long e, array w, array table, long force_rows)
 FREE_ROWS = """\
 /* response to the modes and to the ground alone */
 static void free_rows(array w, long to, array table, long at, long ground_at, array z, long z_at,
-                      long n_modes, long n_pad, array u, long n_points)
+                      long n_modes, long n_pad, array u, long n_points, long n)
 {
     memset(w.p + to, 0, 8 * sizeof *w.p);
     add_rows(w, to, table, at, z, z_at, 1, n_modes);
     add_rows(w, to, table, at + 8 * n_modes, z, z_at + n_pad, 1, n_modes);
-    for (long g = 0; g < $N_GROUND; ++g)
-        add_rows(w, to, table, ground_at + 8 * g * n_points, u, g, $N_GROUND, n_points);
+    for (long g = 0; g < n; ++g)
+        add_rows(w, to, table, ground_at + 8 * g * n_points, u, g, n, n_points);
 }"""
 MOVE_MODES = """\
 /* modes at the end of a step: decayed, pushed by the ground and by the forces at the nodes */
 static void move_modes(long n_pad, array table, long decay, long ground, long force, array z,
-                       long start, long to, array u, long u_at, array w, array_i1 mask)
+                       long start, long to, array u, long u_at, array w, array_i1 mask,
+                       long n_e, long n_g)
 {
     const double *const e = table.p + decay;
     (void)mask;
     for (long m = 0; m < n_pad; ++m) {
         const double re = z.p[start + m], im = z.p[start + n_pad + m];
         double sum[2] = {e[m] * re - e[n_pad + m] * im, e[m] * im + e[n_pad + m] * re};
-        for (long k = 0; k < 2 * $N_GROUND; ++k) {
+        for (long k = 0; k < 2 * n_g; ++k) {
             const double *const push = table.p + ground + 2 * k * n_pad;
             /* the table has a direction's both ends, the grid a point's directions together */
-            const double given = u.p[u_at + k % 2 * $N_GROUND + k / 2];
+            const double given = u.p[u_at + k % 2 * n_g + k / 2];
             sum[0] += push[m] * given;
             sum[1] += push[n_pad + m] * given;
         }
-        for (long k = 0; k < $N_FORCES; ++k) {
+        for (long k = 0; k < 3 * n_e; ++k) {
             const double *const push = table.p + force + 2 * k * n_pad;
-            sum[0] += push[m] * w.p[force_slots[k]];
-            sum[1] += push[n_pad + m] * w.p[force_slots[k]];
+            const double given = w.p[k / 3 * $STRIDE + $FORCE + k % 3];
+            sum[0] += push[m] * given;
+            sum[1] += push[n_pad + m] * given;
         }
         z.p[to + m] = sum[0];
         z.p[to + n_pad + m] = sum[1];
@@ -210,7 +211,7 @@ def plant_part(job: Job) -> Part:
         "update_current", ["i", "i", *(groups[name][0] for name in CHANGED), *map(_kind, own)]
     )
     change = [f"({module.type_of(groups[name][0])}){groups[name][1]}" for name in CHANGED]
-    seen, _ = module.function("read_sensors", ["i"] * 6 + [*map(_kind, observe), "d3"])
+    seen, _ = module.function("read_sensors", ["i"] * 8 + [*map(_kind, observe), "d3"])
 
     state = [array for name, array in arrays.items() if name not in CONSTANT]
     started = [a for a in state if a.name not in EMPTY and a.values.any()]
@@ -258,21 +259,15 @@ def plant_part(job: Job) -> Part:
 
 def _intrinsics(shape: Shape) -> dict[str, tuple[Kind, str]]:
     """The kernel's LLVM functions in C, for one lane; it calls no controller."""
-    slots = force_slots(shape.n_elements, shape.stride)
-    n_forces = len(slots)
-    sizes = {
-        "N_GROUND": shape.n_ground, "N_FORCES": n_forces, "N_ELEMENTS": shape.n_elements,
-        "STRIDE": shape.stride, "TO": DN0, "FREE": FREE0, "FORCE": F0,
-    }  # fmt: skip
-    places = f"static const long force_slots[{n_forces}] = {{{', '.join(map(str, slots))}}};\n"
+    sizes = {"STRIDE": shape.stride, "TO": DN0, "FREE": FREE0, "FORCE": F0}
     return {
         "read": ("d", "static double read(array a, long at, long k) { return a.p[at + k]; }"),
         "write": ("v", WRITE),
         "element": ("v", f"{ELEMENT};"),
         "fused": ("d", "static double fused(double a, double b, double c) { return a * b + c; }"),
         "respond_to_others": ("v", Template(OTHERS).substitute(sizes)),
-        "free_rows": ("v", ADD_ROWS + "\n" + Template(FREE_ROWS).substitute(sizes)),
-        "move_modes": ("v", places + Template(MOVE_MODES).substitute(sizes)),
+        "free_rows": ("v", f"{ADD_ROWS}\n{FREE_ROWS}"),
+        "move_modes": ("v", Template(MOVE_MODES).substitute(sizes)),
         "call_controllers": ("v", ""),
     }
 

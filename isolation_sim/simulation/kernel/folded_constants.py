@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import operator
+from collections.abc import Mapping
 
 _ARITHMETIC = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
@@ -22,10 +23,13 @@ _COMPARISONS = {
 }
 
 
-def folded_constants(text: str) -> str:
-    """A module's text with inserted integer constants and unsigned array indices."""
+def folded_constants(text: str, fields: Mapping[str, int] | None = None) -> str:
+    """A module's text with inserted integer constants and unsigned array indices.
+
+    ``fields`` are known fields of groups of arguments, such as ``sizes.n_elements``.
+    """
     tree = ast.parse(text)
-    constants: dict[str, object] = {}
+    constants: dict[str, object] = dict(fields or {})
     for node in tree.body:
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
             node.value = _Fold(constants).visit(node.value)
@@ -57,6 +61,10 @@ class _Fold(ast.NodeTransformer):
         if isinstance(node.ctx, ast.Load) and isinstance(self.known.get(node.id), int):
             return ast.Constant(self.known[node.id])  # type: ignore[arg-type]
         return node
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        value = self.known.get(ast.unparse(node))
+        return node if value is None else ast.Constant(value)  # type: ignore[arg-type]
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
         self.generic_visit(node)

@@ -20,7 +20,7 @@ Windows, choice of steps and records are in ``windows.py``, the step itself in `
 from numba import njit
 
 from .compilation import OPTIONS, inline
-from .shape import LANES, N_ELEMENTS
+from .shape import LANES
 from .slots import (
     ACCEPT,
     AFTER,
@@ -85,18 +85,18 @@ def integrate(
         window = position[WINDOW_NOW]
         g = course.windows[window, 0]
         if window == 0 and position[STAGE] == MEASURE:
-            for e in range(N_ELEMENTS):  # forces at rest, under the initial currents
+            for e in range(sizes.n_elements):  # forces at rest, under the initial currents
                 update_current(e, g, coils, law_numbers, going, w)
-                keep_force(forces, BEFORE, g, e, w, F_START, going)
-                keep_force(forces, AFTER, g, e, w, F_START, going)
+                keep_force(sizes, forces, BEFORE, g, e, w, F_START, going)
+                keep_force(sizes, forces, AFTER, g, e, w, F_START, going)
         if position[STAGE] != UNDER_WAY:
             if not begin_window(
                 position, sizes, course, measurements, coils, channel, lanes, history.z, w
             ):
                 return DECIDE
-            for e in range(N_ELEMENTS):
+            for e in range(sizes.n_elements):
                 if update_current(e, g, coils, law_numbers, going, w):
-                    keep_force(forces, AFTER, g, e, w, F_START, going)
+                    keep_force(sizes, forces, AFTER, g, e, w, F_START, going)
         position[STAGE] = MEASURE
         while any_lane(lanes.todo):
             if history.step_count[0] == history.steps.shape[0]:
@@ -104,15 +104,15 @@ def integrate(
                 return BUFFER_FULL
             step = choose_step(window, sizes, limits, course, propagation, lanes, u)
             if step.fresh:
-                for e in range(N_ELEMENTS):
+                for e in range(sizes.n_elements):
                     element(functions, RESTART, e, w, 0.0, 0.0, w, 0, going)
             if step.fresh or step.number == 0:
                 if step.number == 0:
                     for lane in range(LANES):
                         going[lane] = active[lane]
-                for e in range(N_ELEMENTS):
+                for e in range(sizes.n_elements):
                     element(functions, RELAX, e, w, step.length, 0.0, w, 0, going)
-            for e in range(N_ELEMENTS):
+            for e in range(sizes.n_elements):
                 if move_currents(step, window, e, course, coils, law_numbers, lanes, w):
                     element(functions, PREPARE_MOVING, e, w, 0.0, 0.0, w, 0, going)
             solve_step(step, sizes, law_numbers, propagation.table, history.z, u, w, lanes)
@@ -120,14 +120,14 @@ def integrate(
                 continue
             keep_step(step, window, width, sizes, propagation, lanes, history, u, w)
             for i in range(1, step.n_sub):
-                for e in range(N_ELEMENTS):
-                    at = ((step.point + i) * N_ELEMENTS + e) * n_states * LANES
+                for e in range(sizes.n_elements):
+                    at = ((step.point + i) * sizes.n_elements + e) * n_states * LANES
                     element(functions, INSIDE, e, w, i / step.n_sub, 0.0, states, at, active)
-            for e in range(N_ELEMENTS):
-                at = (step.end * N_ELEMENTS + e) * n_states * LANES
+            for e in range(sizes.n_elements):
+                at = (step.end * sizes.n_elements + e) * n_states * LANES
                 element(functions, ACCEPT, e, w, 0.0, 0.0, states, at, active)
-            close_step(step, limits, lanes, forces, w)
-        if not close_window(position, course, limits, coils, channel, lanes, w):
+            close_step(step, sizes, limits, lanes, forces, w)
+        if not close_window(position, sizes, course, limits, coils, channel, lanes, w):
             break
     return FINISHED
 

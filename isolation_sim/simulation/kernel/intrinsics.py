@@ -162,38 +162,39 @@ class _Emitter:
 
 
 def make_respond_to_others(
-    lanes: int, table_lanes: int, n_elements: int, stride: int, to: int, free: int, force: int
+    lanes: int, table_lanes: int, stride: int, to: int, free: int, force: int
 ) -> Callable:
-    """Make ``respond_to_others(e, w, table, force_rows)`` for so many lanes and elements."""
+    """Make ``respond_to_others(e, n_elements, w, table, force_rows)`` for so many lanes."""
     # It sets eight rows of element e, from slot ``to``, to those of its free response, from slot
     # ``free``, and the response to the other elements' forces at the nodes, from slot ``force``.
 
     @intrinsic
-    def respond_to_others(typing, e, w, table, force_rows):
-        signature = types.void(types.int64, w, table, types.int64)
+    def respond_to_others(typing, e, n_elements, w, table, force_rows):
+        i = types.int64
+        signature = types.void(i, i, w, table, i)
 
         def generate(context, builder, signature, arguments):
-            e, _, _, force_rows = arguments
+            e, n_elements, _, _, force_rows = arguments
             emit = _Emitter(context, builder, lanes, table_lanes)
-            w, table = (emit.data(signature.args[k], arguments[k]) for k in (1, 2))
+            w, table = (emit.data(signature.args[k], arguments[k]) for k in (2, 3))
             base = builder.mul(e, INTEGER(stride))
-            terms = []
-            for k in range(1, n_elements):
-                other = builder.urem(builder.add(e, INTEGER(k)), INTEGER(n_elements))
-                pair = builder.add(builder.mul(e, INTEGER(n_elements)), other)
+            sums = [
+                cgutils.alloca_once_value(builder, emit.load(w, emit.row(emit.row(base, free), r)))
+                for r in emit.rows
+            ]
+            others = builder.sub(n_elements, INTEGER(1))
+            with cgutils.for_range(builder, others, intp=INTEGER) as loop:
+                place = builder.add(emit.row(e, 1), loop.index)
+                other = builder.urem(place, n_elements)
+                pair = builder.add(builder.mul(e, n_elements), other)
                 at = builder.add(force_rows, builder.mul(pair, INTEGER(3 * EIGHT)))
                 x_at = builder.add(builder.mul(other, INTEGER(stride)), INTEGER(force))
-                terms.append((at, w, x_at, INTEGER(1)))
-            total = [emit.load(w, emit.row(emit.row(base, free), r)) for r in emit.rows]
-            # a single run has registers for a sum for every element
-            together = len(terms) if lanes == 1 else 1
-            zero = [ir.Constant(emit.vector, [0.0] * emit.width) for _ in emit.rows]
-            for first in range(0, len(terms), max(together, 1)):
-                some = terms[first : first + together]
-                for pushed in emit.products(table, some, INTEGER(3), [zero] * len(some)):
-                    total = [builder.fadd(a, b) for a, b in zip(total, pushed, strict=True)]
-            for r, value in zip(emit.rows, total, strict=True):
-                emit.store(w, emit.row(emit.row(base, to), r), value)
+                zero = [ir.Constant(emit.vector, [0.0] * emit.width) for _ in emit.rows]
+                pushed = emit.products(table, [(at, w, x_at, INTEGER(1))], INTEGER(3), [zero])
+                for total, value in zip(sums, pushed[0], strict=True):
+                    builder.store(builder.fadd(builder.load(total), value), total)
+            for r, total in zip(emit.rows, sums, strict=True):
+                emit.store(w, emit.row(emit.row(base, to), r), builder.load(total))
             return context.get_dummy_value()
 
         return signature, generate
@@ -260,19 +261,19 @@ def make_rows_at(lanes: int, table_lanes: int, n_rows: int = EIGHT) -> Callable:
     return rows_at
 
 
-def make_free_rows(lanes: int, table_lanes: int, n_ground: int) -> Callable:
-    """Make ``free_rows(w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points)``."""
+def make_free_rows(lanes: int, table_lanes: int) -> Callable:
+    """Make ``free_rows(w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points, n)``."""
     # It sets w[to + r], for eight rows r, to the response to the modes at z_at (real parts first,
-    # imaginary ones n_pad behind) and to the ground inputs u; like ``add_rows`` several times, but
+    # imaginary ones n_pad behind) and to the n ground inputs u; like ``add_rows`` several times, but
     # with sums that do not wait for each other.
 
     @intrinsic
-    def free_rows(typing, w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points):
+    def free_rows(typing, w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points, n):
         i = types.int64
-        signature = types.void(w, i, table, i, i, z, i, i, i, u, i)
+        signature = types.void(w, i, table, i, i, z, i, i, i, u, i, i)
 
         def generate(context, builder, signature, arguments):
-            _, to, _, at, ground_at, _, z_at, n_modes, n_pad, _, n_points = arguments
+            _, to, _, at, ground_at, _, z_at, n_modes, n_pad, _, n_points, n = arguments
             emit = _Emitter(context, builder, lanes, table_lanes)
             w, table, z, u = (emit.data(signature.args[k], arguments[k]) for k in (0, 2, 5, 9))
             zero = [ir.Constant(emit.vector, [0.0] * emit.width) for _ in emit.rows]
@@ -280,14 +281,18 @@ def make_free_rows(lanes: int, table_lanes: int, n_ground: int) -> Callable:
             imaginary = builder.add(at, builder.mul(n_modes, INTEGER(EIGHT)))
             parts = [(at, z, z_at, one), (imaginary, z, builder.add(z_at, n_pad), one)]
             a, b = emit.products(table, parts, n_modes, [zero, zero])
-            total = [builder.fadd(x, y) for x, y in zip(a, b, strict=True)]
-            for g in range(n_ground):
-                term = (ground_at, u, INTEGER(g), INTEGER(n_ground))
+            sums = [
+                cgutils.alloca_once_value(builder, builder.fadd(x, y))
+                for x, y in zip(a, b, strict=True)
+            ]
+            with cgutils.for_range(builder, n, intp=INTEGER) as loop:
+                row = builder.mul(builder.mul(loop.index, n_points), INTEGER(EIGHT))
+                term = (builder.add(ground_at, row), u, loop.index, n)
                 (pushed,) = emit.products(table, [term], n_points, [zero])
-                total = [builder.fadd(a, b) for a, b in zip(total, pushed, strict=True)]
-                ground_at = builder.add(ground_at, builder.mul(n_points, INTEGER(EIGHT)))
-            for r, value in zip(emit.rows, total, strict=True):
-                emit.store(w, emit.row(to, r), value)
+                for total, value in zip(sums, pushed, strict=True):
+                    builder.store(builder.fadd(builder.load(total), value), total)
+            for r, total in zip(emit.rows, sums, strict=True):
+                emit.store(w, emit.row(to, r), builder.load(total))
             return context.get_dummy_value()
 
         return signature, generate
@@ -296,33 +301,46 @@ def make_free_rows(lanes: int, table_lanes: int, n_ground: int) -> Callable:
 
 
 def make_move_modes(
-    lanes: int, table_lanes: int, n_ground: int, force_slots: Sequence[int]
+    lanes: int, table_lanes: int, stride: int, first: int, n_elements: int, n_ground: int
 ) -> Callable:
-    """Make ``move_modes`` for so many lanes, ground directions and elements."""
-    # ``move_modes(n_pad, table, decay, ground, force, z, start, to, u, u_at, w, mask)`` writes
-    # modes [start] of z, decayed and pushed by the ground inputs (two grid points from u_at on) and
-    # by the nodal forces in ``force_slots`` of w, to [to] of z, in the lanes of the mask. Real
-    # parts come first, then imaginary ones, n_pad each.
+    """Make ``move_modes`` for so many lanes, elements and ground directions, or any number (0)."""
+    # ``move_modes(n_pad, table, decay, ground, force, z, start, to, u, u_at, w, mask, n_e, n_g)``
+    # writes modes [start] of z, decayed and pushed by n_g ground inputs (two grid points from u_at
+    # on) and by the nodal forces of n_e elements in w, from slot ``first``, to [to] of z, in the
+    # lanes of the mask. Real parts come first, then imaginary ones, n_pad each. Inputs of known
+    # number are read once, and stay in registers.
 
     @intrinsic
-    def move_modes(typing, n_pad, table, decay, ground, force, z, start, to, u, u_at, w, mask):
+    def move_modes(
+        typing, n_pad, table, decay, ground, force, z, start, to, u, u_at, w, mask, n_e, n_g
+    ):
         i = types.int64
-        signature = types.void(i, table, i, i, i, z, i, i, u, i, w, mask)
+        signature = types.void(i, table, i, i, i, z, i, i, u, i, w, mask, i, i)
 
         def generate(context, builder, signature, arguments):
-            n_pad, _, decay, ground, force, _, start, to, _, u_at, _, mask = arguments
+            n_pad, _, decay, ground, force, _, start, to, _, u_at, _, mask, n_e, n_g = arguments
             emit = _Emitter(context, builder, lanes, table_lanes)
             kinds = signature.args
             table, z, u, w = (emit.data(kinds[k], arguments[k]) for k in (1, 5, 8, 10))
-            inputs = []
-            for g in range(n_ground):
-                for k in range(2):
-                    column = builder.mul(n_pad, INTEGER(2 * (2 * g + k)))
-                    value = emit.value(u, emit.row(u_at, k * n_ground + g))
-                    inputs.append((value, builder.add(ground, column)))
-            for k, slot in enumerate(force_slots):
-                column = builder.mul(n_pad, INTEGER(2 * k))
-                inputs.append((emit.value(w, INTEGER(slot)), builder.add(force, column)))
+
+            def of_ground(g, k, n):
+                """Value and column of a ground input at the first or second point."""
+                number = builder.add(builder.mul(g, INTEGER(2)), INTEGER(k))
+                column = builder.mul(n_pad, builder.mul(number, INTEGER(2)))
+                row = builder.add(u_at, builder.add(builder.mul(INTEGER(k), n), g))
+                return emit.value(u, row), builder.add(ground, column)
+
+            def of_element(e, k):
+                """Value and column of an element's force at a node."""
+                number = builder.add(builder.mul(e, INTEGER(3)), INTEGER(k))
+                column = builder.mul(n_pad, builder.mul(number, INTEGER(2)))
+                slot = builder.add(builder.mul(e, INTEGER(stride)), INTEGER(first + k))
+                return emit.value(w, slot), builder.add(force, column)
+
+            inputs = [
+                of_ground(INTEGER(g), k, INTEGER(n_ground)) for g in range(n_ground) for k in (0, 1)
+            ]
+            inputs += [of_element(INTEGER(e), k) for e in range(n_elements) for k in range(3)]
             step = EIGHT if lanes == 1 else 1
             blocks = builder.udiv(n_pad, INTEGER(step))
             with cgutils.for_range(builder, blocks, intp=INTEGER) as loop:
@@ -334,11 +352,29 @@ def make_move_modes(
                 zi = emit.load(z, builder.add(start, imaginary))
                 new_r = emit.fused(er, zr, builder.fneg(builder.fmul(ei, zi)))
                 new_i = emit.fused(er, zi, builder.fmul(ei, zr))
+
+                def pushed(new, value, column, m=m, imaginary=imaginary):
+                    """Modes pushed by an input."""
+                    return [
+                        emit.fused(emit.coefficient(table, builder.add(column, part)), value, one)
+                        for part, one in zip((m, imaginary), new, strict=True)
+                    ]
+
+                new = [new_r, new_i]
                 for value, column in inputs:
-                    push = emit.coefficient(table, builder.add(column, m))
-                    new_r = emit.fused(push, value, new_r)
-                    push = emit.coefficient(table, builder.add(column, imaginary))
-                    new_i = emit.fused(push, value, new_i)
+                    new = pushed(new, value, column)
+                if not n_elements:
+                    places = [cgutils.alloca_once_value(builder, one) for one in new]
+                    groups = ((n_g, 2, lambda g, k: of_ground(g, k, n_g)), (n_e, 3, of_element))
+                    for count, parts, of in groups:
+                        with cgutils.for_range(builder, count, intp=INTEGER) as inner:
+                            sums = [builder.load(place) for place in places]
+                            for k in range(parts):
+                                sums = pushed(sums, *of(inner.index, k))
+                            for one, place in zip(sums, places, strict=True):
+                                builder.store(one, place)
+                    new = [builder.load(place) for place in places]
+                new_r, new_i = new
                 if lanes > 1:
                     on = _lane_mask(context, builder, kinds[11], mask, lanes)
                     new_r = builder.select(on, new_r, emit.load(z, builder.add(to, m)))

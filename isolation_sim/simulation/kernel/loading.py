@@ -2,8 +2,9 @@
 
 The modules of this package are written for one element and one run at a time. What is compiled are
 copies of them for a ``Shape``, in the cache folder: with its sizes and all constants inserted,
-which shortens Numba's analysis. With ``NUMBA_DISABLE_JIT=1`` nothing is compiled, and a structure
-of one element is integrated by these modules themselves.
+which shortens Numba's analysis. One copy serves structures of one element, where the constants also
+save time in the integration, and one all others. With ``NUMBA_DISABLE_JIT=1`` nothing is compiled,
+and these modules integrate themselves.
 """
 
 from __future__ import annotations
@@ -29,7 +30,9 @@ from .slots import HOPELESS, TINY
 
 
 class Shape(NamedTuple):
-    """Sizes for which an integration is compiled; see ``shape.py``."""
+    """Sizes of a structure and its lanes, or those for which an integration is compiled."""
+
+    # see ``shape.py``; no integration is compiled for a number of elements or directions above 1
 
     n_elements: int
     n_ground: int
@@ -40,6 +43,8 @@ class Shape(NamedTuple):
 
 OWN_SHAPE = Shape(*(getattr(own_sizes, size.upper()) for size in Shape._fields))
 """Shape of the modules of this package."""
+ONE = 1, 1
+"""Elements and ground directions that an integration of its own is compiled for."""
 
 
 class Kernel(NamedTuple):
@@ -103,6 +108,8 @@ def _copy(shape: Shape, *names: str) -> str:
     """Source of modules of this package, for a shape, as one module."""
     from . import integration, step, summary, tables, windows  # noqa: F401 their sources are read
 
+    known = shape[:2] == ONE
+    fields = {"sizes.n_elements": 1, "sizes.n_ground": 1} if known else {}
     sizes = {size.upper(): value for size, value in shape._asdict().items()}
     written = [f"from {__package__} import loading", _assigned(sizes)]
     for name in names:
@@ -112,7 +119,7 @@ def _copy(shape: Shape, *names: str) -> str:
                 written.append(ast.unparse(node))
             elif node.module not in (*names, "shape"):
                 written += _imported(str(node.module), [alias.name for alias in node.names])
-    return _written(written)
+    return _written(written, fields)
 
 
 def _imported(module: str, names: list[str]) -> list[str]:
@@ -128,12 +135,11 @@ def _imported(module: str, names: list[str]) -> list[str]:
     return [*imports, _assigned(numbers)]
 
 
-def _written(blocks: Sequence[str]) -> str:
-    """Source of a module."""
+def _written(blocks: Sequence[str], fields: Mapping[str, int] | None = None) -> str:
+    """Source of a module; ``fields``: see ``folded_constants``."""
     first = f'"""Written by {__name__}; do not edit."""'
-    return folded_constants(
-        "\n\n".join([first, "import numpy as np", "unsigned = np.uint64", *blocks])
-    )
+    text = "\n\n".join([first, "import numpy as np", "unsigned = np.uint64", *blocks])
+    return folded_constants(text, fields)
 
 
 @cache
@@ -154,7 +160,9 @@ def load_summary(lanes: int, table_lanes: int) -> ModuleType:
 
 @cache
 def load_integration(shape: Shape) -> ModuleType:
-    """Integration."""
+    """Integration of structures of a shape."""
+    if shape[:2] != ONE or not COMPILED:
+        shape = shape._replace(n_elements=OWN_SHAPE.n_elements, n_ground=OWN_SHAPE.n_ground)
     if not COMPILED and shape == OWN_SHAPE:
         return importlib.import_module(".integration", __package__)
     return load_written("kernel", tuple(shape), lambda: integration_text(shape))

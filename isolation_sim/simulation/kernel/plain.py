@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,11 +29,13 @@ def fused(a: float, b: float, c: float) -> float:
 
 
 def make_respond_to_others(
-    lanes: int, table_lanes: int, n_elements: int, stride: int, to: int, free: int, force: int
+    lanes: int, table_lanes: int, stride: int, to: int, free: int, force: int
 ) -> Callable[..., None]:
-    """Make ``respond_to_others(e, w, table, force_rows)``."""
+    """Make ``respond_to_others(e, n_elements, w, table, force_rows)``."""
 
-    def respond_to_others(e: int, w: NDArray, table: NDArray, force_rows: int) -> None:
+    def respond_to_others(
+        e: int, n_elements: int, w: NDArray, table: NDArray, force_rows: int
+    ) -> None:
         total = _part(w, e * stride + free, EIGHT, lanes).copy()
         for k in range(1, n_elements):
             other = (e + k) % n_elements
@@ -66,17 +68,17 @@ def make_rows_at(lanes: int, table_lanes: int, n_rows: int = EIGHT) -> Callable[
     return rows_at
 
 
-def make_free_rows(lanes: int, table_lanes: int, n_ground: int) -> Callable[..., None]:
-    """Make ``free_rows(w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points)``."""
+def make_free_rows(lanes: int, table_lanes: int) -> Callable[..., None]:
+    """Make ``free_rows(w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points, n)``."""
 
     def free_rows(
         w: NDArray, to: int, table: NDArray, at: int, ground_at: int, z: NDArray, z_at: int,
-        n_modes: int, n_pad: int, u: NDArray, n_points: int,
+        n_modes: int, n_pad: int, u: NDArray, n_points: int, n: int,
     ) -> None:  # fmt: skip
         modes = [_part(z, z_at + part, n_modes, lanes) for part in (0, n_pad)]
         total = _product(table, at, table_lanes, np.concatenate(modes))
-        ground = _part(u, 0, n_points * n_ground, lanes).reshape(n_points, n_ground, lanes)
-        for g in range(n_ground):
+        ground = _part(u, 0, n_points * n, lanes).reshape(n_points, n, lanes)
+        for g in range(n):
             total += _product(table, ground_at + g * n_points * EIGHT, table_lanes, ground[:, g])
         _part(w, to, EIGHT, lanes)[:] = total
 
@@ -84,25 +86,27 @@ def make_free_rows(lanes: int, table_lanes: int, n_ground: int) -> Callable[...,
 
 
 def make_move_modes(
-    lanes: int, table_lanes: int, n_ground: int, force_slots: Sequence[int]
+    lanes: int, table_lanes: int, stride: int, first: int, n_elements: int, n_ground: int
 ) -> Callable[..., None]:
-    """Make ``move_modes(n_pad, table, decay, ground, force, z, start, to, u, u_at, w, mask)``."""
+    """Make ``move_modes``, see ``intrinsics.make_move_modes``."""
 
     def move_modes(
         n_pad: int, table: NDArray, decay: int, ground: int, force: int, z: NDArray, start: int,
-        to: int, u: NDArray, u_at: int, w: NDArray, mask: NDArray,
+        to: int, u: NDArray, u_at: int, w: NDArray, mask: NDArray, n_e: int, n_g: int,
     ) -> None:  # fmt: skip
         def complex_part(numbers: NDArray, at: int, width: int) -> NDArray:
             real, imaginary = (_part(numbers, at + part, n_pad, width) for part in (0, n_pad))
             return real + 1j * imaginary
 
         inputs = [
-            (ground + 2 * n_pad * (2 * g + k), _part(u, u_at + k * n_ground + g, 1, lanes))
-            for g in range(n_ground)
+            (ground + 2 * n_pad * (2 * g + k), _part(u, u_at + k * n_g + g, 1, lanes))
+            for g in range(n_g)
             for k in range(2)
         ]
         inputs += [
-            (force + 2 * n_pad * k, _part(w, slot, 1, lanes)) for k, slot in enumerate(force_slots)
+            (force + 2 * n_pad * (3 * e + k), _part(w, e * stride + first + k, 1, lanes))
+            for e in range(n_e)
+            for k in range(3)
         ]
         with np.errstate(all="ignore"):  # the padding's numbers mean nothing
             new = complex_part(table, decay, table_lanes) * complex_part(z, start, lanes)

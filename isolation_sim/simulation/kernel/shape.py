@@ -1,7 +1,7 @@
-"""Sizes that the compiler must know: here those of one element and one run at a time.
+"""Sizes that the compiler must know: here those of one run at a time, of any structure.
 
-The compiled integration of another structure, or of a batch, is a copy of ``windows.py``,
-``step.py`` and ``integration.py`` with other sizes (``loading.py``).
+The compiled integration of a batch, or of a structure with one element, is a copy of
+``windows.py``, ``step.py`` and ``integration.py`` with other sizes (``loading.py``).
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ LANES = 1
 """Runs that are integrated side by side."""
 TABLE_LANES = 1
 """Lanes of the coefficients; 1 if they serve all lanes, with equal structures."""
-N_ELEMENTS = 1
-"""Elements, those of a device of several directions counted one by one."""
-N_GROUND = 1
-"""Directions of the ground motion."""
-STRIDE = 128
+N_ELEMENTS = 0
+"""Elements, those of a device of several directions counted one by one; 0: any number."""
+N_GROUND = 0
+"""Directions of the ground motion; 0: any number."""
+STRIDE = 256
 """Numbers of an element."""

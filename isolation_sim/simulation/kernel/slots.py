@@ -54,8 +54,3 @@ ALIVE, NO_CONVERGENCE, NOT_FINITE, TOO_LARGE, CURRENT_REFUSED = range(5)
 HOPELESS = 1e12
 """Change of an iteration above which it diverges, and largest rate of relaxation, 1/s."""
 TINY = 1e-300
-
-
-def force_slots(n_elements: int, stride: int) -> tuple[int, ...]:
-    """Slots of all elements' forces at the nodes."""
-    return tuple(e * stride + F0 + k for e in range(n_elements) for k in range(3))

@@ -4,15 +4,15 @@ import numpy as np
 
 from .compilation import inline
 from .operations import make_element, make_free_rows, make_respond_to_others
-from .shape import LANES, N_ELEMENTS, N_GROUND, STRIDE, TABLE_LANES
+from .shape import LANES, STRIDE, TABLE_LANES
 from .slots import CHANGE, DEFECT, DN0, ERROR, F0, FINISH, FREE0, HOPELESS, KINK, SWEEP, TINY
 from .tables import layout
 
 MAX_SWEEPS = 40
 
 element = make_element(STRIDE, LANES)
-respond_to_others = make_respond_to_others(LANES, TABLE_LANES, N_ELEMENTS, STRIDE, DN0, FREE0, F0)
-free_rows = make_free_rows(LANES, TABLE_LANES, N_GROUND)
+respond_to_others = make_respond_to_others(LANES, TABLE_LANES, STRIDE, DN0, FREE0, F0)
+free_rows = make_free_rows(LANES, TABLE_LANES)
 
 
 @inline
@@ -34,19 +34,20 @@ def solve_step(step, sizes, law_numbers, table, z, u, w, lanes):
     )
     defects, errors, kinks = lanes.defects, lanes.errors, lanes.kinks
     ground_rows, force_rows, _, _, _ = layout(sizes[:4], n_sub)
-    for e in range(N_ELEMENTS):
+    for e in range(sizes.n_elements):
         free_rows(
             w,
             e * STRIDE + FREE0,
             table,
             offset + e * 16 * n_modes,
-            offset + ground_rows + e * N_GROUND * (n_sub + 1) * 8,
+            offset + ground_rows + e * sizes.n_ground * (n_sub + 1) * 8,
             z,
             step.start * 2 * n_pad,
             n_modes,
             n_pad,
             u,
             n_sub + 1,
+            sizes.n_ground,
         )
     for lane in range(LANES):
         going[lane] = active[lane]
@@ -54,19 +55,21 @@ def solve_step(step, sizes, law_numbers, table, z, u, w, lanes):
         defects[lane] = 0.0
     waiting = 1
     for count in range(MAX_SWEEPS):
-        for e in range(N_ELEMENTS):
+        for e in range(sizes.n_elements):
             for lane in range(LANES):
                 w[(e * STRIDE + CHANGE) * LANES + lane] = 0.0
-            if N_ELEMENTS > 1:  # else the free response is all there is, read where it stands
+            if sizes.n_elements > 1:  # else the free response is all there is, read where it stands
                 for direction in range(numbers[e, 2]):
-                    respond_to_others(e + direction, w, table, offset + force_rows)
-            at = offset + force_rows + (e * N_ELEMENTS + e) * 24
+                    respond_to_others(
+                        e + direction, sizes.n_elements, w, table, offset + force_rows
+                    )
+            at = offset + force_rows + (e * sizes.n_elements + e) * 24
             element(functions, SWEEP, e, w, h, 0.0, table, at * TABLE_LANES, going)
         waiting = 0
         for lane in range(LANES):
             if going[lane]:
                 change = 0.0
-                for e in range(N_ELEMENTS):
+                for e in range(sizes.n_elements):
                     change += w[(e * STRIDE + CHANGE) * LANES + lane]
                 before = previous[lane]
                 previous[lane] = change
@@ -92,15 +95,15 @@ def solve_step(step, sizes, law_numbers, table, z, u, w, lanes):
         for lane in range(LANES):
             if going[lane]:
                 defects[lane] = np.inf
-    for e in range(N_ELEMENTS):
-        if N_ELEMENTS > 1:
+    for e in range(sizes.n_elements):
+        if sizes.n_elements > 1:
             for direction in range(numbers[e, 2]):
-                respond_to_others(e + direction, w, table, offset + force_rows)
-        at = offset + force_rows + (e * N_ELEMENTS + e) * 24
+                respond_to_others(e + direction, sizes.n_elements, w, table, offset + force_rows)
+        at = offset + force_rows + (e * sizes.n_elements + e) * 24
         element(functions, FINISH, e, w, h, share, table, at * TABLE_LANES, active)
     for lane in range(LANES):
         defect, error, kink = defects[lane], 0.0, 0.0
-        for e in range(N_ELEMENTS):
+        for e in range(sizes.n_elements):
             defect += w[(e * STRIDE + DEFECT) * LANES + lane]
             error += w[(e * STRIDE + ERROR) * LANES + lane]
             kink = max(kink, w[(e * STRIDE + KINK) * LANES + lane])

@@ -36,11 +36,10 @@ from .slots import (
     WEIGHT,
     WINDOW,
     WINDOW_NOW,
-    force_slots,
 )  # fmt: skip
 from .tables import build_table, layout
 
-move_modes = make_move_modes(LANES, TABLE_LANES, N_GROUND, force_slots(N_ELEMENTS, STRIDE))
+move_modes = make_move_modes(LANES, TABLE_LANES, STRIDE, F0, N_ELEMENTS, N_GROUND)
 
 HOLD = 8  # windows to wait after a rejected step before a coarser one is tried
 MOST_STEPS = 4096  # tried in one window; after these, steps that miss the tolerance are counted
@@ -53,7 +52,7 @@ def begin_window(position, sizes, course, measurements, coils, channel, lanes, z
     window = position[WINDOW_NOW]
     windows, _, events, ground = course
     command, driver, coil, _, moving, coil_history = coils
-    n_pad, n_channels, n_measured = sizes.n_pad, sizes.n_channels, sizes.n_outputs
+    n_pad, n_channels = sizes.n_pad, sizes.n_channels
     g = windows[window, 0]
     if position[STAGE] == MEASURE:
         # sensors read before the current changes; then the controller decides
@@ -61,10 +60,12 @@ def begin_window(position, sizes, course, measurements, coils, channel, lanes, z
             read_sensors(
                 events[window, 0],
                 g,
-                n_measured,
+                sizes.n_outputs,
                 n_channels,
                 sizes.n_modes,
                 n_pad,
+                sizes.n_elements,
+                sizes.n_ground,
                 measurements.rows,
                 measurements.noise,
                 ground,
@@ -98,7 +99,7 @@ def begin_window(position, sizes, course, measurements, coils, channel, lanes, z
             lanes.alive,
             lanes.counts,
         )
-    for e in range(N_ELEMENTS):
+    for e in range(sizes.n_elements):
         c = channel[e]
         for lane in range(LANES):
             moving[e, lane] = 0
@@ -209,15 +210,15 @@ def choose_step(window, sizes, limits, course, propagation, lanes, u):
     first = number * n_sub if per_interval == 1 else number // per_interval
     point = g + first
     if per_interval == 1:
-        for k in range((n_sub + 1) * N_GROUND * LANES):
-            u[k] = ground[point * N_GROUND * LANES + k]
+        for k in range((n_sub + 1) * sizes.n_ground * LANES):
+            u[k] = ground[point * sizes.n_ground * LANES + k]
     else:
         a = (number - first * per_interval) / per_interval
-        for k in range(N_GROUND * LANES):
-            low = ground[point * N_GROUND * LANES + k]
-            high = ground[(point + 1) * N_GROUND * LANES + k]
+        for k in range(sizes.n_ground * LANES):
+            low = ground[point * sizes.n_ground * LANES + k]
+            high = ground[(point + 1) * sizes.n_ground * LANES + k]
             u[k] = low + (high - low) * a
-            u[N_GROUND * LANES + k] = low + (high - low) * (a + 1.0 / per_interval)
+            u[sizes.n_ground * LANES + k] = low + (high - low) * (a + 1.0 / per_interval)
     # within a grid interval the modes go through a scratch row behind the last point
     spare = windows[sizes.n_windows, 0] + 1
     start = point if per_interval == 1 or number % per_interval == 0 else spare
@@ -294,7 +295,7 @@ def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
     z, _, forces, steps, step_count, cuts, first_step, last_step = history
     active, table, offset = lanes.active, propagation.table, step.offset
     point, n_sub, per_interval = step.point, step.n_sub, step.per_interval
-    own = row + N_ELEMENTS * width  # behind them a step's own numbers
+    own = row + sizes.n_elements * width  # behind them a step's own numbers
     for lane in range(LANES):
         if active[lane] == 0:
             continue
@@ -313,7 +314,7 @@ def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
         k = step_count[0]
         for r in range(row * LANES):
             steps[k, r] = z[step.start * row * LANES + r]
-        for e in range(N_ELEMENTS):
+        for e in range(sizes.n_elements):
             to = (row + e * width) * LANES
             first_slot = (e * STRIDE + F_START) * LANES
             for r in range(width * LANES):
@@ -324,9 +325,9 @@ def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
             steps[k, (own + LENGTH) * LANES + lane] = 1.0 / step.n_steps
         step_count[0] = k + 1
     if per_interval == 1:
-        for e in range(N_ELEMENTS):
+        for e in range(sizes.n_elements):
             for k in range(3):
-                keep_force(forces, AT_NODES + k, point, e, w, F0 + k, active)
+                keep_force(sizes, forces, AT_NODES + k, point, e, w, F0 + k, active)
     _, _, decay, ground_columns, force_columns = layout(sizes[:4], n_sub)
     for i in range(n_sub):
         start = step.start if i == 0 else point + i
@@ -338,31 +339,33 @@ def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
             table,
             offset + decay,
             offset + ground_columns,
-            offset + force_columns + i * N_ELEMENTS * 6 * n_pad,
+            offset + force_columns + i * sizes.n_elements * 6 * n_pad,
             z,
             start * row,
             to * row,
             u,
-            i * N_GROUND,
+            i * sizes.n_ground,
             w,
             active,
+            sizes.n_elements,
+            sizes.n_ground,
         )
         if i + 1 < n_sub:
-            for e in range(N_ELEMENTS):
-                keep_force_inside(forces, point + i + 1, e, w, (i + 1.0) / n_sub, active)
+            for e in range(sizes.n_elements):
+                keep_force_inside(sizes, forces, point + i + 1, e, w, (i + 1.0) / n_sub, active)
 
 
 @inline
-def close_step(step, limits, lanes, forces, w):
+def close_step(step, sizes, limits, lanes, forces, w):
     """Forces at an accepted step's end, progress of the lanes, and length of their next step."""
     active, place, level, base = lanes.active, lanes.place, lanes.level, lanes.base
     tried, hold, worst = lanes.tried, lanes.hold, lanes.worst
     if (step.number + 1) % step.per_interval == 0:
-        for e in range(N_ELEMENTS):
-            keep_force(forces, BEFORE, step.end, e, w, F_START, active)
-            keep_force(forces, AFTER, step.end, e, w, F_START, active)
-    if N_ELEMENTS > 1:
-        share_scale(w, active)
+        for e in range(sizes.n_elements):
+            keep_force(sizes, forces, BEFORE, step.end, e, w, F_START, active)
+            keep_force(sizes, forces, AFTER, step.end, e, w, F_START, active)
+    if sizes.n_elements > 1:
+        share_scale(sizes, w, active)
     for lane in range(LANES):
         if active[lane] == 0:
             continue
@@ -390,7 +393,7 @@ def close_step(step, limits, lanes, forces, w):
 
 
 @inline
-def close_window(position, course, limits, coils, channel, lanes, w):
+def close_window(position, sizes, course, limits, coils, channel, lanes, w):
     """Status of each lane and coil currents at a window's end; return whether any is alive."""
     window = position[WINDOW_NOW]
     command, driver, coil, applied, _, _ = coils
@@ -404,7 +407,7 @@ def close_window(position, course, limits, coils, channel, lanes, w):
     for lane in range(LANES):
         if alive[lane] == ALIVE:
             size = 0.0
-            for e in range(N_ELEMENTS):
+            for e in range(sizes.n_elements):
                 size += abs(w[(e * STRIDE + D_END) * LANES + lane])
             if not size < np.inf:
                 alive[lane] = NOT_FINITE
@@ -425,7 +428,7 @@ def close_window(position, course, limits, coils, channel, lanes, w):
                     driver[c, 1, lane],
                     course.spans[kind],
                 )
-                for e in range(N_ELEMENTS):
+                for e in range(sizes.n_elements):
                     if channel[e] == c:
                         applied[e, lane] = np.nan
             command[stop, c, lane] = command[g, c, lane]
@@ -434,16 +437,16 @@ def close_window(position, course, limits, coils, channel, lanes, w):
 
 
 @inline
-def share_scale(w, active):
+def share_scale(sizes, w, active):
     """Scale of a small element's force: at least 1/20 of the largest force on the structure."""
     for lane in range(LANES):
         if active[lane] == 0:
             continue
         least = np.inf
-        for e in range(N_ELEMENTS):
+        for e in range(sizes.n_elements):
             at = e * STRIDE * LANES + lane
             least = min(least, w[at + FORCE_SCALE * LANES] / w[at + TO_STRUCTURE * LANES])
-        for e in range(N_ELEMENTS):
+        for e in range(sizes.n_elements):
             at = e * STRIDE * LANES + lane
             most = 20.0 * least * w[at + TO_STRUCTURE * LANES]
             w[at + FORCE_SCALE * LANES] = min(w[at + FORCE_SCALE * LANES], most)
@@ -538,18 +541,18 @@ def set_moving_parameters(e, lane, t, h, coil, command, lag, slew, law_numbers, 
 
 
 @inline
-def keep_force(forces, kind, point, e, w, slot, mask):
+def keep_force(sizes, forces, kind, point, e, w, slot, mask):
     """Record an element's residual force, N, at a grid point."""
     for lane in range(LANES):
         if mask[lane]:
-            at = (point * N_ELEMENTS + e) * FORCES + kind
+            at = (point * sizes.n_elements + e) * FORCES + kind
             forces[at * LANES + lane] = w[(e * STRIDE + slot) * LANES + lane]
 
 
 @inline
-def keep_force_inside(forces, point, e, w, tau, mask):
+def keep_force_inside(sizes, forces, point, e, w, tau, mask):
     """The same at a fraction tau of the step, from its polynomial."""
-    to = (point * N_ELEMENTS + e) * FORCES
+    to = (point * sizes.n_elements + e) * FORCES
     for lane in range(LANES):
         if mask[lane]:
             force = 0.0
@@ -562,8 +565,9 @@ def keep_force_inside(forces, point, e, w, tau, mask):
 
 @inner
 def read_sensors(
-    k, g, n_measured, n_channels, n_modes, n_pad, measure, noise, ground, z, z_at, coil, w, measured
-):
+    k, g, n_measured, n_channels, n_modes, n_pad, n_elements, n_ground, measure, noise, ground, z,
+    z_at, coil, w, measured,
+):  # fmt: skip
     """Measurement k: modes, element forces and ground to outputs; noise; then coil currents."""
     for r in range(n_measured):
         for lane in range(LANES):
@@ -571,12 +575,12 @@ def read_sensors(
             for m in range(n_modes):
                 total += measure[r, m, lane] * z[(z_at + m) * LANES + lane]
                 total += measure[r, n_modes + m, lane] * z[(z_at + n_pad + m) * LANES + lane]
-            for e in range(N_ELEMENTS):
+            for e in range(n_elements):
                 force = w[(e * STRIDE + FORCE_END) * LANES + lane]
                 total += measure[r, 2 * n_modes + e, lane] * force
-            for i in range(N_GROUND):
-                at = (g * N_GROUND + i) * LANES + lane
-                total += measure[r, 2 * n_modes + N_ELEMENTS + i, lane] * ground[at]
+            for i in range(n_ground):
+                at = (g * n_ground + i) * LANES + lane
+                total += measure[r, 2 * n_modes + n_elements + i, lane] * ground[at]
             measured[k, lane, r] = total
     for c in range(n_channels):
         for lane in range(LANES):
