@@ -264,8 +264,8 @@ def make_rows_at(lanes: int, table_lanes: int, n_rows: int = EIGHT) -> Callable:
 def make_free_rows(lanes: int, table_lanes: int) -> Callable:
     """Make ``free_rows(w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points, n)``."""
     # It sets w[to + r], for eight rows r, to the response to the modes at z_at (real parts first,
-    # imaginary ones n_pad behind) and to the n ground inputs u; like ``add_rows`` several times, but
-    # with sums that do not wait for each other.
+    # imaginary ones n_pad behind) and to the n ground inputs u, with sums that do not wait for each
+    # other.
 
     @intrinsic
     def free_rows(typing, w, to, table, at, ground_at, z, z_at, n_modes, n_pad, u, n_points, n):
