@@ -66,8 +66,8 @@ def _sum(coefficients: Sequence[float], names: Sequence[str]) -> str:
 class ElementCode:
     """Slots and functions of one law's elements."""
 
-    def __init__(self, law: Law, alone: bool):
-        self.law, self.alone = law, alone
+    def __init__(self, law: Law):
+        self.law = law
         n = len(law.states)
         self.states = [f"s{i}" for i in range(n)]
         self.parameters = [f"p{k}" for k in range(len(law.parameters))]
@@ -181,7 +181,7 @@ class ElementCode:
 
     def _row(self, r: int, forces: Sequence[str], direction: int = 0) -> str:
         """Row r of the response to the element's own nodal forces, added to the present value."""
-        response = self.at(f"free{r}" if self.alone else COMMON[r], direction)
+        response = self.at(COMMON[r], direction)
         own = f"{direction} * (N_ELEMENTS + 1) * 24 + " if direction else ""
         for k, f in enumerate(forces):
             row = f"({own}{8 * k + r}) * TABLE_LANES"

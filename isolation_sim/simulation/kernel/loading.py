@@ -78,8 +78,7 @@ def summary_text(lanes: int, table_lanes: int) -> str:
 
 def law_text(law: Law, n_elements: int, lanes: int, table_lanes: int, stride: int) -> str:
     """Source of the functions of a law's elements."""
-    # the structure matters to a device of several directions, and to one that is alone
-    code = ElementCode(law, n_elements == 1)
+    code = ElementCode(law)
     slots = code.slots
     constants = {
         "LANES": lanes,
@@ -206,7 +205,7 @@ def _load(laws: tuple[Law | None, ...], n_ground: int, lanes: int, table_lanes: 
 def load_law(law: Law, n_elements: int, lanes: int, table_lanes: int, stride: int) -> ModuleType:
     """Functions of a law's elements; written once to the cache folder."""
     if law.directions == 1:  # it neither knows of the other elements nor where they are
-        n_elements, stride = min(n_elements, 2), 0
+        n_elements, stride = 1, 0
     return _load_law(law, n_elements, lanes, table_lanes, stride)
 
 

@@ -58,11 +58,8 @@ def solve_step(step, sizes, law_numbers, table, z, u, w, lanes):
         for e in range(sizes.n_elements):
             for lane in range(LANES):
                 w[(e * STRIDE + CHANGE) * LANES + lane] = 0.0
-            if sizes.n_elements > 1:  # else the free response is all there is, read where it stands
-                for direction in range(numbers[e, 2]):
-                    respond_to_others(
-                        e + direction, sizes.n_elements, w, table, offset + force_rows
-                    )
+            for direction in range(numbers[e, 2]):
+                respond_to_others(e + direction, sizes.n_elements, w, table, offset + force_rows)
             at = offset + force_rows + (e * sizes.n_elements + e) * 24
             element(functions, SWEEP, e, w, h, 0.0, table, at * TABLE_LANES, going)
         waiting = 0
@@ -96,9 +93,8 @@ def solve_step(step, sizes, law_numbers, table, z, u, w, lanes):
             if going[lane]:
                 defects[lane] = np.inf
     for e in range(sizes.n_elements):
-        if sizes.n_elements > 1:
-            for direction in range(numbers[e, 2]):
-                respond_to_others(e + direction, sizes.n_elements, w, table, offset + force_rows)
+        for direction in range(numbers[e, 2]):
+            respond_to_others(e + direction, sizes.n_elements, w, table, offset + force_rows)
         at = offset + force_rows + (e * sizes.n_elements + e) * 24
         element(functions, FINISH, e, w, h, share, table, at * TABLE_LANES, active)
     for lane in range(LANES):
