@@ -15,6 +15,7 @@ from .errors import InputError
 from .structures import IsolatedStructure
 
 if TYPE_CHECKING:
+    from .laws.law import Law
     from .simulation.result import Run
 
 DAMPING_COEFFICIENT = {0.02: 0.8, 0.05: 1.0, 0.10: 1.2, 0.20: 1.5, 0.30: 1.7, 0.40: 1.9}
@@ -120,26 +121,29 @@ def isolation_loop(
     x, v = amplitude * np.cos(omega * time), -amplitude * omega * np.sin(omega * time)
     rigid = isolated.structure.above_foundation[:, 0]
     force = (rigid @ isolated.structure.stiffness @ rigid) * x
+    followed: dict[tuple, NDArray] = {}  # states of equal isolators
     for e in isolation_elements(isolated):
         element, along = isolated.elements[e], isolated.holding[e, 0]
         if along == 0.0:
             continue
         device, at = element.device, current if element.channel is not None else 0.0
-        states = np.zeros((0, _POINTS))
-        if device.law.states:
+        law, parameters, amount = device.law, device.parameters_at(at), along / device.length
+        key = id(law), parameters, amount
+        if not law.states:
+            followed[key] = np.zeros((0, _POINTS))
+        if key not in followed:
             # from rest, to the amplitude in the first quarter of a cycle
-            def rates(t: float, s: NDArray, device: Any = device, along: float = along) -> tuple:
-                at_x = along * amplitude * np.sin(omega * t)
-                at_v = along * amplitude * omega * np.cos(omega * t)
-                return device.rates(at_x, at_v, tuple(s), at)  # noqa: B023
+            def rates(t: float, s: NDArray, law: Law = law, size: float = amount * amplitude,
+                      parameters: tuple = parameters) -> tuple:  # fmt: skip
+                at_x, at_v = size * np.sin(omega * t), size * omega * np.cos(omega * t)
+                return tuple(law.rates(at_x, at_v, tuple(s), parameters))
 
-            start = device.initial_states()
             solution = solve_ivp(
-                rates, (0.0, time[-1] + period / 4), start, "LSODA",
+                rates, (0.0, time[-1] + period / 4), device.initial_states(), "LSODA",
                 t_eval=time + period / 4, rtol=1e-7, atol=1e-10, max_step=period / 50,
             )  # fmt: skip
-            states = solution.y
-        force = force + along * device.force(along * x, along * v, tuple(states), at)
+            followed[key] = solution.y
+        force = force + along * device.force(along * x, along * v, tuple(followed[key]), at)
     return x, np.asarray(force)
 
 

@@ -41,7 +41,7 @@ SHOWN = (("ICA50",), ("ICA50", "ICA100"))
 """Records that the diagnosis is shown; the others judge."""
 EVERY = 4
 """Samples of 200 Hz that become one of 50 Hz: the building's modes lie below 15 Hz."""
-LOOPS_EVERY = 2
+LOOPS_EVERY, SHORT_EVERY = 2, 3
 """Samples of 50 Hz that become one in the loops: the layer's force lies below 5 Hz."""
 STRONG = 0.98
 """Share of the ground motion's energy after which a record is cut."""
@@ -153,11 +153,13 @@ def layer_force(values: NDArray) -> NDArray:
     return -TOTAL_MASS * values[:, :-1].mean(axis=1)
 
 
-def loops(records: Sequence[BuildingRecord], shown: Sequence[str]) -> Campaign:
+def loops(
+    records: Sequence[BuildingRecord], shown: Sequence[str], every: int = LOOPS_EVERY
+) -> Campaign:
     """Measured loops of the isolation layer as a campaign of device tests."""
     runs = []
     for record in records:
-        keep = slice(None, None, LOOPS_EVERY)
+        keep = slice(None, None, every)
         x = record.values[:, -1]
         v = np.gradient(x, record.dt)
         time = record.time[keep]
@@ -184,7 +186,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     choices = SHOWN[-1:] if short else SHOWN
     for shown in choices:
         step(f"diagnosing {', '.join(shown)}", 0.0)
-        campaign = loops(records, shown)
+        campaign = loops(records, shown, SHORT_EVERY if short else LOOPS_EVERY)
         diagnosis = diagnose(campaign, linear.law, linear)
         diagnosis.save(folder / f"diagnosis_{'_'.join(shown)}")
         assert diagnosis.extended is not None

@@ -49,7 +49,7 @@ def motions(short: bool) -> dict[str, tuple[float, Record]]:
     """Return the time at which each motion parts from the first one, and the motion, by name."""
     pulse = mavroeidis_papageorgiou_pulse(
         PEAK_VELOCITY, PERIOD, CYCLES, 0.0, STEP, before=BEFORE, after=DURATION
-    ).cut(0.0, 2.4 if short else DURATION)
+    ).cut(0.0, 2.0 if short else DURATION)
     cuts = CUTS[2:3] if short else CUTS
     return {WHOLE: (0.0, pulse)} | {f"cut at {t:g} s": (t, cut(pulse, t)) for t in cuts}
 

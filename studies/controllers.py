@@ -66,7 +66,7 @@ def motions(short: bool) -> dict[str, Record]:
     Parameters
     ----------
     short : bool
-        Whether to take 8 s of El Centro and of two random motions.
+        Whether to take 5 s of El Centro and of two random motions.
 
     Returns
     -------
@@ -79,7 +79,7 @@ def motions(short: bool) -> dict[str, Record]:
     records = {}
     for name, section in sections.items():
         (record,) = Scenario.model_validate({"ground": section}).build().records
-        records[name] = record.cut(0.0, 8.0) if short else record
+        records[name] = record.cut(0.0, 5.0) if short else record
     return records
 
 

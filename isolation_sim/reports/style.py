@@ -187,12 +187,17 @@ def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
     folder.mkdir(parents=True, exist_ok=True)
     paths = folder / f"{stem}.svg", folder / f"{stem}.png"
     how: tuple[dict[str, Any], ...] = {"metadata": {"Date": None}}, {"dpi": 200}
-    for path, options in zip(paths, how, strict=True):
-        with atomic_write(path) as unfinished:
-            with style():
-                figure.savefig(unfinished, format=path.suffix[1:], **options)
-            if path.suffix == ".svg":
-                unfinished.write_text(_rounded(unfinished.read_text("utf-8")), "utf-8")
+    layout = figure.get_layout_engine()
+    try:
+        for path, options in zip(paths, how, strict=True):
+            with atomic_write(path) as unfinished:
+                with style():
+                    figure.savefig(unfinished, format=path.suffix[1:], **options)
+                if path.suffix == ".svg":
+                    unfinished.write_text(_rounded(unfinished.read_text("utf-8")), "utf-8")
+            figure.set_layout_engine("none")  # the second file keeps the layout of the first
+    finally:
+        figure.set_layout_engine(layout or "none")
     return paths
 
 

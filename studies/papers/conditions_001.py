@@ -26,7 +26,7 @@ def table_4(frequency: float, position_mm: float = 0.0) -> Motion:
     amplitudes = 1e-3 * np.array(_AMPLITUDES_MM)[:, None]
     currents = np.array(TAO_CURRENTS_A)[None, :]
     device = law("improved_bouc_wen")
-    cycles = STEADY_CYCLES + 4
+    cycles = STEADY_CYCLES + 3
     return sinusoidal(device, amplitudes, currents, frequency, cycles, POINTS, 1e-3 * position_mm)
 
 

@@ -13,7 +13,7 @@ from isolation_sim.structures import reference_building, reference_isolators
 # settings without which a controller cannot be built, or takes longer than its contract needs
 NEEDED = {
     "prescribed": {"time": (0.0, 1.0, 3.5), "amperes": (0.0, 2.0, 0.5)},
-    "clairvoyant": {"iterations": 4},
+    "clairvoyant": {"iterations": 4, "interval": 0.08},
 }
 
 

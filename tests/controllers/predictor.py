@@ -4,7 +4,6 @@ import numpy as np
 
 from controllers.compiled import _joined, collect
 from controllers.device_states import follow_states
-from controllers.predictive.condense_kernel import condense
 from controllers.predictive.generated_jacobian import PredictionModel
 from controllers.predictive.prediction import Prediction
 from controllers.predictive.prediction_kernel import predict
@@ -15,17 +14,6 @@ _ENTRIES = """
 @njit(cache=True, error_model="numpy")
 def run(n_steps, z, s, i, commands, block, ground, first, plant, work, results):
     predict(n_steps, z, s, i, commands, block, ground, first, plant, work, results)
-
-
-@njit(cache=True, error_model="numpy")
-def programme(
-    prediction, commands, before, block, coils, step, sizes, units, levels, margins, weights,
-    resting, out, by,
-):
-    return condense(
-        prediction, commands, before, block, coils, step, sizes, units, levels, margins, weights,
-        resting, out, by,
-    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -42,7 +30,6 @@ def compiled_kernels(laws):
     parts = {}
     collect(follow_uncontrolled, parts, ("device_side",))
     collect(predict, parts, ("device_side",))
-    collect(condense, parts)
     return load_text("test", _joined(parts, PredictionModel, laws) + _ENTRIES)
 
 

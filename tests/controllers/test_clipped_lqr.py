@@ -39,7 +39,6 @@ def mixed():
 
 
 BELIEFS = {
-    "hybrid": lambda: reference_building().on(reference_isolators(law("hybrid"))),
     "tabulated": lambda: reference_building().on(condition(8, 1).scaled(length=10, force=3000)),
     "linear": lambda: reference_building().on(law("linear", {"k": (5e6, 3e6)})),
     "mixed": mixed,

@@ -13,6 +13,7 @@ from controllers.best_constant import weighted_peak
 from controllers.clairvoyant import coil_table
 from controllers.compiled import CompiledController
 from controllers.mpc import MPC
+from controllers.predictive.condense_kernel import condense
 from controllers.predictive.decision import ACCELERATION_AHEAD, FAILED, STATE, STRAYS
 from controllers.predictive.flat_arrays import array1
 from controllers.predictive.force_scale import balance, learn_scale
@@ -519,7 +520,7 @@ def condensed(p, level, clear, weights, resting, without=0.0):
     without = np.broadcast_to(without, n_steps + 1).copy()
     programme = (np.zeros((n, n)), np.zeros(n), np.zeros((most, n)), *np.zeros((2, n + most)))
     plan = np.full((n_steps, 1), 1.5)
-    count = p.module.programme(
+    count = condense(
         tuple(p.own_results), plan, plan[0], p.block, COILS, 0.02, (1, 6),
         np.array([0.1, 1.0, 0.3]), np.full(2, level), (3, 1.0, clear, without), weights, resting,
         programme, np.zeros(width),
@@ -662,9 +663,12 @@ def test_linear_variant_predicts_with_springs_and_dashpots(isolated, record):
     for current in (0.0, 1.25, 3.0):
         mine = linear.elements[0].device.linearised(current, 0.5)
         assert mine == pytest.approx(isolated.elements[0].device.linearised(current, 0.5), rel=1e-3)
-    one = MPC(model="linear")
-    run = simulate(isolated, record, one, driver=LAGGING)
-    full = simulate(isolated, record, MPC(), driver=LAGGING)
+    # in plain Python: a kernel of its own takes a minute to compile, for the same function
+    settings, part = {"horizon": 0.4, "blocks": 8, "stiff_start": 0.0}, record.cut(1.0, 2.5)
+    one = MPC(model="linear", **settings)
+    one.current = MethodType(CompiledController.current, one)
+    run = simulate(isolated, part, one, driver=LAGGING)
+    full = simulate(isolated, part, MPC(**settings), driver=LAGGING)
     assert one.report.failed == 0
     assert np.abs(run.command - full.command).max() > 0.05
 

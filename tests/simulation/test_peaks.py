@@ -80,8 +80,11 @@ def record():
 @pytest.mark.parametrize("name", sorted(set(available_controllers()) - {"prescribed"}))
 def test_every_controller(name, lag, isolated, record):
     driver = CoilDriver(lag=lag)
+    # commands that change every sample are enough; the optimum is not needed
+    settings = {"iterations": 4, "starts": 1} if name == "clairvoyant" else {}
     record = record.cut(0, 3) if name == "clairvoyant" else record
-    assert_peaks(iso.simulate(isolated, record, controller(name), driver=driver), driver)
+    run = iso.simulate(isolated, record, controller(name, **settings), driver=driver)
+    assert_peaks(run, driver)
 
 
 def test_commands_between_the_samples(isolated, record):

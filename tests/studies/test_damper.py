@@ -18,7 +18,7 @@ def campaign(shared_data):
 @pytest.fixture(scope="module")
 def outcomes(campaign):
     chosen = ("lugre", "bouc_wen")
-    return damper.fit_laws(campaign, [LABEL, "0.5 A"], chosen, starts=3)
+    return damper.fit_laws(campaign, [LABEL, "0.5 A"], chosen, starts=1)
 
 
 def test_conditions_and_currents_come_from_the_names(campaign):
