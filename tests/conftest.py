@@ -14,8 +14,13 @@ from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.identification.law_choice import choose_law
 
 REPOSITORY = Path(__file__).resolve().parents[1]
+FIRST = tuple(
+    f"tests/studies/test_{name}.py"
+    for name in ("mpc_levers", "damper_diagnosis", "sweep_studies", "damper", "causal_limit")
+)
+"""What begins. Two workers that compile the same at the same time would do it twice."""
 SLOW = ("tests/studies", "tests/sweeps", "tests/test_docs.py")
-"""What takes longest."""
+"""What takes longest of the others."""
 QUICK = (
     "tests/ground_motions", "tests/literature", "tests/test_architecture.py",
     "tests/test_criteria.py", "tests/test_docstrings.py", "tests/test_generated.py",
@@ -26,12 +31,17 @@ QUICK = (
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark what is quick; slow files first, so that no worker is left alone with one at the end."""
-    slow = tuple(str(REPOSITORY / name) for name in SLOW)
+    order = [*FIRST, *SLOW]
+
+    def place(item: pytest.Item) -> int:
+        path = item.path.relative_to(REPOSITORY).as_posix()
+        return next((k for k, name in enumerate(order) if path.startswith(name)), len(order))
+
     quick = tuple(str(REPOSITORY / name) for name in QUICK)
     for item in items:
         if str(item.path).startswith(quick):
             item.add_marker(pytest.mark.quick)
-    items.sort(key=lambda item: not str(item.path).startswith(slow))
+    items.sort(key=place)
 
 
 def pytest_collection_finish() -> None:
