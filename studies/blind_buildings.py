@@ -47,7 +47,7 @@ def scored(case: blind.BuildingCase) -> BuildingScored:
     with tempfile.TemporaryDirectory() as folder:
         written = case.record.write(Path(folder) / "case")
         record = read_building_record(written / "record.csv")
-    diagnosis = diagnose_building(record, engineers(case.record.nominal))
+    diagnosis = diagnose_building(record, engineers(case.record.nominal), tiers="causes")
     # afresh: the record that a case keeps cannot go to another process
     return BuildingScored(replace(case), diagnosis.to_dict())
 

@@ -150,6 +150,19 @@ def faults(seed: int) -> list[Fault]:
     return made
 
 
+def outside_faults() -> list[Fault]:
+    """Forces of the isolators that no cause of the design's list describes."""
+    made = (
+        ("squeeze_film", 1e9, "squeeze"),  # x^2 v, N s/m^3
+        ("field_drag", 1e8, "field_drag"),  # I v |v|, N s^2/m^2/A
+        ("one_sided_stiffening", 1e9, "one_sided"),  # x^2 on one side, N/m^2
+    )
+    return [
+        Fault("outside", form, limit, lambda b, s, name=field: replace(b, **{name: s}))
+        for form, limit, field in made
+    ]
+
+
 @dataclass(frozen=True, eq=False)
 class Record:
     """A record with noise, the nominal building, and what is hidden."""
