@@ -27,8 +27,20 @@ from ...structures import IsolatedStructure
 from ..adapters.building import BuildingRecords, extended_device, intervals, traces_of
 from ..building.cause_search import adequacy, p_value
 from ..building.causes import Candidate, Parameter, Values, total_force_scale
-from ..building.comparison import CauseValues, FittedBuilding, with_causes
-from ..building.errors import excess_error, held_out_noise, mean_error, squared_blocks
+from ..building.comparison import (
+    CauseValues,
+    Comparison,
+    FittedBuilding,
+    compare_records,
+    with_causes,
+)
+from ..building.errors import (
+    excess_error,
+    held_out_noise,
+    mean_error,
+    relative_noise,
+    squared_blocks,
+)
 from ..building.isolation_force import effect_values, layer_model
 from ..building.model import BuildingModel
 from ..building.record import BuildingRecord
@@ -102,11 +114,13 @@ class BuildingTiers(Tiers[_Rung]):
         space = problem.space
         # the right law would leave little, and is looked for with weights that expect it
         expected = NEARLY_RIGHT * excess_error(space.comparison, space.before)
-        self.comparison = space.comparison.expecting(expected)
-        self.law, self.causes = (
-            _Rung(self.comparison.evaluate(values)) for values in ((), best.cause_values)
-        )
+        self._weigh(space.comparison.expecting(expected), best.cause_values)
         self.base = self.comparison.model.device.law
+
+    def _weigh(self, comparison: Comparison, causes: CauseValues) -> None:
+        """Set the weights of the data."""
+        self.comparison = comparison
+        self.law, self.causes = (_Rung(comparison.evaluate(values)) for values in ((), causes))
 
     def equation(self) -> _Rung | None:
         """The second tier, beside the causes or in their place; None if no term is needed."""
@@ -117,7 +131,14 @@ class BuildingTiers(Tiers[_Rung]):
         # each set of terms is another law to compile: the likelier one first
         found.sort(key=lambda one: one[1].criterion(one[2]))
         rungs = (self._equation(causes, terms) for causes, terms, _ in found if terms.chosen)
-        return next((rung for rung in rungs if rung is not None), None)
+        rung = next((rung for rung in rungs if rung is not None), None)
+        if rung is None:
+            return None
+        # as after every cause, the noise is estimated again
+        old, values = self.comparison, rung.outcome.cause_values
+        seen = compare_records(old.model, old.records, values, old.model_error)
+        self._weigh(seen, self.causes.causes)
+        return replace(rung, outcome=self.comparison.fit((), values))
 
     def _selected(self, causes: CauseValues) -> tuple[Selection, int]:
         """Terms beside some causes, along the isolators' motion, and the number of residuals."""
@@ -302,6 +323,7 @@ class BuildingTiers(Tiers[_Rung]):
         both = self.law.outcome, rung.outcome
         extended = replace(
             cast(BuildingDiagnosis, diagnosis),
+            noise_floor=relative_noise(self.comparison),
             error_after=Errors(errors.fit, errors.held_out),
             extended=extended_device(model),
             building=model.assembled(),
