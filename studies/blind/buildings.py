@@ -216,13 +216,14 @@ def misfit(nominal: Building, ground: np.ndarray, current: np.ndarray, channels)
 
 
 def make_record(
-    seed: int, hidden: Sequence[Fault] = (), size: float = 0.0, noise: float = 0.01
-) -> Record:
+    seed: int, hidden: Sequence[Fault] = (), size: float = 0.0, noise: float = 0.01,
+    nominal: Building | None = None,
+) -> Record:  # fmt: skip
     """A record whose faults each make a misfit of ``size``, or what their limit lets them make.
 
     Noise is a share of each channel's RMS. One fault at most may be a sensor's.
     """
-    nominal, ground = nominal_building(seed), ground_motion(seed)
+    nominal, ground = nominal or nominal_building(seed), ground_motion(seed)
 
     def run(faults: Sequence[Fault], strengths: Sequence[float]) -> tuple[Response, np.ndarray]:
         building = nominal

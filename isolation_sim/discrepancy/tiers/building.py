@@ -124,6 +124,8 @@ class BuildingTiers(Tiers[_Rung]):
 
     def equation(self) -> _Rung | None:
         """The second tier, beside the causes or in their place; None if no term is needed."""
+        if self.problem.space.is_explained(self.causes.outcome):
+            return None  # noise alone asks for no term, as for no cause
         starts = [self.causes.causes]
         if starts[0]:
             starts.append(())
