@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..effects.serialisation import device_code
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
@@ -114,7 +116,8 @@ def diagnose_building(
     found, result = diagnose_problem(problem, devices)
     diagnosis = BuildingDiagnosis(**vars(found), building=problem.building(result))
     explained = diagnosis.verdict in ("adequate", "explained")
-    if tiers == "causes" or lacking or (tiers == "auto" and explained):
+    diverges = not np.isfinite([result.base.cost, result.best.cost]).all()
+    if tiers == "causes" or lacking or diverges or (tiers == "auto" and explained):
         return diagnosis
     from .tiers.ladder import climb
 

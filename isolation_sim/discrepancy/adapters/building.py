@@ -301,7 +301,7 @@ def intervals(outcome: FittedBuilding) -> list[dict[str, Interval]]:
         fitted = {
             p.name: Interval(
                 v * p.factor, float(a * p.factor), float(b * p.factor), p.unit,
-                inference.at_bound(v, p.lower, p.upper),
+                inference.at_bound(*coordinates([p, p, p], [v, p.lower, p.upper]).tolist()),
             )
             for p, v, a, b in zip(cause.parameters, values, lower, upper, strict=True)
         }  # fmt: skip

@@ -138,7 +138,7 @@ class BuildingTiers(Tiers[_Rung]):
             return None
         # as after every cause, the noise is estimated again
         old, values = self.comparison, rung.outcome.cause_values
-        seen = compare_records(old.model, old.records, values, old.model_error)
+        seen = compare_records(old.model, old.records, values, old.model_error, old.later)
         self._weigh(seen, self.causes.causes)
         return replace(rung, outcome=self.comparison.fit((), values))
 

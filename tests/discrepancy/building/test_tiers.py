@@ -182,3 +182,14 @@ def test_where_no_term_can_stand_is_said(record):
     against = twice.with_element(stiffer, -twice.elements[0].direction, name="other")
     assert unsupported(nominal(), [record]) == ""
     assert "several directions" in unsupported(against, [record])
+
+
+def test_numbers_are_reported_for_all_isolators_and_written_for_one_device(record):
+    length, force = 10.0, 100.0
+    small = {"k": SPRING * length / force, "c": DASHPOT * length / force}
+    scaled = iso.reference_building().on(iso.law("kelvin_voigt", small).scaled(length, force))
+    found = diagnose_building(record, scaled, most_causes=0, tiers="equation")
+    ((coefficient,),) = (term.numbers.values() for term in found.ladder.terms)
+    assert coefficient.value == pytest.approx(SQUEEZE, rel=0.03)
+    own = found.extended.current.coefficients[0, -1, 0]
+    assert own == pytest.approx(coefficient.value * length**3 / force)
