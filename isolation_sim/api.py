@@ -294,8 +294,9 @@ def diagnose(
         Share of the force (RMS) below which an effect is negligible, 0.002 by default; not for
         building records.
     tiers : {"auto", "causes", "equation", "learned"}, default "auto"
-        Methods beyond named causes, for campaigns of device tests: "auto" adds an equation and a
-        learned term where a fitted law with its causes does not explain the data.
+        Methods beyond named causes, for campaigns of device tests and for building records of one
+        direction: "auto" adds an equation and a learned term where a fitted law, or the nominal
+        building, with its causes does not explain the data.
     seed : int, default 0
         Random seed of search and inference; not used for a building record.
     threads : int, optional
@@ -341,10 +342,6 @@ def diagnose(
                 f"{paths[0]}: a building record needs its building; expected: --scenario with a "
                 "scenario file that describes it"
             )
-        if tiers not in ("auto", "causes"):
-            raise InputError(
-                f"{paths[0]}: tiers is {tiers!r}; expected of a building record: auto or causes"
-            )
         if significance is not None:
             raise InputError(
                 f"{paths[0]}: significance is {significance:g}, which has no meaning for a "
@@ -358,7 +355,7 @@ def diagnose(
             )
         isolated = scenario.build().isolated if isinstance(scenario, Scenario) else scenario
         records = [read_building_record(path) for path in paths]
-        result = diagnose_building(records, isolated, progress=progress)
+        result = diagnose_building(records, isolated, tiers=tiers, progress=progress)
     if not (consequence and isinstance(scenario, Scenario)):
         return result
     return with_consequence(result, scenario, progress)

@@ -10,7 +10,7 @@ import tempfile
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .blind import building_cases as blind
 from .blind.building_model import Building
@@ -18,12 +18,15 @@ from .blind.building_score import BuildingScored, confusion_table, rates
 from .blind.buildings import DAMPING_RATIO, ISOLATOR
 from .blind.study import diagnosed, leave, part, share_from
 
+if TYPE_CHECKING:
+    from isolation_sim.discrepancy.tiers.result import Tier
+
 CLEAN, PAIRS = 60, 20
 
 
 def cases(share: float) -> list[blind.BuildingCase]:
     """List the blind cases."""
-    listed = (blind.singles(), blind.clean(CLEAN), blind.pairs(PAIRS))
+    listed = (blind.singles(), blind.clean(CLEAN), blind.pairs(PAIRS), blind.outside())
     return list(chain.from_iterable(part(every, share) for every in listed))
 
 
@@ -47,7 +50,8 @@ def scored(case: blind.BuildingCase) -> BuildingScored:
     with tempfile.TemporaryDirectory() as folder:
         written = case.record.write(Path(folder) / "case")
         record = read_building_record(written / "record.csv")
-    diagnosis = diagnose_building(record, engineers(case.record.nominal))
+    tiers: Tier = "auto" if case.kind == "outside" else "causes"
+    diagnosis = diagnose_building(record, engineers(case.record.nominal), tiers=tiers)
     # afresh: the record that a case keeps cannot go to another process
     return BuildingScored(replace(case), diagnosis.to_dict())
 

@@ -72,8 +72,9 @@ def diagnose(
     tiers: Annotated[
         str,
         typer.Option(
-            help="Methods for device tests: causes; equation, beside them; learned, a term of that "
-            "kind, too; auto: all of these where the causes do not explain the data."
+            help="Methods for device tests and building records: causes; equation, beside them; "
+            "learned, a term of that kind, too; auto: all of these where the causes do not explain "
+            "the data."
         ),
     ] = "auto",
     out: Out = None,

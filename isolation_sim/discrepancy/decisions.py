@@ -158,6 +158,8 @@ LEAST_SENSOR_NOISE = 1e-3
 """Smallest sensor noise, as a share of a channel's RMS. Instruments' data sheets."""
 LEAST_SENSOR_ERROR = 3e-3
 """Smallest calibration error, as a share of a channel's reading. Instruments' data sheets."""
+STARTS_FITTED = 3
+"""Starts of each cause that are fitted: those with the least misfit. Effort."""
 SCREENING_STEPS, REFINED = 4, 4
 """Steps of a first fit of each cause, and causes that are then fitted with all numbers. Effort."""
 

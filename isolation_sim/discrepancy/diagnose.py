@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..effects.serialisation import device_code
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
@@ -50,8 +52,7 @@ def diagnose(
     significance = SIGNIFICANCE if significance is None else significance
     if not 0 <= significance < 1:
         raise InputError(f"significance is {significance:g}; expected: 0 to 1, of the force")
-    if tiers not in TIERS:
-        raise InputError(f"tiers is {tiers!r}; expected: {', '.join(TIERS)}")
+    _check_tiers(tiers)
     if law != AUTO and not isinstance(law, Law):
         law = LAWS[law]
     device = read_parameters(law, parameters) if isinstance(law, Law) else None
@@ -87,9 +88,9 @@ def diagnose(
         # given numbers are judged as they are
         if tiers == "causes" or (tiers == "auto" and (explained or device is not None)):
             return diagnosis
-        from .tiers.ladder import climb
+        from .tiers.ladder import Climb, climb
 
-        return climb(problem, diagnosis, "learned" if tiers == "auto" else tiers)
+        return climb(Climb(problem), diagnosis, "learned" if tiers == "auto" else tiers)
 
 
 def diagnose_building(
@@ -97,17 +98,37 @@ def diagnose_building(
     isolated: IsolatedStructure,
     *,
     most_causes: int = MOST_BUILDING_CAUSES,
+    tiers: Tier = "auto",
     progress: Callable[[str], None] | None = None,
 ) -> BuildingDiagnosis:
     """Find the errors of a building's simulation, and name their causes."""
     from .adapters.building import BuildingRecords
     from .building.record import BuildingRecord
+    from .tiers.building import BuildingTiers, unsupported
 
+    _check_tiers(tiers)
     several = (records,) if isinstance(records, BuildingRecord) else tuple(records)
+    lacking = unsupported(isolated, several) if several else ""
+    if lacking and tiers not in ("auto", "causes"):
+        raise InputError(f"tiers is {tiers!r}; expected of {lacking}: auto or causes")
     problem = BuildingRecords(several, isolated, most_causes, progress or (lambda text: None))
     devices = [element.device for element in isolated.elements]
-    diagnosis, result = diagnose_problem(problem, devices)
-    return BuildingDiagnosis(**vars(diagnosis), building=problem.building(result))
+    found, result = diagnose_problem(problem, devices)
+    diagnosis = BuildingDiagnosis(**vars(found), building=problem.building(result))
+    explained = diagnosis.verdict in ("adequate", "explained")
+    diverges = not np.isfinite([result.base.cost, result.best.cost]).all()
+    if tiers == "causes" or lacking or diverges or (tiers == "auto" and explained):
+        return diagnosis
+    from .tiers.ladder import climb
+
+    with workers(1) as pool:
+        rungs = BuildingTiers(problem, result.best, pool)
+        return climb(rungs, diagnosis, "learned" if tiers == "auto" else tiers)
+
+
+def _check_tiers(tiers: str) -> None:
+    if tiers not in TIERS:
+        raise InputError(f"tiers is {tiers!r}; expected: {', '.join(TIERS)}")
 
 
 def diagnose_problem(

@@ -79,7 +79,8 @@ class Parameterisation:
         self.upper = np.repeat([q.upper for q in self.free], n)
         # a parameter that the law divides by stays clear of zero, also by rounding: where it is
         # huge at one current, its powers of the current may cancel at another
-        guarded = np.repeat([q.divides for q in self.free], n) & (self.lower == 0)
+        divides = np.array([q.divides for q in self.free], dtype=bool)
+        guarded = np.repeat(divides, n) & (self.lower == 0)
         self.lower[guarded] = 1e-6 * self.scale[guarded]
         self.upper[guarded] = np.minimum(self.upper[guarded], 1e7 * self.scale[guarded])
 

@@ -97,8 +97,10 @@ def ladder_table(ladder: Ladder, noise_floor: float) -> TextTable:
                ("fit", "held_out", "left_out")]  # fmt: skip
     rows.append(("best attained", *(percent(min(column)) for column in columns)))
     rows.append(("noise floor", percent(noise_floor), "", ""))
-    headings = ("", "fitted, %", "held out, %", "conditions left out, %")
-    return TextTable("Residual over force (RMS) of each tier", headings, rows)
+    headings: tuple[str, ...] = ("", "fitted, %", "held out, %", "conditions left out, %")
+    if not np.isfinite(columns[-1]).any():
+        headings, rows = headings[:-1], [row[:-1] for row in rows]
+    return TextTable(f"Residual over {ladder.quantity} (RMS) of each tier", headings, rows)
 
 
 def ladder_text(ladder: Ladder) -> list[str]:

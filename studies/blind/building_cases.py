@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .buildings import Fault, Record, faults, make_record
+from .buildings import Fault, Record, faults, make_record, outside_faults
 
 SIZES = (0.03, 0.1)
 """Misfits that single faults make, at 1 % noise in each channel and in the ground motion."""
@@ -21,7 +21,7 @@ MEMBER_SIZE = 0.06
 
 @dataclass(frozen=True)
 class BuildingCase:
-    """One blind case; ``kind`` is clean, single or pair, ``forms`` are (name, form)."""
+    """One blind case; ``kind`` is clean, single, pair or outside, ``forms`` are (name, form)."""
 
     kind: str
     seed: int
@@ -37,7 +37,8 @@ class BuildingCase:
     @cached_property
     def faults(self) -> tuple[Fault, ...]:
         """What is hidden."""
-        known = {(fault.name, fault.form): fault for fault in faults(self.seed)}
+        every = [*faults(self.seed), *outside_faults()]
+        known = {(fault.name, fault.form): fault for fault in every}
         return tuple(known[one] for one in self.forms)
 
     @cached_property
@@ -75,3 +76,11 @@ def clean(count: int, seed: int = 22_000) -> Iterator[BuildingCase]:
     """Nothing hidden."""
     for number in range(count):
         yield BuildingCase("clean", seed + number)
+
+
+def outside(sizes: Sequence[float] = SIZES, seed: int = 23_000) -> Iterator[BuildingCase]:
+    """Forces of the isolators that no cause describes, each at each size with its own seed."""
+    forms = [(fault.name, fault.form) for fault in outside_faults()]
+    for number, form in enumerate(forms):
+        for k, size in enumerate(sizes):
+            yield BuildingCase("outside", seed + len(sizes) * number + k, (form,), size)

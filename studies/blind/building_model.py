@@ -54,6 +54,9 @@ class Building:
     wall_gap: float = 1e9
     wall_power: float = 1.5
     wall_loss: float = 0.0
+    squeeze: float = 0.0
+    field_drag: float = 0.0
+    one_sided: float = 0.0
 
     def respond(self, ground: np.ndarray, command: np.ndarray | None = None) -> Response:
         """Answer to a ground acceleration (m/s^2 at ``RATE``, linear between samples).
@@ -83,6 +86,9 @@ class Building:
                 self.wall_gap,
                 self.wall_power,
                 self.wall_loss,
+                self.squeeze,
+                self.field_drag,
+                self.one_sided,
             ]
         )
         currents, accelerations, deformation = _integrate(
@@ -143,6 +149,8 @@ def _rates(s, ground, current, peak, cracked, m, k, isolator, scalars, storey, o
     soft = 1 - softening + softening / (1 + (peak / amplitude) ** 1.2)
     force = soft * (kb * x + alpha * z) + c * xv
     force += scalars[10] * np.sign(xv) * abs(xv) ** scalars[11]
+    force += (scalars[21] * x * x + scalars[22] * current * abs(xv)) * xv
+    force += scalars[23] * x * abs(x) * (x > 0)
     beyond = abs(x) - scalars[18]
     if beyond > 0:
         contact = scalars[17] * beyond ** scalars[19]

@@ -41,6 +41,18 @@ def all_named(result: BuildingScored) -> bool:
     return {fault.name for fault in result.case.faults} <= set(named(result.diagnosis))
 
 
+def halved(result: BuildingScored) -> bool:
+    """Whether the model that is offered at least halves the error on data held out."""
+    before, after = (result.diagnosis[f"error_{k}"]["held_out"] for k in ("before", "after"))
+    return bool(after <= 0.5 * before)
+
+
+def described(result: BuildingScored) -> bool:
+    """Whether an equation or a learned term is offered."""
+    ladder = result.diagnosis.get("ladder")
+    return ladder is not None and ladder["offered"] in ("equation", "learned")
+
+
 def rates(results: Sequence[BuildingScored]) -> dict[str, Rate]:
     """Every rate, over the cases that it asks something of."""
 
@@ -55,6 +67,8 @@ def rates(results: Sequence[BuildingScored]) -> dict[str, Rate]:
         ),
         "storey right where one lost stiffness": rate("", storey_right),
         "pair both named": rate("pair", all_named),
+        "outside: an equation or a learned term offered": rate("outside", described),
+        "outside: held-out error halved": rate("outside", halved),
         "cause named on clean records": rate("clean", lambda r: bool(named(r.diagnosis))),
         "clean records called inadequate": rate("clean", lambda r: answer(r.diagnosis) != NOTHING),
     }
@@ -64,7 +78,7 @@ def confusion_table(results: Sequence[BuildingScored]) -> str:
     """Markdown: for each single fault and size how often it came first, and what came instead."""
     table: dict[tuple[str, float], Counter[str]] = {}
     for r in results:
-        if len(r.case.forms) <= 1:
+        if len(r.case.forms) <= 1 and r.case.kind != "outside":
             row = ".".join(r.case.forms[0]) if r.case.forms else r.case.kind
             table.setdefault((row, r.case.size), Counter())[answer(r.diagnosis)] += 1
     lines = ["| hidden | misfit | cases | right | named instead |", "|---|---|---|---|---|"]

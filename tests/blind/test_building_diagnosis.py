@@ -53,6 +53,11 @@ def diagnosis(*causes, verdict="explained", storey=None):
     return {"verdict": verdict, "causes": [{"name": name, "parameters": at} for name in causes]}
 
 
+def reached(after, offered):
+    errors = {"error_before": {"held_out": 0.1}, "error_after": {"held_out": after}}
+    return errors | {"ladder": {"offered": offered}}
+
+
 def test_rates_of_diagnoses_written_by_hand():
     lost = BuildingCase("single", 5, (("storey_stiffness_loss", "weak_from_the_start"),), 0.1)
     storey = lost.faults[0].storey
@@ -60,12 +65,15 @@ def test_rates_of_diagnoses_written_by_hand():
     heavy = BuildingCase("single", 5, (("base_mass_error", "heavier"),), 0.1)
     pair = BuildingCase("pair", 5, lost.forms + heavy.forms, 0.1)
     nothing = BuildingCase("clean", 5)
+    outside = BuildingCase("outside", 5, (("outside", "squeeze_film"),), 0.1)
     results = [
         BuildingScored(lost, diagnosis("storey_stiffness_loss", storey=storey)),
         BuildingScored(lost, diagnosis("storey_stiffness_loss", "moat_impact", storey=other)),
         BuildingScored(heavy, diagnosis("soil_flexibility", "base_mass_error")),
         BuildingScored(pair, diagnosis("base_mass_error")),
         BuildingScored(pair, diagnosis("base_mass_error", "storey_stiffness_loss", storey=storey)),
+        BuildingScored(outside, diagnosis() | reached(0.02, "equation")),
+        BuildingScored(outside, diagnosis("coulomb_friction") | reached(0.06, "causes")),
         BuildingScored(nothing, diagnosis(verdict="adequate")),
         BuildingScored(nothing, diagnosis(verdict="unexplained")),
         BuildingScored(nothing, diagnosis("sensor_bias")),
@@ -76,6 +84,8 @@ def test_rates_of_diagnoses_written_by_hand():
         "single named with nothing beside it": (1, 3),
         "storey right where one lost stiffness": (2, 3),
         "pair both named": (1, 2),
+        "outside: an equation or a learned term offered": (1, 2),
+        "outside: held-out error halved": (1, 2),
         "cause named on clean records": (1, 3),
         "clean records called inadequate": (2, 3),
     }

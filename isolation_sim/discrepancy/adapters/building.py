@@ -23,7 +23,7 @@ from ..building.comparison import (
     with_causes,
 )
 from ..building.errors import mean_error, relative_errors, relative_noise, squared_blocks
-from ..building.model import building_model
+from ..building.model import BuildingModel, building_model
 from ..building.record import BuildingRecord
 from ..building.segment import Segment, band_edges, cell_means
 from ..data_checks import record_problems
@@ -175,11 +175,7 @@ class BuildingRecords(Problem[FittedBuilding]):
     def devices(self, result: SearchResult[FittedBuilding]) -> tuple[None, Device | None]:
         """The device of all isolators, if a cause changes it."""
         model = with_causes(self._model, result.best.cause_values)
-        if not model.effects:
-            return None, None
-        # all isolators in one device, as a scenario has it
-        device = model.device
-        return None, replace(device, force_scale=total_force_scale(model))
+        return None, extended_device(model) if model.effects else None
 
     def building(self, result: SearchResult[FittedBuilding]) -> IsolatedStructure:
         """Structure and isolators with the causes in them."""
@@ -187,13 +183,7 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def traces(self, result: SearchResult[FittedBuilding]) -> tuple[Trace, ...]:
         """Each channel in each segment of a record."""
-        comparison, outcomes = self.space.comparison, (self.space.before, result.best)
-        return worst_first(
-            trace
-            for segments, held_out in ((comparison.fitted, False), (comparison.held_out, True))
-            for segment in segments
-            for trace in _segment_traces(segment, held_out, comparison, outcomes)
-        )
+        return traces_of(self.space.comparison, (self.space.before, result.best))
 
     def data_text(self) -> Text:
         """Suspicious features of the records."""
@@ -277,6 +267,21 @@ class BuildingRecords(Problem[FittedBuilding]):
         )
 
 
+def extended_device(model: BuildingModel) -> Device:
+    """All isolators in one device, as a scenario has it."""
+    return replace(model.device, force_scale=total_force_scale(model))
+
+
+def traces_of(comparison: Comparison, outcomes: Sequence[FittedBuilding]) -> tuple[Trace, ...]:
+    """Channels of each segment, measured and by two models."""
+    return worst_first(
+        trace
+        for segments, held_out in ((comparison.fitted, False), (comparison.held_out, True))
+        for segment in segments
+        for trace in _segment_traces(segment, held_out, comparison, outcomes)
+    )
+
+
 def intervals(outcome: FittedBuilding) -> list[dict[str, Interval]]:
     """95 % intervals of all causes' numbers; the noise counts as far as it is independent."""
     if outcome.optimum is None:
@@ -296,7 +301,7 @@ def intervals(outcome: FittedBuilding) -> list[dict[str, Interval]]:
         fitted = {
             p.name: Interval(
                 v * p.factor, float(a * p.factor), float(b * p.factor), p.unit,
-                inference.at_bound(v, p.lower, p.upper),
+                inference.at_bound(*coordinates([p, p, p], [v, p.lower, p.upper]).tolist()),
             )
             for p, v, a, b in zip(cause.parameters, values, lower, upper, strict=True)
         }  # fmt: skip

@@ -16,19 +16,21 @@ from numpy.typing import NDArray
 from ..decisions import (
     FALSE_ALARM,
     LEAST_BUILDING_SHARE,
+    MISFIT_LEVEL,
     MOST_BUILDING_CAUSES,
     NEARLY_RIGHT,
     NOT_WORSE,
     QUIET,
     REFINED,
     SCREENING_STEPS,
+    STARTS_FITTED,
     STRONG_EVIDENCE,
     TO_BLAME,
 )
 from ..inference import f_chance, rivals
 from ..search import SearchResult, search
-from .causes import candidates
-from .comparison import Comparison, FittedBuilding, compare_records
+from .causes import Candidate, Values, candidates
+from .comparison import CauseValues, Comparison, FittedBuilding, compare_records
 from .errors import excess_error, relative_noise
 from .segment import Segment, cell_means
 
@@ -67,7 +69,7 @@ class CauseSearch:
                 continue
             fits = [
                 self.comparison.fit(current.cause_values, ((cause, start),), SCREENING_STEPS)
-                for start in cause.starts
+                for start in self._best_starts(current.cause_values, cause)[:STARTS_FITTED]
             ]
             rough.append(min(fits, key=lambda outcome: outcome.cost))
         rough = _rank(rough)
@@ -89,7 +91,7 @@ class CauseSearch:
         """Estimate the noise again with the cause in the model, and drop needless causes."""
         old = self.comparison
         self.comparison = compare_records(
-            old.model, old.records, taken.cause_values, old.model_error
+            old.model, old.records, taken.cause_values, old.model_error, old.later
         )
         self.before = self.comparison.evaluate(())
         current = self.comparison.fit((), taken.cause_values)
@@ -132,6 +134,13 @@ class CauseSearch:
             )
         )
 
+    def _best_starts(self, beside: CauseValues, cause: Candidate) -> Sequence[Values]:
+        """Starts of a cause, those with the least misfit first if not all are fitted."""
+        if len(cause.starts) <= STARTS_FITTED:
+            return cause.starts
+        evaluate = self.comparison.evaluate
+        return sorted(cause.starts, key=lambda start: evaluate((*beside, (cause, start))).cost)
+
     def _without_each(self, current: FittedBuilding) -> list[FittedBuilding]:
         result = current.cause_values
         return [self.comparison.fit((), result[:k] + result[k + 1 :]) for k in range(len(result))]
@@ -141,11 +150,9 @@ class CauseSearch:
             cause = current.cause_values[k][0]
             for other in self._choices:
                 if other.key == cause.key and other is not cause:
-                    result = (
-                        *current.cause_values[:k],
-                        (other, other.starts[0]),
-                        *current.cause_values[k + 1 :],
-                    )
+                    before, after = current.cause_values[:k], current.cause_values[k + 1 :]
+                    start = self._best_starts((*before, *after), other)[0]
+                    result = (*before, (other, start), *after)
                     trial = self.comparison.fit((), result)
                     n = min((trial, current), key=lambda outcome: outcome.cost).n_independent
                     if trial.criterion(n) < current.criterion(n):
@@ -157,6 +164,22 @@ def search_causes(
     comparison: Comparison,
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
+) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
+    """Search for causes, again with more of a lone record fitted if its rest asks for some."""
+    space, result = _search_as_expected(comparison, most_causes, progress)
+    found, held_out = result.best, space.comparison.held_out
+    if found.cause_values or adequacy(held_out, found.held_out) >= MISFIT_LEVEL:
+        return space, result
+    # what grows or comes late is seen in the held-out data alone
+    reopened = comparison.fitting_more()
+    if reopened is None:
+        return space, result
+    again = _search_as_expected(reopened, most_causes, progress)
+    return again if again[1].best.cause_values else (space, result)
+
+
+def _search_as_expected(
+    comparison: Comparison, most_causes: int, progress: Callable[[str], None]
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Repeat the search until the best model leaves no more than the expected model error."""
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))

@@ -265,6 +265,11 @@ def _shares(model: BuildingModel) -> NDArray:
     return _force_scales(model) / total_force_scale(model)
 
 
+_SOIL_STIFFNESS = tuple(5 * 10 ** (k / 2) for k in range(9))
+"""Stiffness of the soil over that of an isolation layer from which fits start: from soft to nearly
+rigid, so close that the next minimum of the misfit is the deepest."""
+
+
 def _soil(model: BuildingModel, rocking: bool) -> Candidate:
     """The foundation sways or rocks on soft soil; with it moves about the base's weight of soil."""
     structure = model.structure
@@ -279,7 +284,7 @@ def _soil(model: BuildingModel, rocking: bool) -> Candidate:
 
     starts = tuple(
         (k * arm**2, 2 * share * np.sqrt(k * total) * arm**2, slab * arm**2 / (3 if rocking else 1))
-        for k, share in ((5.0 * layer, 0.1), (50.0 * layer, 0.1), (500.0 * layer, 0.1))
+        for k, share in ((factor * layer, 0.1) for factor in _SOIL_STIFFNESS)
     )
     names = ("stiffness", "damping", "inertia" if rocking else "mass")
     units = ("N m", "N m s", "kg m^2") if rocking else ("N/m", "N s/m", "kg")

@@ -15,7 +15,7 @@ from ..decisions import FITTED_ENERGY, MOST_NOISE
 from .causes import Candidate, Parameter, Values
 from .model import BuildingModel
 from .noise import NoiseFloor, noise_floor
-from .record import BuildingRecord
+from .record import MINIMUM_SAMPLES, BuildingRecord
 from .segment import Segment, make_segment
 
 _STEP = 1e-3
@@ -95,6 +95,8 @@ class Comparison:
         Fitted and held-out data.
     model_error : float
         Error to be expected of any model, as ``make_segment`` takes it.
+    later : bool
+        Whether half of what is otherwise held out of a lone record is fitted as well.
     _cache : dict
         Simulations by record, last sample and causes.
     """
@@ -105,6 +107,7 @@ class Comparison:
     fitted: tuple[Segment, ...]
     held_out: tuple[Segment, ...]
     model_error: float = 0.0
+    later: bool = False
     _cache: dict = field(default_factory=dict)
 
     @property
@@ -142,6 +145,16 @@ class Comparison:
             for segments in (self.fitted, self.held_out)
         )
         return replace(self, fitted=fitted, held_out=held_out, model_error=model_error)
+
+    def fitting_more(self) -> Comparison | None:
+        """Fit half of the held-out time of a lone record as well; None where that is no choice."""
+        if self.later or len(self.records) > 1:
+            return None
+        (record,), (floor,) = self.records, self.floors
+        fitted, held_out = _parts(record, floor, self.model_error, True)
+        if len(record) - held_out.samples.start < MINIMUM_SAMPLES:
+            return None
+        return replace(self, fitted=(fitted,), held_out=(held_out,), later=True)
 
     def evaluate(self, result: CauseValues, optimum: Optimum | None = None) -> FittedBuilding:
         """Weigh the residuals of all segments, with given causes in the model."""
@@ -199,6 +212,7 @@ def compare_records(
     records: Sequence[BuildingRecord],
     result: CauseValues = (),
     model_error: float = 0.0,
+    later: bool = False,
 ) -> Comparison:
     """Estimate the noise of records and divide them into fitted and held-out data."""
     records = tuple(records)
@@ -215,30 +229,44 @@ def compare_records(
             )
     known = with_causes(model, result)
     floors = tuple(noise_floor(known, record) for record in records)
-    fitted, held_out = [], []
+    fitted: list[Segment] = []
+    held_out: list[Segment] = []
     out = {record.name for record in records if record.hold_out}
     if not out and len(records) > 1:
         out = {records[-1].name}
     for record, floor in zip(records, floors, strict=True):
         n = len(record)
         if len(records) == 1:
-            middle = split(record)
-            fitted.append(make_segment(record, slice(0, middle), floor, model_error))
-            held_out.append(make_segment(record, slice(middle, n), floor, model_error))
+            for listed, one in zip(
+                (fitted, held_out), _parts(record, floor, model_error, later), strict=True
+            ):
+                listed.append(one)
         else:
             (held_out if record.name in out else fitted).append(
                 make_segment(record, slice(0, n), floor, model_error)
             )
-    return Comparison(model, records, floors, tuple(fitted), tuple(held_out), model_error)
+    return Comparison(model, records, floors, tuple(fitted), tuple(held_out), model_error, later)
 
 
-def split(record: BuildingRecord) -> int:
+def _parts(
+    record: BuildingRecord, floor: NoiseFloor, model_error: float, later: bool
+) -> tuple[Segment, Segment]:
+    """Fitted and held-out time of a lone record."""
+    n, middle = len(record), split(record, later)
+    return (
+        make_segment(record, slice(0, middle), floor, model_error),
+        make_segment(record, slice(middle, n), floor, model_error),
+    )
+
+
+def split(record: BuildingRecord, later: bool = False) -> int:
     """Number of samples of a lone record that are fitted."""
     values = record.values
     energy = np.cumsum(((values / values.std(axis=0)) ** 2).sum(axis=1))
     n = len(values)
     middle = int(np.searchsorted(energy, FITTED_ENERGY * energy[-1]))
-    return int(np.clip(middle, n // 4, 3 * n // 4))
+    middle = int(np.clip(middle, n // 4, 3 * n // 4))
+    return (middle + n) // 2 if later else middle
 
 
 def with_causes(model: BuildingModel, result: Iterable[tuple[Candidate, Values]]) -> BuildingModel:

@@ -37,6 +37,17 @@ def relative_noise(comparison: Comparison) -> float:
     return _pooled(shares[:, comparison.seen])
 
 
+def held_out_noise(comparison: Comparison) -> float:
+    """Error that noise alone leaves on data not fitted, relative like the errors."""
+    floors = dict(zip((r.name for r in comparison.records), comparison.floors, strict=True))
+    noise, measured = np.zeros((2, len(comparison.records[0].channels)))
+    for segment in comparison.held_out:
+        n = len(range(*segment.samples.indices(len(segment.record))))
+        noise += n * floors[segment.record.name].total ** 2
+        measured += n * segment.rms**2
+    return _pooled(np.sqrt(noise / measured)[comparison.seen])
+
+
 def excess_error(comparison: Comparison, outcome: FittedBuilding) -> float:
     """Error that a model has beyond the noise, on data not fitted."""
     floors = dict(zip((r.name for r in comparison.records), comparison.floors, strict=True))

@@ -17,6 +17,7 @@ from ...errors import Diverged, InputError
 from ...laws import Device
 from ...registry import controller
 from ...simulation.control import CoilDriver, Control, RunContext, Schedule
+from ...simulation.result import Run
 from ...simulation.run import simulate
 from ...structures import IsolatedStructure, Structure
 from .channels import AXES, ROTATION
@@ -104,6 +105,19 @@ class BuildingModel:
         end: int | None = None,
     ) -> NDArray:
         """Simulate the building's motion, without the errors of its sensors; see ``predict``."""
+        try:
+            run = self.run(record, ground, end)
+        except Diverged:
+            return np.full((len(record.ground[0].acceleration[:end]), len(record.channels)), np.nan)
+        return run.values @ self.measured(record, run.isolated, run.outputs.names)
+
+    def run(
+        self,
+        record: BuildingRecord,
+        ground: Sequence[Record] | None = None,
+        end: int | None = None,
+    ) -> Run:
+        """Simulate the building under a record's ground motion and current; see ``predict``."""
         motions = []
         for name, motion in zip(record.ground_channels, ground or record.ground, strict=True):
             error = _legendre(self.biases[name], len(record)) if name in self.biases else 0.0
@@ -113,20 +127,16 @@ class BuildingModel:
         if record.current is not None and (self.lag or np.isfinite(self.slew)):
             start = float(np.clip(record.current[0], *isolated.current_range()))
             driver = CoilDriver(lag=self.lag, slew=self.slew, initial=start)
-        try:
-            run = simulate(
-                isolated,
-                motions,
-                self._control(record),
-                driver=driver,
-                tolerance=TOLERANCE,
-                current_outside="clamp",
-            )
-        except Diverged:
-            return np.full((len(motions[0]), len(record.channels)), np.nan)
-        return run.values @ self._measured(record, isolated, run.outputs.names)
+        return simulate(
+            isolated,
+            motions,
+            self._control(record),
+            driver=driver,
+            tolerance=TOLERANCE,
+            current_outside="clamp",
+        )
 
-    def _measured(
+    def measured(
         self, record: BuildingRecord, isolated: IsolatedStructure, names: tuple[str, ...]
     ) -> NDArray:
         """Columns of a run's outputs that give the record's channels, (n_outputs, n_channels)."""

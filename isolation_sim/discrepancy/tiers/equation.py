@@ -169,6 +169,13 @@ class Selection:
     coefficients: tuple[NDArray, ...]
     stability: tuple[float, ...]  # Share of the conditions without which the term is chosen as well
     values: NDArray  # (n_values,): Values of the model fitted beside the terms
+    cost: float  # Sum of squared residuals over their noise that is left
+
+    def criterion(self, n: int) -> float:
+        """Schwarz's criterion for so many residuals; the less the better."""
+        inside = sum(len(one.term.numbers) for one in self.chosen)
+        n_numbers = len(self.values) + inside + sum(map(len, self.coefficients))
+        return n * float(np.log(self.cost)) + n_numbers * float(np.log(n))
 
 
 def select(
@@ -217,11 +224,13 @@ def select(
         stability.append(best[1])
         coefficients = np.concatenate([coefficients, np.zeros(len(best[0].columns))])
     ends = np.cumsum([len(one.columns) for one in found])[:-1]
+    left_over = residual + library.columns[:, _places(found)] @ coefficients
     return Selection(
         tuple(one.chosen for one in found),
         tuple(np.split(coefficients, ends.astype(int))) if found else (),
         tuple(stability),
         values,
+        float(left_over @ left_over),
     )
 
 

@@ -1,15 +1,17 @@
-"""Climb the ladder of a diagnosis of device tests: law, causes, equation, learned term.
+"""Climb the ladder of a diagnosis: law, causes, equation, learned term.
 
-Every rung is a law that is fitted through its simulation, and predicts conditions that were left
-out of its fit. A rung is offered only if it loses on none of them, nor on a run held out.
+Every rung is a law that is fitted through its simulation. Of device tests it predicts conditions
+that were left out of its fit. A rung is offered only if it loses on none of them, nor on data held
+out. Building records have rungs of their own (``tiers.building``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +42,7 @@ from .learned import learn
 from .result import EquationTerm, Ladder, Rung, Tier
 
 if TYPE_CHECKING:
+    from ...identification.law_choice import LawRank
     from ..adapters.device_tests import DeviceTests
 
 _FOLD_STEPS = 10
@@ -63,11 +66,75 @@ class _Rung:
     text: str = ""
 
 
-class Climb:
-    """Models of all rungs."""
+R = TypeVar("R")
+D = TypeVar("D", bound=Diagnosis)
+
+
+class Tiers(ABC, Generic[R]):
+    """The rungs of one kind of data, ``law`` and ``causes`` first."""
+
+    law: R
+    causes: R
+    progress: Callable[[str], None]
+    QUANTITY = "force"
+    WORSE_THAN = "{} worse than the {} on what was left out or held out, and not offered."
+    NO_EQUATION = "No term of an equation lowers the error on every condition left out."
+    # Rungs that are never offered, since the search has judged the next one already
+    superseded: tuple[str, ...] = ()
+
+    @abstractmethod
+    def equation(self) -> R | None:
+        """Find the second tier; None if no term helps."""
+
+    @abstractmethod
+    def learned(self, below: R) -> tuple[R, float]:
+        """Fit the third tier beside a rung, and return its share (``Learned``)."""
+
+    @abstractmethod
+    def errors(self, name: str, rung: R, below: Sequence[Rung] = ()) -> Rung:
+        """Errors of a rung, and where it loses against the law or the rungs below it."""
+
+    @abstractmethod
+    def terms(self, rung: R) -> tuple[EquationTerm, ...]:
+        """Terms of an equation with their intervals."""
+
+    @abstractmethod
+    def text(self, rung: R) -> str:
+        """File of the extended law; empty without terms."""
+
+    @abstractmethod
+    def replaces_causes(self, rung: R) -> bool:
+        """Whether an equation stands in place of causes."""
+
+    @abstractmethod
+    def noise_floor(self, diagnosis: Diagnosis) -> float:
+        """Error that noise alone leaves on the data that judge."""
+
+    @abstractmethod
+    def verdict(
+        self, diagnosis: Diagnosis, rung: R, named: float, least: float, before: float
+    ) -> Verdict:
+        """Verdict with a rung, by errors: of the best named rung, the least, and the law's."""
+
+    @abstractmethod
+    def extend(self, diagnosis: D, rung: R, errors: Rung) -> D:
+        """A diagnosis whose extended law is the rung's."""
+
+    def has_generic_terms(self) -> bool:
+        """Whether causes include a term that no law file can hold."""
+        return False
+
+    def other_laws(self) -> Sequence[LawRank]:
+        """Other laws that were compared."""
+        return ()
+
+
+class Climb(Tiers[_Rung]):
+    """Models of all rungs, for device tests."""
 
     def __init__(self, problem: DeviceTests):
-        self.problem = problem  # After its search
+        self.problem, self.progress = problem, problem.progress  # After its search
+        self.progress("leaving conditions out")
         full = problem.data
         self.data = full.thinned(TIER_SAMPLES).without_held_out()
         self.folds = conditions(self.data)
@@ -317,38 +384,76 @@ class Climb:
         applied = zip(final.effects, final.model.parameters_of(final.values), strict=True)
         return extend(inner, list(applied)) if final.effects else inner
 
+    def text(self, rung: _Rung) -> str:
+        """File of the extended law; empty without terms."""
+        return rung.text
 
-def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
+    def replaces_causes(self, rung: _Rung) -> bool:
+        """Whether an equation stands in place of causes."""
+        return bool(self.causes.final.effects) and not rung.final.effects
+
+    def has_generic_terms(self) -> bool:
+        """Whether causes include a term that no law file can hold."""
+        return OUTSIDE in self.causes.final.causes
+
+    def other_laws(self) -> Sequence[LawRank]:
+        """Other laws that were compared."""
+        return self.problem.choice.ranks if self.problem.choice is not None else ()
+
+    def noise_floor(self, diagnosis: Diagnosis) -> float:
+        """Error that noise alone leaves on the data that judge."""
+        return diagnosis.noise_floor
+
+    def verdict(
+        self, diagnosis: Diagnosis, rung: _Rung, named: float, least: float, before: float
+    ) -> Verdict:
+        """Explained means down to the error of the best attainable model."""
+        return _verdict(diagnosis.verdict, named, least, before)
+
+    def extend(self, diagnosis: D, rung: _Rung, errors: Rung) -> D:
+        """A diagnosis whose extended device has the rung's law."""
+        assert diagnosis.judged is not None
+        data = self.problem.data
+        force = data.bounded(rung.final.force)
+        after = {name: force[run] for name, run in zip(data.names, data.runs, strict=True)}
+        return replace(
+            diagnosis,
+            error_after=Errors(errors.fit, errors.held_out),
+            extended=self.device(rung, diagnosis.judged),
+            traces=tuple(replace(one, after=after[one.name]) for one in diagnosis.traces),
+        )
+
+
+def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     """Add the second tier to a diagnosis, and the third if it is wanted."""
-    problem.progress("leaving conditions out")
-    ladder = Climb(problem)
-    rungs: dict[str, _Rung] = {}
+    rungs: dict[str, R] = {}
     errors: dict[str, Rung] = {}
 
-    def add(name: str, rung: _Rung) -> None:
+    def add(name: str, rung: R) -> None:
         rungs[name] = rung
         good = [one for one in errors.values() if not one.loses]
         errors[name] = ladder.errors(name, rung, good)
 
     add("law", ladder.law)
     add("causes", ladder.causes)
-    problem.progress("finding an equation")
+    ladder.progress("finding an equation")
     equation = ladder.equation()
     if equation is not None:
         add("equation", equation)
     if tier == "learned":
-        problem.progress("learning")
+        ladder.progress("learning")
         below = [name for name, one in errors.items() if not one.loses][-1]
         rung, share = ladder.learned(rungs[below])
         add("learned", rung)
     shown_rungs = list(errors.values())
-    offered = _offered(errors, OUTSIDE in ladder.causes.final.causes)
+    allowed = {name: one for name, one in errors.items() if name not in ladder.superseded}
+    offered = _offered(allowed, ladder.has_generic_terms())
     judged = {name: _judging(one) for name, one in errors.items()}
     named = min(value for name, value in judged.items() if name != "learned")
-    others = problem.choice.ranks if problem.choice is not None else ()
-    other = min(others, key=lambda one: one.left_out, default=None)
+    other = min(ladder.other_laws(), key=lambda one: one.left_out, default=None)
     attainable = min(*judged.values(), other.left_out if other else np.inf)
-    floor = min(diagnosis.noise_floor, attainable) if diagnosis.noise_floor > 0 else 0.0
+    noise = ladder.noise_floor(diagnosis)
+    floor = min(noise, attainable) if noise > 0 else 0.0
     misfit = max(judged["law"] ** 2 - floor**2, 1e-300)
     has_learned = "learned" in judged
     notes = [
@@ -357,15 +462,14 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
         if one.worse
     ]
     notes += [
-        f"{_NAMES[one.name]} worse than the {' and the '.join(one.worse_than)} on what was left "
-        "out or held out, and not offered."
+        ladder.WORSE_THAN.format(_NAMES[one.name], " and the ".join(one.worse_than))
         for one in shown_rungs
         if one.worse_than and not one.worse
     ]
-    if equation is not None and ladder.causes.final.effects and not equation.final.effects:
+    if equation is not None and ladder.replaces_causes(equation):
         notes.append("The equation stands in place of the causes.")
     if equation is None:
-        notes.append("No term of an equation lowers the error on every condition left out.")
+        notes.append(ladder.NO_EQUATION)
     if other is not None and other.left_out < min(judged.values()):
         notes.append(
             f"{other.title} alone, another law, leaves {100 * other.left_out:.3g} %: less than any "
@@ -377,32 +481,27 @@ def climb(problem: DeviceTests, diagnosis: Diagnosis, tier: Tier) -> Diagnosis:
     result = Ladder(
         rungs=tuple(shown_rungs),
         terms=ladder.terms(equation) if equation is not None else (),
-        law_text=best.text,
+        law_text=ladder.text(best),
         offered=offered,
         attainable=attainable,
         explainable=(named**2 - attainable**2) / misfit if has_learned else float("nan"),
         inexplicable=(attainable**2 - floor**2) / misfit if has_learned else float("nan"),
         notes=tuple(notes),
+        quantity=ladder.QUANTITY,
     )
     if offered == "law" and diagnosis.causes:
         return _withheld(diagnosis, result)
-    reached = _verdict(diagnosis.verdict, named, max(attainable, floor), judged["law"])
-    if offered == "causes" and has_learned:
-        return replace(diagnosis, ladder=result, verdict=reached)
-    if offered in ("law", "causes"):
+    if offered == "law" or (offered == "causes" and not has_learned):
         return replace(diagnosis, ladder=result)
-    assert diagnosis.judged is not None
-    data = problem.data
-    force = data.bounded(best.final.force)
-    after = {name: force[run] for name, run in zip(data.names, data.runs, strict=True)}
+    least = max(attainable, floor)
+    reached = ladder.verdict(diagnosis, best, named, least, judged["law"])
+    if offered == "causes":
+        return replace(diagnosis, ladder=result, verdict=reached)
     return replace(
-        diagnosis,
+        ladder.extend(diagnosis, best, errors[offered]),
         ladder=result,
         verdict=reached,
         unexplained_share=float(np.clip((judged[offered] ** 2 - floor**2) / misfit, 0.0, 1.0)),
-        error_after=Errors(errors[offered].fit, errors[offered].held_out),
-        extended=ladder.device(best, diagnosis.judged),
-        traces=tuple(replace(one, after=after[one.name]) for one in diagnosis.traces),
     )
 
 
@@ -416,7 +515,7 @@ def _dissipation(share: float) -> str:
     )
 
 
-def _withheld(diagnosis: Diagnosis, ladder: Ladder) -> Diagnosis:
+def _withheld(diagnosis: D, ladder: Ladder) -> D:
     """A diagnosis whose causes lose somewhere: they stay named, but the law is not extended."""
     note = "No tier is offered: the extended law is the law without its causes."
     return replace(
@@ -454,10 +553,13 @@ def _loses(one: Rung, other: Rung, least: float) -> bool:
 
 
 def _offered(errors: dict[str, Rung], generic: bool) -> str:
-    """The rung with the least error left out among those that lose nowhere."""
+    """The rung with the least error left out, or held out, among those that lose nowhere."""
     # One nearly as good is preferred to the learned term. An equation takes the place of causes
     # with a generic term, since such a term cannot be saved.
-    good = {name: one.left_out for name, one in errors.items() if not one.loses}
+    good = {
+        name: one.left_out if np.isfinite(one.left_out) else one.held_out
+        for name, one in errors.items() if not one.loses
+    }  # fmt: skip
     least = {name: error * EQUATION_PREFERRED for name, error in good.items() if name == "learned"}
     if generic and "equation" in good:
         good.pop("causes", None)

@@ -13,7 +13,7 @@ from ...errors import InputError
 from ...identification.parameterisation import Parameterisation
 from ...laws.law import Law
 from ...laws.registry import LAWS
-from .terms import Term
+from .terms import Number, Term
 
 _HEAD = '''"""{title}
 
@@ -70,9 +70,9 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
         meaning = f"of {one.term.text}"
         parameters.append(f'    Quantity("{coefficient}", "{one.term.unit}", "{meaning}"),')
         for n in one.term.numbers:
-            least = max(0.05 * n.value, n.least)
+            least, most = number_range(n)
             lower = "" if n.symbol == "b" else f", lower={least:.3g}, divides=True"
-            upper = "" if n.symbol == "b" else f", upper={min(20 * n.value, n.most):.3g}"
+            upper = "" if n.symbol == "b" else f", upper={most:.3g}"
             parameters.append(
                 f'    Quantity("{names[n.symbol]}", "{n.unit}", "{n.meaning}"{lower}{upper}),'
             )
@@ -153,6 +153,12 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
         "    force=force,", "    rates=rates,", *extra, "    source=BASE.source,", ")",
     ]  # fmt: skip
     return "\n".join(body) + "\n"
+
+
+def number_range(number: Number) -> tuple[float, float]:
+    """Range in which a law's file lets a number inside a term be fitted."""
+    least, most = max(0.05 * number.value, number.least), min(20 * number.value, number.most)
+    return float(f"{least:.3g}"), float(f"{most:.3g}")
 
 
 def first_place(base: Law) -> int:

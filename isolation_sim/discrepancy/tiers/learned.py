@@ -74,13 +74,14 @@ def learn(
     force = data.bounded(force)
     states = _states(library(data))
     known = {"x": data.x, "v": data.v} | {f"m_{k}": along(s, data) for k, s in enumerate(states)}
-    codes = _inputs(float(np.max(np.abs(data.v))), states)
+    inside = data.fitted
+    codes = _inputs(float(np.max(np.abs(data.v[inside]))), states)
     u = np.stack([run(code, known) for code in codes], axis=1)
     current = data.current / (float(np.max(np.abs(data.current))) or 1.0)
     n_powers = len(model.parameterisation.currents) if np.ptp(current) > 0 else 1
     random = np.random.default_rng(seed)
-    size = np.sqrt(np.mean(u**2, axis=0))
-    largest = float(np.max(np.abs(data.x)))
+    size = np.sqrt(np.mean(u[inside] ** 2, axis=0))
+    largest = float(np.max(np.abs(data.x[inside])))
 
     def fit(units: _Units) -> tuple[Network, NDArray]:
         positive, to_powers = None, np.eye(n_powers)
@@ -93,8 +94,9 @@ def learn(
         columns = model.recorded(columns) * data.weight[:, np.newaxis]
         misses = [(modelled - data.force) * data.weight for modelled in without]
         parts = [
-            _Normal.of(columns[~fold], missed[~fold])
+            _Normal.of(columns[other], missed[other])
             for fold, missed in zip(folds, misses, strict=True)
+            for other in (inside & ~fold,)
         ]
 
         def left_out(penalty: float) -> NDArray:
@@ -106,8 +108,9 @@ def learn(
 
         results = {penalty: left_out(penalty) for penalty in LEARNED_PENALTIES}
         best = min(results, key=lambda penalty: float(results[penalty] @ results[penalty]))
-        c = _Normal.of(columns, (force - data.force) * data.weight).ridge(best, positive)
-        limits = tuple(zip(codes, np.max(np.abs(u), axis=0).tolist(), strict=True))
+        missed = ((force - data.force) * data.weight)[inside]
+        c = _Normal.of(columns[inside], missed).ridge(best, positive)
+        limits = tuple(zip(codes, np.max(np.abs(u[inside]), axis=0).tolist(), strict=True))
         network = Network(
             states, limits, np.column_stack([units.offset, units.weights.T]),
             to_powers @ c.reshape(n_powers, -1), units.gates,

@@ -59,6 +59,7 @@ class Ladder:
     inexplicable: float = float("nan")  # Share that nothing measured explains
     # Such as a rung that is not offered, and why
     notes: tuple[str, ...] = field(default_factory=tuple)
+    quantity: str = "force"  # What errors are relative to
 
     @property
     def equation(self) -> str:

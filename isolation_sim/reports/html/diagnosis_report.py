@@ -232,7 +232,8 @@ def _tiers(diagnosis: Diagnosis) -> Iterator[Block]:
         return
     yield Table.of(
         ladder_table(diagnosis.ladder, diagnosis.noise_floor),
-        note="Conditions left out: each condition is predicted by a model fitted without it.",
+        note="Conditions left out: each condition is predicted by a model fitted without it."
+        * any(np.isfinite(one.left_out) for one in diagnosis.ladder.rungs),
     )  # fmt: skip
     yield Prose(tuple(ladder_text(diagnosis.ladder)))
     if diagnosis.ladder.law_text:

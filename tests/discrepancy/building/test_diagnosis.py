@@ -166,7 +166,9 @@ def _swaying(record, share, seed=0):
 
 
 def test_what_no_cause_explains_is_blamed_on_none(isolated):
-    diagnosis = diagnose_building(_swaying(_record(isolated, seed=6), 0.1), isolated)
+    diagnosis = diagnose_building(
+        _swaying(_record(isolated, seed=6), 0.1), isolated, tiers="causes"
+    )
     assert diagnosis.verdict == "unexplained"
     assert diagnosis.causes == () and diagnosis.unexplained_share == 1.0
     assert diagnosis.error_before == diagnosis.error_after
