@@ -108,7 +108,7 @@ def diagnose_building(
 
     _check_tiers(tiers)
     several = (records,) if isinstance(records, BuildingRecord) else tuple(records)
-    lacking = unsupported(isolated, several) if several else ""
+    lacking = unsupported(isolated, several) if several and isolated.elements else ""
     if lacking and tiers not in ("auto", "causes"):
         raise InputError(f"tiers is {tiers!r}; expected of {lacking}: auto or causes")
     problem = BuildingRecords(several, isolated, most_causes, progress or (lambda text: None))

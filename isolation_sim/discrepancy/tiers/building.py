@@ -52,6 +52,7 @@ from ..decisions import (
     MISFIT_LEVEL,
     NEARLY_RIGHT,
     NOT_WORSE,
+    QUIET,
     TO_BLAME,
 )
 from ..diagnosis import BuildingDiagnosis, Diagnosis, Errors, Verdict
@@ -124,7 +125,7 @@ class BuildingTiers(Tiers[_Rung]):
 
     def equation(self) -> _Rung | None:
         """The second tier, beside the causes or in their place; None if no term is needed."""
-        if self.problem.space.is_explained(self.causes.outcome):
+        if self._chance(self.causes) > QUIET:
             return None  # noise alone asks for no term, as for no cause
         starts = [self.causes.causes]
         if starts[0]:
@@ -141,6 +142,11 @@ class BuildingTiers(Tiers[_Rung]):
         seen = compare_records(old.model, old.records, values, old.model_error, old.later)
         self._weigh(seen, self.causes.causes)
         return replace(rung, outcome=self.comparison.fit((), values))
+
+    def _chance(self, rung: _Rung) -> float:
+        """Chance of a rung's residuals under noise alone."""
+        segments = self.comparison.fitted + self.comparison.held_out
+        return adequacy(segments, rung.outcome.fitted + rung.outcome.held_out)
 
     def _selected(self, causes: CauseValues) -> tuple[Selection, int]:
         """Terms beside some causes, along the isolators' motion, and the number of residuals."""
@@ -312,9 +318,7 @@ class BuildingTiers(Tiers[_Rung]):
         """Explained means down to the noise, or nearly all of the misfit, as for causes."""
         if not rung.text:
             return diagnosis.verdict
-        outcome, space = rung.outcome, self.problem.space
-        segments = self.comparison.fitted + self.comparison.held_out
-        chance = adequacy(segments, outcome.fitted + outcome.held_out)
+        outcome, space, chance = rung.outcome, self.problem.space, self._chance(rung)
         removed = space.removed_share(space.comparison.evaluate(outcome.cause_values))
         explained = chance >= MISFIT_LEVEL or removed >= BUILDING_EXPLAINED
         return "explained" if explained else "partly_explained"

@@ -210,6 +210,18 @@ def test_halves_tell_where_a_residual_is(isolated):
         assert (early > 5 * late) if first else (late > 5 * early)
 
 
+def test_a_search_is_reopened_with_half_of_the_held_out_time(isolated):
+    record = _record(isolated, seed=9)
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    more = comparison.fitting_more()
+    first, later = split(record), (split(record) + len(record)) // 2
+    assert (comparison.held_out[0].samples.start, more.held_out[0].samples.start) == (first, later)
+    assert more.fitted[0].samples.stop == later and more.fitting_more() is None
+    other = replace(record, name="other")
+    two = compare_records(comparison.model, [record, replace(other, hold_out=True)])
+    assert two.fitting_more() is None
+
+
 def test_two_causes_are_both_named_and_held_out_records_judge(isolated):
     def both(model):
         return _heavier(0.15)(_damped(2e5)(model))
