@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from isolation_sim.simulation.kernel.folded_constants import folded_constants
+from isolation_sim.compilation.folded_constants import folded_constants
 
 TEXT = """
 unsigned = int

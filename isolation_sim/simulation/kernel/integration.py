@@ -19,7 +19,7 @@ Windows, choice of steps and records are in ``windows.py``, the step itself in `
 
 from numba import njit
 
-from .compilation import OPTIONS, inline
+from ...compilation.options import OPTIONS, inline
 from .shape import LANES
 from .slots import (
     ACCEPT,

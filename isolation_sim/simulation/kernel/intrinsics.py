@@ -24,7 +24,7 @@ from numba import cfunc, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from .compilation import OPTIONS
+from ...compilation.options import OPTIONS
 
 DOUBLE = ir.DoubleType()
 INTEGER = ir.IntType(64)

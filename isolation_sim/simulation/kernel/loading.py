@@ -9,23 +9,22 @@ and these modules integrate themselves.
 
 from __future__ import annotations
 
-import ast
 import gc
 import importlib
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
+from ...compilation.kernel_text import assigned, kernel_text, module_text
 from ...generated import COMPILED, load_text, load_written
 from ...laws.fingerprint import fingerprint
 from ...laws.law import Law
 from . import shape as own_sizes
 from .element_code import ElementCode
-from .folded_constants import folded_constants
 from .slots import HOPELESS, TINY
 
 
@@ -59,6 +58,11 @@ class Kernel(NamedTuple):
 
 
 _used: set[str] = set()
+_TABLES = f"from {__package__} import loading\n" + "\n".join(
+    f"{name} = loading.load_tables(TABLE_LANES).{name}"
+    for name in ("build_table", "layout", "powers")
+)
+"""A copy of the coefficients, too, in place of their module."""
 
 
 def integration_text(shape: Shape) -> str:
@@ -97,48 +101,23 @@ def law_text(law: Law, n_elements: int, lanes: int, table_lanes: int, stride: in
     imports = [
         "import math",
         "from numba import njit",
-        f"from {__package__}.compilation import OPTIONS, inline, inner",
+        "from isolation_sim.compilation.options import OPTIONS, inline, inner",
         f"from {__package__}.operations import fused, read, write",
     ]
-    return _written([*imports, _assigned(constants), code.text(lanes, table_lanes < lanes)])
+    return module_text([*imports, assigned(constants), code.text(lanes, table_lanes < lanes)])
 
 
 def _copy(shape: Shape, *names: str) -> str:
     """Source of modules of this package, for a shape, as one module."""
     from . import integration, step, summary, tables, windows  # noqa: F401 their sources are read
 
-    known = shape[:2] == ONE
-    fields = {"sizes.n_elements": 1, "sizes.n_ground": 1} if known else {}
+    modules = [importlib.import_module(f".{name}", __package__) for name in names]
     sizes = {size.upper(): value for size, value in shape._asdict().items()}
-    written = [f"from {__package__} import loading", _assigned(sizes)]
-    for name in names:
-        source = Path(str(importlib.import_module(f".{name}", __package__).__file__))
-        for node in ast.parse(source.read_text()).body:
-            if not isinstance(node, ast.ImportFrom) or not node.level:
-                written.append(ast.unparse(node))
-            elif node.module not in (*names, "shape"):
-                written += _imported(str(node.module), [alias.name for alias in node.names])
-    return _written(written, fields)
-
-
-def _imported(module: str, names: list[str]) -> list[str]:
-    """Statements in a copy that give it names of another module of this package."""
-    if module == "tables":  # a copy, too
-        return [f"{name} = loading.load_tables(TABLE_LANES).{name}" for name in names]
-    source = importlib.import_module(f".{module}", __package__)
-    # numbers become the copy's own, so that they are known where it is written
-    values = {name: getattr(source, name) for name in names}
-    numbers = {name: v for name, v in values.items() if isinstance(v, int | float | tuple)}
-    others = ", ".join(name for name in names if name not in numbers)
-    imports = [f"from {source.__name__} import {others}"] if others else []
-    return [*imports, _assigned(numbers)]
-
-
-def _written(blocks: Sequence[str], fields: Mapping[str, int] | None = None) -> str:
-    """Source of a module; ``fields``: see ``folded_constants``."""
-    first = f'"""Written by {__name__}; do not edit."""'
-    text = "\n\n".join([first, "import numpy as np", "unsigned = np.uint64", *blocks])
-    return folded_constants(text, fields)
+    case = {own_sizes: assigned(sizes)}
+    if tables not in modules:
+        case[tables] = _TABLES
+    fields = {"sizes.n_elements": 1, "sizes.n_ground": 1} if shape[:2] == ONE else {}
+    return kernel_text(modules, case, fields)
 
 
 @cache
@@ -165,10 +144,6 @@ def load_integration(shape: Shape) -> ModuleType:
     if not COMPILED and shape == OWN_SHAPE:
         return importlib.import_module(".integration", __package__)
     return load_written("kernel", tuple(shape), lambda: integration_text(shape))
-
-
-def _assigned(constants: Mapping[str, object]) -> str:
-    return "\n".join(f"{name} = {value!r}" for name, value in constants.items())
 
 
 def padding(lanes: int) -> int:

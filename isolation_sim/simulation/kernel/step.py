@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .compilation import inline
+from ...compilation.options import inline
 from .operations import make_element, make_free_rows, make_respond_to_others
 from .shape import LANES, STRIDE, TABLE_LANES
 from .slots import CHANGE, DEFECT, DN0, ERROR, F0, FINISH, FREE0, HOPELESS, KINK, SWEEP, TINY

@@ -9,8 +9,8 @@ densely: the modes are propagated exactly under the step's own force polynomial.
 import numpy as np
 from numba import njit
 
+from ...compilation.options import OPTIONS, exact, exact_inline, inline, inner
 from .collocation import LAGRANGE, THROUGH_ENDS
-from .compilation import OPTIONS, exact, exact_inline, inline, inner
 from .operations import fused, make_rows_at, points_at_once
 from .shape import LANES, TABLE_LANES
 from .slots import AFTER, AT_NODES, BEFORE, BEGIN, FORCES, LENGTH, NEXT, STEP

@@ -3,8 +3,8 @@
 import numpy as np
 from numba import njit
 
+from ...compilation.options import OPTIONS, exact, inline
 from .collocation import LAGRANGE, NODES_AND_END
-from .compilation import OPTIONS, exact, inline
 from .shape import TABLE_LANES
 
 

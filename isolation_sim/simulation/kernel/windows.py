@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from ...compilation.options import inline, inner
 from .arguments import Step
 from .collocation import LAGRANGE, NODES_AND_END
-from .compilation import inline, inner
 from .operations import call, make_move_modes
 from .shape import LANES, N_ELEMENTS, N_GROUND, STRIDE, TABLE_LANES
 from .slots import (

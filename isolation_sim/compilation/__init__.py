@@ -1,0 +1,1 @@
+"""Compiled kernels: options of the compiler, and the text that it compiles."""
