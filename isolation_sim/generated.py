@@ -86,6 +86,9 @@ def load_text(kind: str, text: str, notice: str = "") -> ModuleType:
 def load_written(kind: str, content: object, write: Callable[[], str]) -> ModuleType:
     """Load a module by the inputs of its text; the text is written only for a new module."""
     # ``content``: inputs of ``write`` besides source files; equal contents have equal ``repr``.
+    # None: they cannot be described, and the module is loaded by its text.
+    if content is None:
+        return load_text(kind, write())
     return _load(name_of_content(kind, content, write), write)
 
 
@@ -123,14 +126,11 @@ def _content(path: Path) -> bytes:
 
 
 def _closure(result: set[Path]) -> set[Path]:
-    """These files, all files of the package that they import, and their templates."""
+    """These files and all files of the package that they import."""
     waiting = list(result)
     while waiting:
         path = waiting.pop()
-        text = _content(path).decode()
-        new = _imported(text, path)
-        if "_template.py" in text:
-            new |= set(path.parent.glob("*_template.py"))
+        new = _imported(_content(path).decode(), path)
         waiting += new - result
         result = result | new
     return result

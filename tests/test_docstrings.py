@@ -30,7 +30,6 @@ GENERATED = (
         f"isolation_sim.simulation.kernel.{part}"
         for part in ("tables", "windows", "step", "integration", "summary")
     ),
-    "isolation_sim.identification.sensitivity_template",
     "isolation_sim.simulation.kernel.element_code",
 )
 

@@ -44,7 +44,7 @@ WRITERS = {
         loading.integration_text, lambda: loading.integration_text(loading.OWN_SHAPE), "windows.py"
     ),
     "law": (loading.law_text, lambda: loading.law_text(LAW, 1, 1, 1, 0), "emit.py"),
-    "device": (sensitivities._text, lambda: sensitivities._text(LAW), "sensitivity_template.py"),
+    "device": (sensitivities._text, lambda: sensitivities._text(LAW), "device_kernel.py"),
 }  # fmt: skip
 
 
@@ -78,8 +78,8 @@ def test_another_byte_of_the_emitter_gives_another_name(kind, name, monkeypatch)
     before = name(kind)
     assert before == name(kind)
     # the same arithmetic, but the text that is written differs by one byte
-    monkeypatch.setitem(emit._BINARY, "OP_MUL", "({} *{})")
-    changed(monkeypatch, Path(emit.__file__), b'"({} * {})"', b'"({} *{})"')
+    monkeypatch.setitem(emit._BINARY, "OP_MUL", "(+{} * {})")
+    changed(monkeypatch, Path(emit.__file__), b'"({} * {})"', b'"(+{} * {})"')
     assert name(kind) != before
 
 

@@ -6,9 +6,14 @@ debugger can stop.
 
 from __future__ import annotations
 
+import math as python_math
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 from numba import njit
+
+from ..generated import COMPILED
 
 # not a set, whose order differs between processes
 OPTIONS: dict[str, Any] = {
@@ -22,3 +27,5 @@ inner = njit(**_INNER)
 inline = njit(forceinline=True, **_INNER)
 exact = njit(**_EXACT)
 exact_inline = njit(forceinline=True, **_EXACT)
+# Python's own functions raise errors where Numba's and NumPy's return infinity
+math: Any = python_math if COMPILED else SimpleNamespace(**vars(np), erf=python_math.erf)

@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..compilation.kernel_text import assigned, kernel_text
 from ..errors import InputError
-from ..generated import load_text, load_written
+from ..generated import load_written
 from ..laws.emit import function_text, straight_line, symbols
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
 from .run_starts import lead_in
 
-TEMPLATE = Path(__file__).with_name("sensitivity_template.py")
 _LARGEST_CHANGE = 1e3
 """Change of a run's force over the relative change of a coefficient, in units of the force, beyond
 which the derivative is the integration's and not the law's."""
@@ -150,10 +149,7 @@ def compiled(law: Law) -> ModuleType:
         raise InputError(
             f"{law.unit}: a functional mock-up unit is no arithmetic; expected here: a law"
         )
-    mark = fingerprint(law)
-    if mark is None:
-        return load_text("device", _text(law))
-    return load_written("device", mark, lambda: _text(law))
+    return load_written("device", fingerprint(law), lambda: _text(law))
 
 
 def _begin(law: Law, names: list[str], parameters: list, unpack: list[str]) -> list[str]:
@@ -171,7 +167,7 @@ def _begin(law: Law, names: list[str], parameters: list, unpack: list[str]) -> l
     named = dict(zip(names, parameters, strict=True))
     _, _, statements, texts = straight_line(named, results)
     return [
-        *unpack,
+        *(unpack if law.rest else ()),
         *statements,
         *(f"s[{i}] = {texts[i]}" for i in range(n)),
         *(f"by[{i}, {n + j}] = {one}" for (i, j), one in zip(places, texts[n:], strict=True)),
@@ -180,8 +176,10 @@ def _begin(law: Law, names: list[str], parameters: list, unpack: list[str]) -> l
 
 
 def _text(law: Law) -> str:
-    """Source of the module: the law's response and Runge-Kutta step, differentiated by CasADi."""
+    """Source of the kernel: the law's response and Runge-Kutta step, differentiated by CasADi."""
     import casadi
+
+    from . import device_kernel, law_functions
 
     n, n_parameters = len(law.states), len(law.parameters)
     s_names, p_names = [f"s{i}" for i in range(n)], [f"p{k}" for k in range(n_parameters)]
@@ -194,12 +192,8 @@ def _text(law: Law) -> str:
     named = dict(zip(["x", "v", *s_names, *p_names], [x, v, *s, *p], strict=True))
     _, _, statements, results = straight_line(named, response)
     blocks = [
-        '"""Written by isolation_sim.identification.sensitivities; do not edit."""',
-        "import math\n\nimport numpy as np\nfrom numba import njit",
-        f"N_STATES = {n}\nN_PARAMETERS = {n_parameters}",
-        'OPTIONS = {"fastmath": {"contract", "nsz"}, "error_model": "numpy", "_nrt": False}\n'
-        "inline = njit(\n"
-        "    forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS\n)",
+        "from isolation_sim.compilation.options import inline, math",
+        assigned({"N_STATES": n, "N_PARAMETERS": n_parameters}),
         function_text("begin", "s, parameters, by", _begin(law, p_names, p, unpack[n:])),
         function_text(
             "respond",
@@ -241,12 +235,11 @@ def _text(law: Law) -> str:
         hoisted, _, statements, results = straight_line(named, [*new, *entries], p_names)
         body = [*unpack, *hoisted, *statements]
         width = n + n_parameters
-        body += [
-            f"by[{i}, {j}] = {results[n + i * width + j]}" for i in range(n) for j in range(width)
-        ]
+        entry = {(i, j): results[n + i * width + j] for i in range(n) for j in range(width)}
+        body += [f"by[{i}, {j}] = {one}" for (i, j), one in entry.items() if j >= n]
         body += ["for k in range(owner.shape[0]):"]
         for i in range(n):
-            terms = " + ".join(f"by[{i}, {j}] * slope[{j}, k]" for j in range(n))
+            terms = " + ".join(f"{entry[i, j]} * slope[{j}, k]" for j in range(n))
             body.append(f"    new_slope[{i}, k] = {terms} + by[{i}, {n} + owner[k]] * factor[k]")
         body += [f"    slope[{i}, k] = new_slope[{i}, k]" for i in range(n)]
         body += [f"s[{i}] = {results[i]}" for i in range(n)]
@@ -254,7 +247,4 @@ def _text(law: Law) -> str:
     blocks.append(function_text("step_alone", arguments, alone))
     arguments += ", owner, factor, slope, new_slope, by"
     blocks.append(function_text("step_with_slopes", arguments, with_slopes))
-    # functions must stand before the loop that calls them
-    template = TEMPLATE.read_text()
-    loop, helper = template.split("@inline\n", 1)
-    return "\n\n".join([*blocks, "@inline\n" + helper, loop])
+    return kernel_text([device_kernel], {law_functions: "\n\n".join(blocks)})

@@ -11,12 +11,27 @@ import pytest
 import isolation_sim as iso
 from controllers.passive_off import PassiveOff
 from ground_motions import Record
-from isolation_sim.laws import law
+from isolation_sim.discrepancy.device import effect_evaluation, effect_kernel
+from isolation_sim.effects import EFFECTS
+from isolation_sim.generated import COMPILED
+from isolation_sim.identification import device_kernel
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.fit import fit
+from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.sensitivities import Motion, Simulator
+from isolation_sim.laws import LAWS, law
 from isolation_sim.simulation.batch import LANES, Case, simulate_many
 from isolation_sim.structures import from_matrices
 
+FIRST_ORDER, SECOND_ORDER = EFFECTS["current_lag"]
 TIME = 0.02 * np.arange(50)
 X, Y = (Record(3.0 * np.sin(w * TIME) * np.exp(-TIME), 0.02) for w in (9.0, 14.0))
+SAMPLES = 0.005 * np.arange(60)
+RUN = TestRun(
+    "run", SAMPLES, 5e-3 * np.sin(9 * SAMPLES), 45e-3 * np.cos(9 * SAMPLES),
+    100.0 * np.sin(9 * SAMPLES + 0.3), 1.0 + np.sin(7 * SAMPLES),
+)  # fmt: skip
 
 
 def controlled():
@@ -46,7 +61,34 @@ def batch():
     return list(many.criteria.values()), []
 
 
-CASES = {case.__name__: case for case in (controlled, biaxial, batch)}
+def law_fit():
+    """The fit of a law: a copy of the device's kernel."""
+    fitted = fit(Campaign("small", "made", (RUN,)), "hybrid", current_degree=0, starts=1, threads=1)
+    return [fitted.device.current.coefficients], []
+
+
+def device():
+    """A device under measured motion: uncompiled, the module itself, whose law is Maxwell's."""
+    arrays = RUN.displacement, RUN.velocity, RUN.current, np.array([0.005])
+    simulator = Simulator(LAWS["maxwell"], Motion(np.array([0, 60]), *arrays), (0, 0, 1), (0, 1, 0))
+    if not COMPILED:
+        simulator.module = device_kernel
+    return [*simulator.run(np.array([2e4, 3e3, 800.0]))], []
+
+
+def trajectories():
+    """Effects along a run: a copy and, uncompiled, the module itself with its first-order lag."""
+    data, lag = measured_runs([RUN]), np.array([0.1])
+    second = effect_evaluation.evaluate(SECOND_ORDER, data, RUN.force, lag)["current"]
+    if not COMPILED:
+        effect_evaluation._compiled = lambda effect: effect_kernel
+    first = effect_evaluation.evaluate(FIRST_ORDER, data, RUN.force, lag)["current"]
+    return [first, second], []
+
+
+CASES = {
+    case.__name__: case for case in (controlled, biaxial, batch, law_fit, device, trajectories)
+}
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -9,20 +9,19 @@ lag may be far shorter than a sample.
 from __future__ import annotations
 
 from functools import lru_cache
-from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compilation.kernel_text import assigned, kernel_text
 from ...effects import Effect, Signals
 from ...generated import load_text
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.run_starts import lead_in
 from ...laws.emit import function_text, straight_line, symbols
 
-TEMPLATE = Path(__file__).with_name("effect_template.py")
 HOOKS = ("motion", "current", "factor", "force")
 _GAMMA = 1 - 1 / np.sqrt(2)
 
@@ -86,8 +85,10 @@ def _compiled(effect: Effect) -> ModuleType:
 
 
 def _text(effect: Effect) -> str:
-    """Source of the module: the effect's functions and the Rosenbrock step of its states."""
+    """Source of the kernel: the effect's functions and the Rosenbrock step of its states."""
     import casadi
+
+    from . import effect_functions, effect_kernel
 
     z_names = [f"z{i}" for i in range(len(effect.states))]
     p_names = [f"p{k}" for k in range(len(effect.parameters))]
@@ -115,17 +116,13 @@ def _text(effect: Effect) -> str:
     new = _rosenbrock(effect, begin, end, h, z, tuple(p))
     _, _, statements, results = straight_line(named, new)
     step = [*unpack, *statements, *(f"s[{i}] = {r}" for i, r in enumerate(results))]
-    return "\n\n".join(
-        [
-            '"""Written by isolation_sim.discrepancy.device.effect_evaluation; do not edit."""',
-            "import math\n\nfrom numba import njit",
-            f"N_STATES = {len(effect.states)}",
-            'plain = njit(error_model="numpy")',
-            function_text("respond", f"{arguments}, s, parameters, out, k", respond, "@plain"),
-            function_text("step", f"{', '.join(ends)}, h, s, parameters", step, "@plain"),
-            TEMPLATE.read_text().split('"""', 2)[2].strip(),
-        ]
-    )
+    functions = [
+        "from isolation_sim.compilation.options import exact, math",
+        assigned({"N_STATES": len(effect.states)}),
+        function_text("respond", f"{arguments}, s, parameters, out, k", respond, "@exact"),
+        function_text("step", f"{', '.join(ends)}, h, s, parameters", step, "@exact"),
+    ]
+    return kernel_text([effect_kernel], {effect_functions: "\n\n".join(functions)})
 
 
 def _rosenbrock(effect: Effect, begin: Signals, end: Signals, h: Any, z: list, p: tuple) -> list:

@@ -20,7 +20,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from ...compilation.kernel_text import assigned, kernel_text, module_text
-from ...generated import COMPILED, load_text, load_written
+from ...generated import COMPILED, load_written
 from ...laws.fingerprint import fingerprint
 from ...laws.law import Law
 from . import shape as own_sizes
@@ -99,9 +99,8 @@ def law_text(law: Law, n_elements: int, lanes: int, table_lanes: int, stride: in
         "SLOT_SCALE": slots.index("scale0") if code.states else 0,
     }
     imports = [
-        "import math",
         "from numba import njit",
-        "from isolation_sim.compilation.options import OPTIONS, inline, inner",
+        "from isolation_sim.compilation.options import OPTIONS, inline, inner, math",
         f"from {__package__}.operations import fused, read, write",
     ]
     return module_text([*imports, assigned(constants), code.text(lanes, table_lanes < lanes)])
@@ -192,7 +191,7 @@ def _load_law(law: Law, *shape: int) -> ModuleType:
         return law_text(law, *shape)
 
     mark = fingerprint(law)
-    return load_text("law", text()) if mark is None else load_written("law", (mark, shape), text)
+    return load_written("law", mark and (mark, shape), text)
 
 
 @contextmanager

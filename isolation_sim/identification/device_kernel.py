@@ -1,12 +1,19 @@
-"""Compiled simulation of a device under measured motion; ``sensitivities.py`` completes this text.
+"""Simulation of a device under measured motion, with derivatives by its coefficients.
 
 States go by classical Runge-Kutta steps along the cubic through the measured displacements and
 velocities. Steps end where its velocity reverses, at a yielding law's corners. The current is a
 straight line between samples; a step takes that of its middle. The derivatives of that discrete
-solution by the parameters are propagated beside it, so that a fit's gradient is exact. Names that
-are not defined here (N_STATES, N_PARAMETERS, begin, step_alone, step_with_slopes, respond) come
-from the law.
+solution by the parameters are propagated beside it, so that a fit's gradient is exact.
+
+The functions of the law are those of ``law_functions.py``. ``sensitivities.py`` writes those of
+another law, and inserts them in the copy of this module that is compiled.
 """
+
+import numpy as np
+from numba import njit
+
+from ..compilation.options import OPTIONS, inline
+from .law_functions import N_PARAMETERS, N_STATES, begin, respond, step_alone, step_with_slopes
 
 MOST_STEPS = 4096
 
@@ -114,29 +121,24 @@ def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner,
     """
     if settings[0] == 0.0:
         begin(s, parameters, by)
-    n_steps = max(int(settings[0]) // 2, 1)
-    # element by element: the compiler takes seconds for an array assigned to an array
-    for k in range(N_STATES):
-        trial[k] = s[k]
-    # the current, which the parameters hold already, does not change
-    advance(
-        x0, v0, 0.0, x1, v1, 0.0, dt, n_steps, False, trial, factor, owner, owner, parameters,
-        factor, slope, slope, by,
-    )  # fmt: skip
-    force = respond(x1, v1, trial, parameters, by)
-    while N_STATES > 0 and n_steps < MOST_STEPS:
-        n_steps *= 2
-        last = force
+    n_steps, last = max(int(settings[0]) // 2, 1), np.nan
+    while True:
+        # element by element: the compiler takes seconds for an array assigned to an array
         for k in range(N_STATES):
             trial[k] = s[k]
-        advance(
-            x0, v0, 0.0, x1, v1, 0.0, dt, n_steps, False, trial, factor, owner, owner, parameters,
-            factor, slope, slope, by,
-        )  # fmt: skip
+        if N_STATES > 0:  # the current, which the parameters hold already, does not change
+            advance(
+                x0, v0, 0.0, x1, v1, 0.0, dt, n_steps, False, trial, factor, owner, owner,
+                parameters, factor, slope, slope, by,
+            )  # fmt: skip
         force = respond(x1, v1, trial, parameters, by)
-        settings[1] = max(settings[1], abs(force))
-        if not abs(force - last) > 15.0 * tolerance * settings[1]:
+        if not np.isnan(last):
+            settings[1] = max(settings[1], abs(force))
+            if not abs(force - last) > 15.0 * tolerance * settings[1]:
+                break
+        if N_STATES == 0 or n_steps >= MOST_STEPS:
             break
+        n_steps, last = 2 * n_steps, force
     settings[0] = n_steps
     for k in range(N_STATES):
         s[k] = trial[k]

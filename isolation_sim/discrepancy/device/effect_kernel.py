@@ -1,7 +1,12 @@
-"""Compiled trajectory of an effect along runs; ``effect_evaluation.py`` completes this text.
+"""Trajectory of an effect along runs, for effects with states.
 
-Names that are not defined here (N_STATES, respond, step) come from the effect.
+The functions of the effect are those of ``effect_functions.py``. ``effect_evaluation.py`` writes
+those of another effect, and inserts them in the copy of this module that is compiled.
 """
+
+from numba import njit
+
+from .effect_functions import N_STATES, respond, step
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
