@@ -1,8 +1,8 @@
-"""Text of a kernel that Numba compiles: a copy of ordinary modules, made for one case.
+"""Text of a compiled kernel: a copy of ordinary modules, written for one case.
 
-What differs between cases, such as sizes or the functions of a law, the modules import from another
-one. It has those of an example, so that the modules run as they are. In a copy, text for the case
-takes the place of this import. All constants are inserted, which shortens Numba's analysis.
+A kernel imports its sizes, or the functions of a law, from a module that has those of one example.
+The kernel itself therefore runs as it is. In a copy, the text for another case takes the place of
+this import. All constants are inserted, which shortens Numba's analysis.
 """
 
 from __future__ import annotations

@@ -20,28 +20,9 @@ MOST_STEPS = 4096
 
 @njit(cache=True, nogil=True, **OPTIONS)
 def simulate(
-    starts,
-    x,
-    v,
-    current,
-    dt,
-    n_steps,
-    cycle,
-    lead,
-    ahead,
-    join,
-    theta,
-    owner,
-    power,
-    s,
-    parameters,
-    slope,
-    new_slope,
-    by,
-    factor,
-    force,
-    jacobian,
-):
+    starts, x, v, current, dt, n_steps, cycle, lead, ahead, join, theta, owner, power, s,
+    parameters, slope, new_slope, by, factor, force, jacobian,
+):  # fmt: skip
     """Forces at the samples, and their derivatives by theta, of one test run after another.
 
     starts: first sample of each run, and the end. dt: sample interval of each run, s. n_steps:
@@ -87,25 +68,10 @@ def simulate(
                         jacobian[sample, k] = total
             if N_STATES > 0 and after < end:
                 advance(
-                    x[sample],
-                    v[sample],
-                    current[sample],
-                    x[after],
-                    v[after],
-                    current[after],
-                    interval,
-                    n_steps[run],
-                    differentiate,
-                    s,
-                    theta,
-                    owner,
-                    power,
-                    parameters,
-                    factor,
-                    slope,
-                    new_slope,
-                    by,
-                )
+                    x[sample], v[sample], current[sample], x[after], v[after], current[after],
+                    interval, n_steps[run], differentiate, s, theta, owner, power, parameters,
+                    factor, slope, new_slope, by,
+                )  # fmt: skip
                 if current[after] != current[sample]:
                     last = np.nan
             sample = after
@@ -121,7 +87,8 @@ def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner,
     """
     if settings[0] == 0.0:
         begin(s, parameters, by)
-    n_steps, last = max(int(settings[0]) // 2, 1), np.nan
+    coarse, last = max(int(settings[0]) // 2, 1), 0.0
+    n_steps = coarse
     while True:
         # element by element: the compiler takes seconds for an array assigned to an array
         for k in range(N_STATES):
@@ -132,7 +99,7 @@ def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner,
                 parameters, factor, slope, slope, by,
             )  # fmt: skip
         force = respond(x1, v1, trial, parameters, by)
-        if not np.isnan(last):
+        if n_steps > coarse:
             settings[1] = max(settings[1], abs(force))
             if not abs(force - last) > 15.0 * tolerance * settings[1]:
                 break

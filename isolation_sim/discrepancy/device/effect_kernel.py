@@ -39,20 +39,7 @@ def trajectory(
             # without lag is a lag of zero
             if n < end:
                 step(
-                    x[k],
-                    v[k],
-                    a[k],
-                    current[k],
-                    force[k],
-                    temperature[k],
-                    x[n],
-                    v[n],
-                    a[n],
-                    current[n],
-                    force[n],
-                    temperature[n],
-                    h,
-                    s,
-                    parameters,
-                )
+                    x[k], v[k], a[k], current[k], force[k], temperature[k],
+                    x[n], v[n], a[n], current[n], force[n], temperature[n], h, s, parameters,
+                )  # fmt: skip
             k = n

@@ -1,10 +1,9 @@
 """Load the compiled integration of a structure, and the compiled laws of its elements.
 
 The modules of this package are written for one element and one run at a time. What is compiled are
-copies of them for a ``Shape``, in the cache folder: with its sizes and all constants inserted,
-which shortens Numba's analysis. One copy serves structures of one element, where the constants also
-save time in the integration, and one all others. With ``NUMBA_DISABLE_JIT=1`` nothing is compiled,
-and these modules integrate themselves.
+copies of them for a ``Shape``, in the cache folder (``compilation/kernel_text.py``). One copy
+serves structures of one element, where the constants also save time in the integration, and one all
+others. With ``NUMBA_DISABLE_JIT=1`` nothing is compiled, and these modules integrate themselves.
 """
 
 from __future__ import annotations
