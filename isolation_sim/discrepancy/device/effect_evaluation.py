@@ -23,7 +23,6 @@ from ...identification.run_starts import lead_in
 from ...laws.emit import function_text, straight_line, symbols
 
 HOOKS = ("motion", "current", "factor", "force")
-_GAMMA = 1 - 1 / np.sqrt(2)
 
 
 def evaluate(
@@ -131,17 +130,19 @@ def _rosenbrock(effect: Effect, begin: Signals, end: Signals, h: Any, z: list, p
     # than a step ends where the signals do, as it should.
     import casadi
 
+    from .effect_functions import GAMMA
+
     rates, states = effect.rates, casadi.vertcat(*z)
     assert rates is not None
     slope = casadi.vertcat(*rates(begin, tuple(z), p))
-    drift = _GAMMA * (casadi.vertcat(*rates(end, tuple(z), p)) - slope)
+    drift = GAMMA * (casadi.vertcat(*rates(end, tuple(z), p)) - slope)
     by_states = casadi.jacobian(slope, states)
 
     def solved(right: Any) -> Any:
         if by_states.sparsity().is_diag() or by_states.nnz() == 0:
-            diagonal = casadi.vertcat(*(1 - _GAMMA * h * by_states[i, i] for i in range(len(z))))
+            diagonal = casadi.vertcat(*(1 - GAMMA * h * by_states[i, i] for i in range(len(z))))
             return right / diagonal
-        return casadi.solve(casadi.SX.eye(len(z)) - _GAMMA * h * by_states, right)
+        return casadi.solve(casadi.SX.eye(len(z)) - GAMMA * h * by_states, right)
 
     first = solved(slope + drift)
     moved = casadi.vertsplit(states + h * first)

@@ -4,7 +4,8 @@ from ...compilation.options import exact
 from ...effects.current_lag import SHORTEST
 
 N_STATES = 1
-GAMMA = 1 - 0.5**0.5
+GAMMA = 1 - 1 / 2**0.5
+"""Coefficient of the Rosenbrock step, of every effect."""
 
 
 @exact
