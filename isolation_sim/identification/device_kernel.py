@@ -43,17 +43,19 @@ def simulate(
             for k in range(n_theta):
                 slope[i, k] = by[i, N_STATES + owner[k]] * factor[k]
         while sample < end:
+            i0 = current[sample]
             if left > 0:  # before the run
                 left -= 1
                 after = sample + 1 if sample + 1 < first + cycle[run] else first
                 interval = dt[run] if after > first else join[run]
             else:
                 after, interval = sample + 1, dt[run]
-                if current[sample] != last:
-                    last = current[sample]
+                if i0 != last:
+                    last = i0
                     use_current(last, theta, owner, power, parameters, factor)
-                force[sample] = respond(x[sample], v[sample], s, parameters, by)
-                if not abs(force[sample]) < np.inf:  # the rest would be no better
+                response = respond(x[sample], v[sample], s, parameters, by)
+                force[sample] = response
+                if not abs(response) < np.inf:  # the rest would be no better
                     for rest in range(sample, end):
                         force[rest] = np.nan
                         if differentiate:
@@ -67,12 +69,12 @@ def simulate(
                             total += by[0, i] * slope[i, k]
                         jacobian[sample, k] = total
             if N_STATES > 0 and after < end:
+                i1 = current[after]
                 advance(
-                    x[sample], v[sample], current[sample], x[after], v[after], current[after],
-                    interval, n_steps[run], differentiate, s, theta, owner, power, parameters,
-                    factor, slope, new_slope, by,
+                    x[sample], v[sample], i0, x[after], v[after], i1, interval, n_steps[run],
+                    differentiate, s, theta, owner, power, parameters, factor, slope, new_slope, by,
                 )  # fmt: skip
-                if current[after] != current[sample]:
+                if i1 != i0:
                     last = np.nan
             sample = after
 
