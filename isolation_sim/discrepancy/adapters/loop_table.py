@@ -18,7 +18,7 @@ from .. import inference
 from ..decisions import LOOP_ACCURACY, LOOP_CORRELATION, LOOP_RIVAL
 from ..device.intervals import linear_intervals
 from ..diagnosis import Cause, Errors, Trace
-from ..loops.model import CYCLES, SAMPLES, FittedLoops, LoopSearch, rms
+from ..loops.model import CYCLES, FittedLoops, LoopSearch, rms
 from ..loops.table import LoopTable
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_loops, significant
@@ -165,11 +165,12 @@ class LoopTableTests(Problem[FittedLoops]):
         data = base.model.data
         before = base.model.forces(self._start(base), False)[0]
         after = best.model.forces(best.optimum.x, False)[0]
-        phase = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
+        samples = base.model.samples
+        phase = 2 * np.pi * np.arange(samples) / samples
         traces = []
         for k, amplitude in enumerate(table.amplitude):
-            end = (k + 1) * CYCLES * SAMPLES
-            at = slice(end - SAMPLES, end)
+            end = (k + 1) * CYCLES * samples
+            at = slice(end - samples, end)
             # the ellipse of the same stiffness and energy
             ellipse = np.sin(phase) + 2 * table.damping[k] * np.cos(phase)
             traces.append(
@@ -178,7 +179,7 @@ class LoopTableTests(Problem[FittedLoops]):
                         f"{1e3 * amplitude:g} mm, {table.frequency[k]:g} Hz, {table.current[k]:g} A"
                     ),
                     held_out=bool(table.held_out[k]),
-                    time=np.arange(SAMPLES) * data.dt[k],
+                    time=np.arange(samples) * data.dt[k],
                     across=1e3 * data.x[at],
                     across_label="deformation, mm",
                     label="force, N",
