@@ -17,7 +17,7 @@ from .campaign import Campaign
 from .current_basis import currents_of
 from .least_squares import Optimum, levenberg_marquardt
 from .measured_runs import MeasuredRuns
-from .multistart import screen_starts
+from .multistart import distinct, screen_starts
 from .parameterisation import Parameterisation
 from .sensitivities import Motion, Simulator
 
@@ -287,39 +287,36 @@ def fit_law(
         advance()
         return result
 
-    def fit_from(
+    def compare(
         p: Parameterisation, begin: Sequence[NDArray], further: Sequence[NDArray]
-    ) -> tuple[M, Optimum]:
+    ) -> tuple[bool, float, M, NDArray]:
         near = LawModel(rough, p, begin[0])
         tried = pool.map(lambda s: search_roughly(near, s, 40, 1e-4), begin)
-        finite = sorted((o for o in tried if np.isfinite(o.cost)), key=lambda o: o.cost)
+        finite = distinct(tried)
         if not finite:
             raise InputError(f"no start gives {p.law.name} finite forces under the measured motion")
         own = replace(model, parameterisation=p, expected=begin[0])
         thin = replace(own, data=data.thinned(SEARCHED))
 
-        def compare(start: NDArray) -> tuple[bool, float, NDArray]:
+        def end(start: NDArray) -> tuple[bool, float, M, NDArray]:
             here, result = thin.resolve_steps(start, 1).minimise_resolved(start, 100, 1e-6)
             force = here.forces(result.x, False)[0]
             diverges = not np.array_equal(force, thin.data.bounded(force)) or not np.all(
                 np.abs(result.jacobian) < LARGEST_DERIVATIVE
             )
-            return diverges or not np.isfinite(result.cost), result.cost, result.x
+            return diverges or not np.isfinite(result.cost), result.cost, own, result.x
 
         last = [*(o.x for o in finite[:_LAST]), *further]
-        return refine_law(own, min(pool.map(compare, last), key=lambda one: one[:2])[2])
+        return min(pool.map(end, last), key=lambda one: one[:2])
 
     begin = screen_starts(p, search_constant, pool, starts, seed)
-    result = fit_from(p, begin, [] if start is None else [start])
+    best = compare(p, begin, [] if start is None else [start])
     holding = p.holding()
-    if holding is None or _n_currents(data) <= len(p.currents):
-        return result
-    held = fit_from(holding, [holding.convert(x, p) for x in begin], [])
-    error, error_held = (
-        data.relative(data.bounded(one.forces(best.x, False)[0]) - data.force, data.fitted)
-        for one, best in (result, held)
-    )
-    return held if error_held <= _AS_GOOD * error else result
+    if holding is not None and _n_currents(data) > len(p.currents):
+        held = compare(holding, [holding.convert(x, p) for x in begin], [])
+        if (held[0], held[1]) <= (best[0], _AS_GOOD**2 * best[1]):
+            best = held
+    return refine_law(*best[2:])
 
 
 def _n_currents(data: MeasuredRuns) -> int:
