@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..laws.registry import LAWS
 from .campaign import Campaign
-from .law_fit import SCREENING_STEPS, LawModel, fit_law, parameterise, search_roughly
+from .law_fit import SCREENING_STEPS, LawModel, parameterise, refine_law, search_roughly
 from .least_squares import Optimum
 from .left_out import conditions, fitted_without
 from .measured_runs import MeasuredRuns
@@ -31,7 +31,7 @@ _STARTS, _STEPS = 8, 40
 _RESOLVED = 2
 """Best ends of its searches that are fitted with resolved integration steps."""
 _FINALISTS = 6
-"""Best laws, which are fitted as ``fit`` does."""
+"""Best laws, which are fitted further, as ``fit`` does."""
 _FOLD_STEPS = 20
 """Steps of a fit without one condition, from the values of the fit to all."""
 
@@ -97,7 +97,7 @@ def choose_law(
     advance: Callable[[], None] = lambda: None,
     laws: Iterable[str] = LAWS,
 ) -> LawChoice:
-    """Fit every law to short data, the best few again from more starts, and rank them."""
+    """Fit every law to short data, the best few further, and rank them."""
     # The fitted runs are fitted and those held out judge; of the best laws, each condition of the
     # fitted runs is left out in turn as well. A law with fewer numbers is preferred where the
     # errors are nearly the same. ``advance`` is called after each law.
@@ -117,7 +117,7 @@ def choose_law(
 
     def rank_again(one: LawRank) -> LawRank:
         advance()
-        return _rank_again(one, model_of(one.law), pool, seed)
+        return _rank_again(one, model_of(one.law), pool)
 
     ranks = sorted((rank(name) for name in laws), key=lambda one: one.error)
     best = [rank_again(one) for one in ranks[:_FINALISTS] if np.isfinite(one.error)]
@@ -145,16 +145,10 @@ def _rank(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> LawRank:
     return min(pool.map(resolved, distinct(ends)), key=lambda one: one.error, default=none)
 
 
-def _rank_again(one: LawRank, model: LawModel, pool: ThreadPoolExecutor, seed: int) -> LawRank:
-    """Fit a law as ``fit`` does, and judge it by conditions left out in turn, too."""
-    p = model.parameterisation
-    try:
-        model, end = fit_law(model, pool, seed=seed, start=one.values)
-    except InputError:  # no other start gives finite forces
-        return one
-    values = p.convert(end.x, model.parameterisation)
-    left_out = _left_out(model, end.x, pool)
-    return replace(_judged(model, end), left_out=left_out, values=values)
+def _rank_again(one: LawRank, model: LawModel, pool: ThreadPoolExecutor) -> LawRank:
+    """Fit a law further, as ``fit`` does, and judge it by conditions left out in turn, too."""
+    model, end = refine_law(replace(model, expected=one.values), one.values)
+    return replace(_judged(model, end), left_out=_left_out(model, end.x, pool))
 
 
 def _judged(model: LawModel, end: Optimum) -> LawRank:
