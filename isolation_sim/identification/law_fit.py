@@ -299,7 +299,7 @@ def fit_law(
         thin = replace(own, data=data.thinned(SEARCHED))
 
         def end(start: NDArray) -> tuple[bool, float, M, NDArray]:
-            here, result = thin.resolve_steps(start, 1).minimise_resolved(start, 100, 1e-6)
+            here, result = thin.resolve_steps(start, 1).minimise_resolved(start, 100, 1e-4)
             force = here.forces(result.x, False)[0]
             diverges = not np.array_equal(force, thin.data.bounded(force)) or not np.all(
                 np.abs(result.jacobian) < LARGEST_DERIVATIVE
