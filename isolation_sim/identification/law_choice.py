@@ -107,20 +107,19 @@ def choose_law(
     # all samples count alike: the errors that rank the laws are pooled over runs
     short = replace(short, sigma=np.full(len(data.dt), float(np.std(data.force))))
 
-    def model_of(name: str) -> LawModel:
-        return LawModel(short, parameterise(campaign, LAWS[name], short, degree))
-
-    def rank(name: str) -> LawRank:
-        result = _rank(model_of(name), pool, seed)
+    def rank(name: str) -> tuple[LawRank, LawModel]:
+        p = parameterise(campaign, LAWS[name], short, degree)
+        result = _rank(LawModel(short, p), pool, seed)
         advance()
         return result
 
-    def rank_again(one: LawRank) -> LawRank:
+    def rank_further(one: LawRank, model: LawModel) -> LawRank:
         advance()
-        return _rank_again(one, model_of(one.law), pool)
+        return _rank_further(one, model, pool)
 
-    ranks = sorted((rank(name) for name in laws), key=lambda one: one.error)
-    best = [rank_again(one) for one in ranks[:_FINALISTS] if np.isfinite(one.error)]
+    fitted = sorted((rank(name) for name in laws), key=lambda one: one[0].error)
+    ranks = [one for one, _ in fitted]
+    best = [rank_further(*one) for one in fitted[:_FINALISTS] if np.isfinite(one[0].error)]
     if not best:
         raise InputError(f"{campaign.name}: no law gives finite forces under the measured motion")
     ranks = sorted([*best, *ranks[len(best) :]], key=lambda one: one.left_out)
@@ -129,25 +128,29 @@ def choose_law(
     return LawChoice((first, *(one for one in ranks if one is not first)))
 
 
-def _rank(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> LawRank:
-    """Fit a law from a few starts."""
+def _rank(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> tuple[LawRank, LawModel]:
+    """Fit a law from a few starts; the model is held near the best of them."""
     fitted, p = model.data.without_held_out(), model.parameterisation
 
-    def search(p: Parameterisation, start: NDArray, steps: int = SCREENING_STEPS) -> Optimum:
-        return search_roughly(LawModel(fitted, p), start, steps, 1e-3)
+    def search(p: Parameterisation, start: NDArray) -> Optimum:
+        return search_roughly(LawModel(fitted, p), start, SCREENING_STEPS, 1e-3)
+
+    begin = screen_starts(p, search, pool, _STARTS, seed)
+    model = replace(model, expected=begin[0])
+    near = replace(model, data=fitted)
 
     def resolved(end: Optimum) -> LawRank:
         return _judged(*model.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-3))
 
-    begin = screen_starts(p, search, pool, _STARTS, seed)
-    ends = pool.map(lambda start: search(p, start, _STEPS), begin[:_RESOLVED])
+    ends = pool.map(lambda start: search_roughly(near, start, _STEPS, 1e-3), begin[:_RESOLVED])
     none = LawRank(p.law.name, p.law.title, len(p.scale), np.inf, np.inf)
-    return min(pool.map(resolved, distinct(ends)), key=lambda one: one.error, default=none)
+    best = min(pool.map(resolved, distinct(ends)), key=lambda one: one.error, default=none)
+    return best, model
 
 
-def _rank_again(one: LawRank, model: LawModel, pool: ThreadPoolExecutor) -> LawRank:
+def _rank_further(one: LawRank, model: LawModel, pool: ThreadPoolExecutor) -> LawRank:
     """Fit a law further, as ``fit`` does, and judge it by conditions left out in turn, too."""
-    model, end = refine_law(replace(model, expected=one.values), one.values)
+    model, end = refine_law(model, one.values)
     return replace(_judged(model, end), left_out=_left_out(model, end.x, pool))
 
 
