@@ -43,7 +43,8 @@ _VALLEY = 1e-4
 """Share of the cost; ten steps that gain less together end a fit. The cost of a law that lacks an
 effect may have a long flat valley, along which the error hardly changes."""
 _AS_GOOD = 1.001
-"""Factor on the error up to which a parameter is held, as usual, and no state is scaled."""
+"""Factor on the error of the starts' best end up to which a parameter is held, as usual, and no
+state is scaled."""
 _STEADY = 0.02
 """Range of a run's current, A or relative, below which it is one current."""
 _UNDEFORMED = 0.1
@@ -275,8 +276,8 @@ def fit_law(
     # current. The best few then get their dependence on the current, the best three of these more
     # samples, and the best one all samples. No residual of a held-out sample is used, but a law
     # that diverges in the motion of held-out runs comes last. ``advance`` is called after each
-    # start. Where there are more currents than coefficients, the data choose between a state that
-    # is scaled and a parameter that is held.
+    # start. Where there are more currents than coefficients, the costs on these more samples
+    # choose between a state that is scaled and a parameter that is held.
     # Raises InputError if no start gives finite forces.
     p = model.parameterisation
     data = model.data
@@ -290,10 +291,11 @@ def fit_law(
     def compare(
         p: Parameterisation, begin: Sequence[NDArray], further: Sequence[NDArray]
     ) -> tuple[bool, float, M, NDArray]:
+        """Best end on more samples: whether it diverges, its cost, its model and values."""
         near = LawModel(rough, p, begin[0])
         tried = pool.map(lambda s: search_roughly(near, s, 40, 1e-4), begin)
-        finite = distinct(tried)
-        if not finite:
+        last = distinct(sorted(tried, key=lambda o: o.cost)[:_LAST])
+        if not last:
             raise InputError(f"no start gives {p.law.name} finite forces under the measured motion")
         own = replace(model, parameterisation=p, expected=begin[0])
         thin = replace(own, data=data.thinned(SEARCHED))
@@ -306,8 +308,8 @@ def fit_law(
             )
             return diverges or not np.isfinite(result.cost), result.cost, own, result.x
 
-        last = [*(o.x for o in finite[:_LAST]), *further]
-        return min(pool.map(end, last), key=lambda one: one[:2])
+        ends = pool.map(end, [*(o.x for o in last), *further])
+        return min(ends, key=lambda one: one[:2])
 
     begin = screen_starts(p, search_constant, pool, starts, seed)
     best = compare(p, begin, [] if start is None else [start])
