@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..laws.law import Law
 from .loop_cycles import find_frequency
+from .noise import white_noise
 from .run_table import TestRun
 from .velocity import cycle_time
 
@@ -45,6 +46,12 @@ _LATE = 10.0
 _MOVING = 0.05
 """Velocity or displacement at the first sample, over its RMS, from which a run may begin in the
 middle."""
+_BEYOND_NOISE = 4.0
+"""Standard deviations of the noise that they must exceed as well: half of the runs that begin at
+rest would otherwise count, at 1 % of noise. Theory: one run in 10,000 exceeds it by chance."""
+_SLOPES = (1 / 8, 1 / 32)
+"""Parts of a cycle to whose displacement a parabola is fitted for the first velocity. The longest
+tells it from noise."""
 
 
 class LeadIn(NamedTuple):
@@ -106,7 +113,7 @@ def _return_times(run: TestRun) -> NDArray:
     x, v, current = run.displacement, run.velocity, run.current
     size, speed = float(np.std(x)), float(np.std(v))
     result = np.zeros(RETURNS)
-    if not (speed > 0 and (abs(v[0]) > _MOVING * speed or abs(x[0]) > _MOVING * size)):
+    if not (speed > 0 and _begins_in_motion(run, size, speed)):
         return result
     cycles = run.step * np.arange(len(x)) / cycle_time(size, speed)
     # the deformation counts most: where it jumps the device would yield
@@ -121,6 +128,23 @@ def _return_times(run: TestRun) -> NDArray:
         result[k] = run.step * (at + float(np.clip(share, -0.5, 0.5)))
         away[np.abs(cycles - cycles[at]) < _APART] = np.inf
     return result
+
+
+def _begins_in_motion(run: TestRun, size: float, speed: float) -> bool:
+    """Whether a run may begin in the middle of a motion of this RMS size and velocity."""
+    x, noise = run.displacement, white_noise(run.displacement)
+    if abs(x[0]) > max(_MOVING * size, _BEYOND_NOISE * noise):
+        return True
+    # The smoothed velocity is least certain at the first sample: the slope of the displacement must
+    # agree with it, over a short time as well, in which a run at rest does not yet move.
+    rates, chance = [float(run.velocity[0])], 0.0
+    for share in _SLOPES:
+        n = min(max(round(share * cycle_time(size, speed) / run.step), 4) + 1, len(x))
+        slope = np.linalg.pinv(np.vander(run.step * np.arange(n), 3, increasing=True))[1]
+        rates.append(float(slope @ x[:n]))
+        chance = chance or noise * float(np.linalg.norm(slope))
+    least = min(rate * np.sign(rates[0]) for rate in rates)
+    return bool(least > _MOVING * speed and abs(rates[1]) > _BEYOND_NOISE * chance)
 
 
 def _start(run: TestRun, noise: float) -> tuple[float, NDArray]:

@@ -14,6 +14,7 @@ from isolation_sim.identification.fit import fit
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.sensitivities import Simulator
+from isolation_sim.identification.velocity import smooth
 from isolation_sim.laws.registry import LAWS
 
 STEP = 1 / 256
@@ -176,3 +177,21 @@ def test_a_fit_tells_where_random_motion_begins(begin):
     result = fit(Campaign("random", "made", runs), "bouc_wen")
     assert any("in motion" in note for note in result.notes) == bool(begin)
     assert result.error < (0.0135 if begin else 0.0105)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.03])
+def test_noise_does_not_move_a_run_that_begins_at_rest(noise):
+    rng = np.random.default_rng(5)
+    step, found = 1 / 200, {"rest": 0, "cut": 0}
+    time = step * np.arange(1600)
+    for _ in range(20):
+        frequency, phase = rng.uniform(0.5, 3.0), rng.uniform(0, 2 * np.pi)
+        # a second frequency, so that no cycle repeats
+        cut = np.sin(2 * np.pi * frequency * time + phase) + np.sin(4.1 * frequency * time)
+        motions = {"cut": cut, "rest": np.tanh(time / 0.5) ** 3 * cut}
+        for name, motion in motions.items():
+            x = 1e-2 * (motion + noise * np.std(motion) * rng.standard_normal(time.size))
+            run = TestRun(name, time, x, smooth(x, step)[1], 1e5 * x, np.ones(time.size))
+            found[name] += bool(measured_runs([run]).return_times.any())
+    assert found["rest"] <= 1
+    assert found["cut"] >= 19
