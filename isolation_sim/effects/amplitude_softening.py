@@ -18,21 +18,13 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectInPlan, EffectParameter, Signals
-from .followers import amplitude, positive, rise_and_fade
-
-TINY = 1e-9
-"""Keeps the power's derivatives finite at zero amplitude."""
-
-
-def _kraus(amplitude: Any, loss: Any, half: Any, m: Any) -> Any:
-    ratio = (amplitude / half + TINY) ** m
-    return 1 - loss * ratio / (1 + ratio)
+from .followers import amplitude, hill, positive, rise_and_fade
 
 
 def kraus(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
     loss, half, m, _ = parameters
-    return _kraus(positive(states[0]), loss, half, m)
+    return 1 - loss * hill(positive(states[0]), half, m)
 
 
 def power(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -50,13 +42,13 @@ def power_by_current(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def mean_square(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
     loss, half, m, _ = parameters
-    return _kraus(amplitude(states[0]), loss, half, m)
+    return 1 - loss * hill(amplitude(states[0]), half, m)
 
 
 def instantaneous(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
     loss, half, m = parameters
-    return _kraus(np.fabs(signals.x), loss, half, m)
+    return 1 - loss * hill(np.fabs(signals.x), half, m)
 
 
 def rates_peak(signals: Signals, states: tuple, parameters: tuple) -> tuple:

@@ -5,6 +5,12 @@ Forms:
     exponential    1 - d (1 - exp(-S / S0)),     S' = |v|
     logarithmic    1 / (1 + c ln(1 + S / S0))
     work           1 - d (1 - exp(-W / W0)),     W' = max(F v, 0)
+    dissipation    1 - d (1 - exp(-W / W0)),     W' = F v
+    unlimited      exp(-c W),                    W' = F v
+
+Elastic work swings the W of the last two within a cycle and cancels over it, as it does the warmth
+of self-heating. The last one is self-heating that never cools: the data decide between both causes
+by the cooling, and not by what drives them.
 """
 
 from typing import Any
@@ -38,7 +44,23 @@ def rates_work(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     return (positive(signals.force * signals.v) * exponential(signals, states, parameters),)
 
 
+def rates_dissipation(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Work that is not given back, of the force that is left."""
+    return (signals.force * signals.v * exponential(signals, states, parameters),)
+
+
+def unlimited(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    return np.exp(-parameters[0] * positive(states[0]))
+
+
+def rates_unlimited(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Work that is not given back, of the force that is left."""
+    return (signals.force * signals.v * unlimited(signals, states, parameters),)
+
+
 TRAVEL = Quantity("travel", "m", "way travelled")
+DISSIPATED = Quantity("dissipated", "J", "work done on the device and not given back")
 LOSS = EffectParameter(
     "loss", "1", "final fraction of the force lost", lower=0.0, upper=0.95, strength=True,
     starts=(0.2, 0.5),
@@ -90,6 +112,35 @@ FORMS = (
         rates=rates_work,
         needs=frozenset({"force"}),
         source="damage by absorbed energy",
+        gradual=True,
+    ),
+    Effect(
+        cause="cyclic_degradation",
+        form="dissipation",
+        title="Cyclic degradation by dissipation",
+        parameters=(LOSS, _scale("J", "dissipated energy after which force is lost")),
+        states=(DISSIPATED,),
+        factor=exponential,
+        rates=rates_dissipation,
+        needs=frozenset({"force"}),
+        source="damage by dissipated energy",
+        gradual=True,
+    ),
+    Effect(
+        cause="cyclic_degradation",
+        form="unlimited",
+        title="Cyclic degradation by dissipation, without an end",
+        parameters=(
+            EffectParameter(
+                "loss", "1/J", "loss of force for energy dissipated", lower=0.0, strength=True,
+                starts=(0.02,),
+            ),
+        ),
+        states=(DISSIPATED,),
+        factor=unlimited,
+        rates=rates_unlimited,
+        needs=frozenset({"force"}),
+        source="damage in proportion to the dissipated energy and to what is left",
         gradual=True,
     ),
 )  # fmt: skip

@@ -8,6 +8,8 @@ import numpy as np
 
 RISE = 2e-3
 """s: lag with which a peak is followed upwards; short beside any cycle of a structure."""
+TINY = 1e-9
+"""Keeps the derivatives of a power finite at zero."""
 
 
 def positive(value: Any) -> Any:
@@ -18,6 +20,12 @@ def positive(value: Any) -> Any:
 def beyond(value: Any, width: Any) -> Any:
     """Part of a value beyond a width on either side of zero."""
     return positive(value - width) - positive(-value - width)
+
+
+def hill(value: Any, half: Any, exponent: Any) -> Any:
+    """Hill's curve: 0 at zero, 1/2 at half, towards 1 beyond it."""
+    ratio = (value / half + TINY) ** exponent
+    return ratio / (1 + ratio)
 
 
 def rise(value: Any, peak: Any) -> Any:

@@ -6,6 +6,11 @@ Forms:
     exponential       1 - r (1 - exp(-(X / s)^m))      damaged by X wherever it is now; S-shaped
                                                        where m is above 1
     hyperbolic        1 / (1 + c X)
+    hill              1 - r u / (1 + u),   u = (X / s)^m
+    power             (1 + X / s)^-n
+
+The last two are the shapes of amplitude softening. Data decide between the two causes by the
+memory alone, and not by the shape.
 
 X is the largest |x| so far, followed within a lag of 2 ms; it never falls.
 """
@@ -17,6 +22,7 @@ import numpy as np
 from ..laws.in_plan import length
 from ..laws.law import Quantity
 from .effect import Effect, EffectInPlan, EffectParameter, Signals
+from .followers import hill as hill_curve
 from .followers import positive, rise
 
 
@@ -35,6 +41,18 @@ def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def hyperbolic(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
     return 1 / (1 + parameters[0] * positive(states[0]))
+
+
+def hill(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    loss, length, sharpness = parameters
+    return 1 - loss * hill_curve(positive(states[0]), length, sharpness)
+
+
+def power(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    exponent, length = parameters
+    return (1 + positive(states[0]) / length) ** (-exponent)
 
 
 def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -65,6 +83,9 @@ def _length(meaning: str) -> EffectParameter:
     )
 
 
+_SHARPNESS = EffectParameter(
+    "sharpness", "1", "sharpness of the onset", lower=0.5, upper=6.0, starts=(1.0, 2.0)
+)
 _COMMON: dict[str, Any] = {
     "cause": "stress_softening",
     "states": (LARGEST,),
@@ -87,9 +108,7 @@ FORMS = (
         parameters=(
             LOSS,
             _length("largest deformation over which force is lost"),
-            EffectParameter(
-                "sharpness", "1", "sharpness of the onset", lower=0.5, upper=6.0, starts=(1.0, 2.0)
-            ),
+            _SHARPNESS,
         ),
         factor=exponential,
         source="Miehe (1995), discontinuous damage, with Weibull's exponent",
@@ -107,6 +126,28 @@ FORMS = (
         factor=hyperbolic,
         source="damage 1 / (1 + c X) of the largest deformation",
         plan=EffectInPlan(rates=plan_rates, factor=hyperbolic),
+        **_COMMON,
+    ),
+    Effect(
+        form="hill",
+        title="Stress softening (Mullins), Hill's curve",
+        parameters=(LOSS, _length("largest deformation at which half of this is lost"), _SHARPNESS),
+        factor=hill,
+        source="shape of Kraus (1984), of the largest deformation",
+        **_COMMON,
+    ),
+    Effect(
+        form="power",
+        title="Stress softening (Mullins), power law",
+        parameters=(
+            EffectParameter(
+                "exponent", "1", "exponent of the largest deformation", lower=0.0, upper=2.0,
+                strength=True, starts=(0.2, 0.5),
+            ),
+            _length("largest deformation above which the power law holds"),
+        ),
+        factor=power,
+        source="power law of the largest deformation, flat below its knee",
         **_COMMON,
     ),
 )  # fmt: skip

@@ -4,6 +4,8 @@ Forms:
 
     step            factor 1 + a tanh(x / w)
     proportional    factor 1 + a x / sqrt(1 + (a x)^2)      1 + a x where that is small
+    spring          adds k (sqrt(x^2 + w^2) - w): the stiffness alone differs, by 2 k between
+                    both directions where |x| is well above w; in x^2 below it
 """
 
 from typing import Any
@@ -23,6 +25,19 @@ def proportional(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Force over the symmetric one."""
     ratio = parameters[0] * signals.x
     return 1 + ratio / np.sqrt(1 + ratio**2)
+
+
+def spring(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Even part of the elastic force."""
+    stiffness, width = parameters
+    return stiffness * (np.sqrt(signals.x**2 + width**2) - width)
+
+
+def stored_energy_spring(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Its potential."""
+    stiffness, width = parameters
+    root = np.sqrt(x**2 + width**2)
+    return stiffness * (x * root / 2 + width**2 / 2 * np.arcsinh(x / width) - width * x)
 
 
 FORMS = (
@@ -55,5 +70,23 @@ FORMS = (
         ),
         factor=proportional,
         source="first even term of the force's series, limited to positive values",
+    ),
+    Effect(
+        cause="tension_compression_asymmetry",
+        form="spring",
+        title="Asymmetry of the stiffness",
+        parameters=(
+            EffectParameter(
+                "stiffness", "N/m", "half of the difference between both directions",
+                strength=True, starts=(0.1,),
+            ),
+            EffectParameter(
+                "width", "m", "deformation over which it develops", lower=1e-7, upper=10.0,
+                divides=True, starts=(0.05, 0.5, 3.0),
+            ),
+        ),
+        force=spring,
+        stored_energy=stored_energy_spring,
+        source="smoothed bilinear spring",
     ),
 )  # fmt: skip

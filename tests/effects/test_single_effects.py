@@ -252,3 +252,50 @@ def test_travel_and_work():
     assert force[-51] / x[-51] == pytest.approx(
         1e4 * (1 - 0.3 * (1 - np.exp(-travel[-51] / 0.1))), rel=1e-9
     )
+
+
+def test_stress_softening_has_the_shapes_of_amplitude_softening():
+    """The memory alone tells these two causes apart."""
+    for x in (1e-3, 4e-3, 20e-3):
+        at, states = REST._replace(x=0.0), (x,)
+        past = effect("stress_softening", "hill").factor(at, states, (0.6, 4e-3, 1.2))
+        now = effect("amplitude_softening", "kraus").factor(at, states, (0.6, 4e-3, 1.2, 5.0))
+        assert past == pytest.approx(now, rel=1e-12)
+        past = effect("stress_softening", "power").factor(at, states, (0.3, 4e-3))
+        now = effect("amplitude_softening", "power").factor(at, states, (0.3, 4e-3, 5.0))
+        assert past == pytest.approx(now, rel=1e-12)
+
+
+def test_degradation_without_an_end_is_self_heating_without_cooling():
+    at = REST._replace(force=200.0, v=0.05)
+    wear, heat = effect("cyclic_degradation", "unlimited"), effect("self_heating", "exponential")
+    for dissipated in (-5.0, 0.0, 50.0):
+        assert wear.factor(at, (dissipated,), (4e-3,)) == pytest.approx(
+            heat.factor(at, (4e-3 * dissipated,), (4e-3, 1e9))
+        )
+        assert 4e-3 * wear.rates(at, (dissipated,), (4e-3,))[0] == pytest.approx(
+            heat.rates(at, (4e-3 * dissipated,), (4e-3, 1e9))[0], rel=1e-6
+        )
+
+
+def test_damage_counts_the_work_that_is_not_given_back():
+    t, x, v = sine(5e-3, 1.0, 3)
+    for form, numbers in (("dissipation", {"loss": 0.3, "scale": 0.1}), ("unlimited", {"loss": 5})):
+        device = spring((f"cyclic_degradation.{form}", numbers))
+        _, (work,) = respond(device, t, x, v, 0.0, tolerance=1e-8)
+        # a spring gives back all of its work
+        assert abs(work[-1]) < 0.05 * np.max(work)
+
+
+def test_spring_of_two_stiffnesses():
+    one, numbers = effect("tension_compression_asymmetry", "spring"), (2e4, 1e-3)
+    for x in (-20e-3, -3e-3, 1e-4, 5e-3):
+        step = 1e-7
+        energies = [one.stored_energy(x + s, (), numbers) for s in (-step, step)]
+        force = one.force(REST._replace(x=x), (), numbers)
+        assert force == pytest.approx((energies[1] - energies[0]) / (2 * step), rel=1e-5)
+    assert one.force(REST._replace(x=1e-5), (), numbers) == pytest.approx(1e4 * 1e-7, rel=1e-3)
+    rise = one.force(REST._replace(x=1.0), (), numbers) - one.force(
+        REST._replace(x=0.9), (), numbers
+    )
+    assert rise == pytest.approx(2e3, rel=1e-3)
