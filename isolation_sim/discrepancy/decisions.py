@@ -106,7 +106,8 @@ REFINE_STEPS = 6
 REFITTED = 3
 """Best candidates that are refitted from the law's first values. Effort."""
 WORTH_REFITTING = 0.5
-"""Share of the best candidate's gain from which another candidate is refitted. Effort."""
+"""Share of the best candidate's gain from which another candidate is refitted, and from which it is
+tried again in the place of the one taken. Effort."""
 SEARCH_STEPS = 12
 """Steps of a candidate's fit during the search. Effort."""
 

@@ -8,6 +8,8 @@ from threadpoolctl import threadpool_info
 
 from isolation_sim.discrepancy.device.model import Model, fit_model
 from isolation_sim.discrepancy.device.screen import (
+    Direction,
+    first_values,
     fit_directions,
     refine,
     screen,
@@ -65,6 +67,20 @@ def test_each_step_gains_on_the_one_before(bare, noise):
     loss = together.parameters(0)["loss"]
     assert loss == pytest.approx(LOSS, rel=0.1)
     assert together.cost < 1.1 * len(together.residual)
+
+
+def test_a_fit_begins_where_the_law_follows_the_effect(bare, noise):
+    """A spring beside that of the law: the law gives way, and the fit does not begin far off."""
+    stop = effect("end_stop", "linear")
+    strong = Direction(stop, 0.0, 1.0, np.array([0.3 * STIFFNESS, 1e-6]))
+    model = bare.model.with_effects(stop)
+    start = first_values(bare, model, strong)
+    residual = model.residuals(start, False)[0]
+    stays = model.residuals(np.concatenate([bare.values, strong.start]), False)[0]
+    assert residual @ residual < 1.1 * bare.cost < stays @ stays
+    # a strength that the law cannot make room for is taken in small part
+    strong = Direction(stop, 0.0, 1.0, np.array([100 * STIFFNESS, 5e-3]))
+    assert first_values(bare, model, strong)[-2] == pytest.approx(5 * STIFFNESS)
 
 
 def test_the_cause_leads_and_what_the_data_do_not_excite_is_left_out(bare, noise):

@@ -27,7 +27,7 @@ class Space(EffectSearch):
     def rivals(self, model, place):
         return None, self.table.get((model.effects, place), [])
 
-    def other_forms(self, model, place):
+    def exchanges(self, model, place):
         return []
 
 
@@ -53,3 +53,20 @@ def test_what_is_more_than_noise_is_proposed_once_a_cause_the_best_first():
     ]  # fmt: skip
     proposed = list(Space().second_best(fitted(1000, "heat"), tried))
     assert [(one.cost, one.effects[-1]) for one in proposed] == [(500, "stop"), (700, "lag")]
+
+
+def test_effects_that_explain_half_as_much_are_tried_in_its_place():
+    space = Space()
+    tried = [fitted(100, "payne"), fitted(300, "mullins"), fitted(700, "lag")]
+    space._known[()] = fitted(1000), tried
+    assert space._near("payne") == {"payne", "mullins"}
+    assert space._near("friction") == set()
+
+
+def test_a_rival_is_kept_where_it_was_fitted_best():
+    space = Space()
+    space._known[("lag",)] = fitted(1000, "lag"), [fitted(100, "lag", "a"), fitted(90, "lag", "b")]
+    space._keep_better([fitted(50, "lag", "a"), fitted(95, "lag", "b"), fitted(10, "lag", "c")])
+    assert [(one.cost, one.effects[-1]) for one in space._known[("lag",)][1]] == [
+        (50, "a"), (90, "b"),
+    ]  # fmt: skip

@@ -17,15 +17,15 @@ from ..decisions import (
     LEAST_SHARE,
     MOST_EFFECTS,
     RIVALS_TRIED,
-    SEARCH_STEPS,
     SIGNIFICANT,
     TRIED,
     WELL_EXPLAINED,
+    WORTH_REFITTING,
 )
 from .generic_terms import OUTSIDE
 from .load_cell_offset import EACH_RUN
 from .model import FittedModel, fit_model
-from .screen import fit_directions, noise_gain, refine, refit, screen
+from .screen import fit_direction, fit_directions, noise_gain, refine, refit, screen
 
 
 @dataclass(eq=False)
@@ -91,7 +91,7 @@ class EffectSearch:
         """Replace effects by others that are better now, until none is."""
         model, place = taken, 0
         while place < len(model.effects):
-            others = [*self.rivals(model, place)[1], *self.other_forms(model, place)]
+            others = [*self.rivals(model, place)[1], *self.exchanges(model, place)]
             best = min(others, key=self._penalised, default=model)
             if self._penalised(best) < self._penalised(model) - SIGNIFICANT:
                 model, place = best, 0
@@ -118,24 +118,43 @@ class EffectSearch:
             self._known[effects] = without, self._fit_effects(without, RIVALS_TRIED)
         return self._known[effects]
 
-    def other_forms(self, model: FittedModel, place: int) -> list[FittedModel]:
-        """Fit other forms of an effect from the values that the law has beside it."""
-        # A law that was fitted without the effect may lie too far from the truth to tell its forms.
-        cause = model.effects[place].cause
-        forms = [e for e in self.effects if e.cause == cause and e is not model.effects[place]]
+    def exchanges(self, model: FittedModel, place: int) -> list[FittedModel]:
+        """Fit other forms of an effect, and close rivals, from the values of the law beside it."""
+        # A law that was fitted without the effect may lie too far from the truth to tell these.
+        mine = model.effects[place]
+        forms = [
+            e for e in self.effects
+            if e is not mine
+            and (e.cause == mine.cause or (e in self._near(mine) and e.cause not in model.causes))
+        ]  # fmt: skip
         bare = FittedModel.at(model.model.without(place), _values_without(model, place))
         if not (forms and np.isfinite(bare.cost) and np.isfinite(bare.jacobian).all()):
             return []
         left = bare.across(bare.residual)
         found = (refine(bare, d, self.noise) for d in screen(bare, forms, self.noise, self.pool))
-        return [
-            fit_model(
-                bare.model.with_effects(one.effect), np.concatenate([bare.values, one.start]),
-                SEARCH_STEPS, 1e-4,
-            )
-            for one in found
-            if float(left @ left) - one.gain < model.cost
-        ]  # fmt: skip
+        fitted = [
+            fit_direction(bare, one) for one in found if float(left @ left) - one.gain < model.cost
+        ]
+        self._keep_better(fitted)
+        return fitted
+
+    def _near(self, mine: Effect) -> set[Effect]:
+        """Effects that explained nearly as much as another one wherever both were tried."""
+        near: set[Effect] = set()
+        for without, tried in self._known.values():
+            gains = {one.effects[-1]: without.cost - one.cost for one in tried}
+            least = WORTH_REFITTING * gains.get(mine, np.inf)
+            near |= {effect for effect, gain in gains.items() if gain > least}
+        return near
+
+    def _keep_better(self, fitted: Sequence[FittedModel]) -> None:
+        """Replace rivals by the same ones fitted better."""
+        for one in fitted:
+            without, tried = self._known.get(one.effects[:-1], (one, []))
+            at = next((k for k, r in enumerate(tried) if r.effects == one.effects), None)
+            if at is not None and one.cost < tried[at].cost:
+                tried = sorted([*tried[:at], one, *tried[at + 1 :]], key=lambda f: f.cost)
+                self._known[one.effects[:-1]] = without, tried
 
     def noise_gain(self, without: FittedModel, extended: FittedModel) -> float:
         """Mean decrease of the cost by noise along a change of the model, at least 1."""

@@ -11,9 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...effects import Effect
-from ...identification.least_squares import levenberg_marquardt
+from ...identification.least_squares import DETERMINED, levenberg_marquardt, unit_columns
 from ..decisions import REFINE_STEPS, REFITTED, SCREEN_STARTS, SEARCH_STEPS, WORTH_REFITTING
-from .model import FittedModel, fit_model
+from .model import FittedModel, Model, fit_model
+
+_LITTLE = 0.05
+"""Share of an effect's first strength from which it is fitted if the whole of it does not help."""
 
 
 def noise_gain(step: NDArray, noise: NDArray) -> float:
@@ -123,6 +126,39 @@ def screen(
     return sorted((d for d in result if d is not None), key=lambda d: -d.gain)
 
 
+def fit_direction(base: FittedModel, one: Direction) -> FittedModel:
+    """Fit an effect together with the model it is added to."""
+    model = base.model.with_effects(one.effect)
+    return fit_model(model, first_values(base, model, one), SEARCH_STEPS, 1e-4)
+
+
+def first_values(base: FittedModel, model: Model, one: Direction) -> NDArray:
+    """Values from which an effect is fitted: the best of some."""
+    # The model's own values follow the effect to first order, as they did while it was refined. A
+    # fit from values that do not follow begins far from the data, and may end there.
+    n, little = len(base.values), one.start.copy()
+    little[one.effect.strength] *= _LITTLE
+    stay = np.concatenate([base.values, one.start])
+    residual = model.residuals(stay, False)[0]
+    starts = {_cost(residual): stay}
+    if np.isfinite(residual).all():
+        scaled, length = unit_columns(base.jacobian)
+        inverse = np.linalg.pinv(scaled.T @ scaled, DETERMINED**2, hermitian=True)
+        follow = base.values - inverse @ (scaled.T @ residual) / length
+        lower, upper = (bound[:n] for bound in model.bounds())
+        follow = np.concatenate([np.clip(follow, lower, upper), one.start])
+        starts[_cost(model.residuals(follow, False)[0])] = follow
+    if min(starts) > base.cost:  # neither helps: the effect grows from little
+        little = np.concatenate([base.values, little])
+        starts[_cost(model.residuals(little, False)[0])] = little
+    return starts[min(starts)]
+
+
+def _cost(residual: NDArray) -> float:
+    result = float(np.vdot(residual, residual))
+    return result if np.isfinite(result) else np.inf
+
+
 def fit_directions(
     base: FittedModel,
     matches: Sequence[Direction],
@@ -132,8 +168,7 @@ def fit_directions(
     """Fit each effect together with the model it is added to, the best first."""
 
     def fit(one: Direction) -> FittedModel:
-        model = base.model.with_effects(one.effect)
-        result = fit_model(model, np.concatenate([base.values, one.start]), SEARCH_STEPS, 1e-4)
+        result = fit_direction(base, one)
         advance()
         return result
 
