@@ -35,8 +35,9 @@ class TrainedPolicy(CompiledController):
 
     The weights minimise the mean of both peaks over synthetic motions of the reference building,
     by the gradient through the simulation. They are for this building and a coil lag of 50 ms.
-    Another building needs its own training (``python -m studies.train_policy``). Displacements and
-    velocities are measured; there is no observer. The ground moves in one direction.
+    Another building needs its own training (``python -m studies.train_policy``). Measured are all
+    accelerations, the deformation and velocity of the first isolator, the displacement of the roof
+    and the ground acceleration, which has one direction. There is no observer.
     """
 
     name = "trained_policy"
@@ -50,16 +51,19 @@ class TrainedPolicy(CompiledController):
     )  # fmt: skip
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
-        """Displacements, velocities and the ground acceleration."""
+        """Accelerations, one isolator's motion, the roof's displacement, ground acceleration."""
         structure = nominal.structure
         if len(structure.directions) != 1:
             raise InputError(
                 f"{self.name}: {structure.name} moves in {len(structure.directions)} directions; "
                 "expected: one"
             )
+        isolator = driven_elements(nominal, self.name)[0].name
         return (
-            *(f"{dof}_displacement_m" for dof in structure.names),
-            *(f"{dof}_velocity_m_s" for dof in structure.names),
+            *(f"{dof}_acceleration_m_s2" for dof in structure.names),
+            f"{isolator}_deformation_m",
+            f"{isolator}_velocity_m_s",
+            f"{structure.names[-1]}_displacement_m",
             "ground_acceleration_m_s2",
         )
 
@@ -71,7 +75,8 @@ class TrainedPolicy(CompiledController):
         from .predictive.prediction import Prediction
 
         nominal, step = context.nominal, context.period
-        driven_elements(nominal, self.name)
+        driven = driven_elements(nominal, self.name)[0]
+        element = nominal.elements.index(driven)
         coils = np.minimum(coil_table(context), 1e30)
         softest = linear_model(nominal, coils[:, 2])[0]
         p = Prediction(nominal, coils, step, SUBSTEP)
@@ -79,18 +84,20 @@ class TrainedPolicy(CompiledController):
         network = self._network()
         n_hidden, n_first = len(network[1]), len(network[4])
         settings = {
-            at.NUMBERS: [step, 2 * np.pi * softest, p.n_displacements, p.n_accelerations],
-            at.NO_BLOCK: [], at.TO_MODES: p.to_modes, at.LENGTHS: p.lengths,
-            at.RANGES: coils[:, 2:4],
+            at.NUMBERS: [
+                step, 2 * np.pi * softest, p.n_displacements, p.n_accelerations, element,
+                p.lengths[element],
+            ],
+            at.NO_BLOCK: [], at.RANGES: coils[:, 2:4],
             at.REFERENCE_CURRENTS: np.array([low, low + (high - low) / 3, high]),
         } | dict(enumerate(p.plant, at.DECAY)) | dict(enumerate(network, at.GATES))  # fmt: skip
-        n_z, n_dofs, n_devices = p.rows.shape[-1], p.to_modes.shape[1] // 2, len(p.lengths)
+        n_z, n_levels = p.rows.shape[-1], nominal.structure.n_dofs
         n_peaks, rest = p.n_displacements + p.n_accelerations, p.initial_states()
         n_outputs = n_peaks + p.n_displacements
         zeros = {
-            at.STATE: 10, at.Z_THEN: n_z, at.Z_SEEN: n_z, at.MOTION_SEEN: 2 * n_dofs,
-            at.FOLLOWING: SCRATCH * max(p.model.n_states, 1), at.PAST: (2, n_peaks), at.PEAKS: 3,
-            at.OUTPUTS: n_outputs, at.REFERENCE_Z: (at.N_REFERENCES, n_z),
+            at.LEVELS: n_levels, at.FOLLOWING: SCRATCH * max(p.model.n_states, 1),
+            at.PAST: (2, 1 + n_levels), at.PEAKS: 3, at.OUTPUTS: n_levels + 2,
+            at.REFERENCE_Z: (at.N_REFERENCES, n_z),
             at.REFERENCE_PAST: (at.N_REFERENCES, 2, n_peaks),
             at.REFERENCE_PEAKS: (at.N_REFERENCES, 3),
             at.REFERENCE_OUTPUTS: (at.N_REFERENCES, n_outputs), at.GROUND: (1, p.n_sub + 1),
@@ -98,10 +105,9 @@ class TrainedPolicy(CompiledController):
             at.GATE_SUMS: 6 * n_hidden, at.FIRST_LAYER: n_first, at.SECOND_LAYER: len(network[6]),
         }  # fmt: skip
         arrays = {k: np.zeros(shape) for k, shape in zeros.items()} | {
-            at.STATES_THEN: rest, at.CURRENT_THEN: coils[:, 4],
-            at.REFERENCE_STATES: np.tile(rest, (at.N_REFERENCES, 1, 1)).reshape(
-                at.N_REFERENCES, n_devices, -1
-            ),
+            at.STATE: np.eye(11)[at.CURRENT_THEN] * coils[driven.channel or 0, 4],
+            at.STATES_THEN: rest[element],
+            at.REFERENCE_STATES: np.tile(rest, (at.N_REFERENCES, 1, 1)),
         }  # fmt: skip
         values, derivatives, side = p.work(0)
         groups = {
@@ -117,9 +123,26 @@ class TrainedPolicy(CompiledController):
         path = WEIGHTS if self.weights is None else Path(self.weights)
         try:
             with np.load(path) as file:
-                return [np.asarray(file[name], dtype=float) for name in LAYERS]
+                arrays = [np.asarray(file[name], dtype=float) for name in LAYERS]
         except (OSError, KeyError, ValueError) as error:
             raise InputError(
                 f"{self.name}: weights {str(path)!r}: {error}; expected: a file that "
                 "python -m studies.train_policy wrote"
             ) from None
+        return self._checked(arrays, str(path))
+
+    def _checked(self, arrays: list[NDArray], path: str) -> list[NDArray]:
+        """Refuse arrays whose shapes do not fit together."""
+        from .predictive.policy_kernel import N_GROUND, N_MOTION
+
+        n, n_hidden, n_first, n_second = N_GROUND + N_MOTION, *(len(arrays[k]) for k in (1, 4, 6))
+        shapes = [
+            (n, 3 * n_hidden), (n_hidden, 3 * n_hidden), (3 * n_hidden,), (n + n_hidden, n_first),
+            (n_first,), (n_first, n_second), (n_second,), (n_second, 1), (1,),
+        ]  # fmt: skip
+        if [array.shape for array in arrays] != shapes:
+            raise InputError(
+                f"{self.name}: weights {path!r}: arrays of {[array.shape for array in arrays]}; "
+                f"expected: a network of {n} inputs"
+            )
+        return arrays

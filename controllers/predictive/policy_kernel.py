@@ -13,30 +13,29 @@ from numpy.typing import NDArray
 
 from ..device_states import follow_states
 from .flat_arrays import array1, array2, array3
-from .prediction_kernel import motion_of, outputs_now, predict
+from .prediction_kernel import predict
 from .running_peaks import follow_peaks
 
 # arrays of the settings: single numbers, then those of ``prediction_kernel``, then the others
 (
     NUMBERS, DECAY, HELD, SLOPED, MOVED, DEFORMATIONS, REFERENCE, CHANNELS, DEVICE_NUMBERS,
-    FORCE_SCALES, COIL_DECAY, ON_MODES, ON_FORCES, NO_BLOCK, TO_MODES, LENGTHS, RANGES,
-    REFERENCE_CURRENTS, GATES, RECURRENT, GATE_OFFSETS, FIRST, FIRST_OFFSETS, SECOND,
-    SECOND_OFFSETS, LAST, LAST_OFFSETS,
-) = range(27)  # fmt: skip
+    FORCE_SCALES, COIL_DECAY, ON_MODES, ON_FORCES, NO_BLOCK, RANGES, REFERENCE_CURRENTS, GATES,
+    RECURRENT, GATE_OFFSETS, FIRST, FIRST_OFFSETS, SECOND, SECOND_OFFSETS, LAST, LAST_OFFSETS,
+) = range(25)  # fmt: skip
 # the single numbers
-STEP, FREQUENCY, N_DISPLACEMENTS, N_ACCELERATIONS = range(4)
+STEP, FREQUENCY, N_DISPLACEMENTS, N_ACCELERATIONS, ELEMENT, LENGTH = range(6)
 # arrays of the memory
 (
-    STATE, Z_THEN, Z_SEEN, MOTION_SEEN, STATES_THEN, CURRENT_THEN, FOLLOWING, PAST, PEAKS, OUTPUTS,
-    REFERENCE_Z, REFERENCE_STATES, REFERENCE_PAST, REFERENCE_PEAKS, REFERENCE_OUTPUTS, GROUND,
-    SAMPLES, INPUTS, HIDDEN, GATE_SUMS, FIRST_LAYER, SECOND_LAYER,
-) = range(22)  # fmt: skip
-VALUES, DERIVATIVES, SIDE, RESULTS = 22, 32, 42, 43
+    STATE, LEVELS, STATES_THEN, FOLLOWING, PAST, PEAKS, OUTPUTS, REFERENCE_Z, REFERENCE_STATES,
+    REFERENCE_PAST, REFERENCE_PEAKS, REFERENCE_OUTPUTS, GROUND, SAMPLES, INPUTS, HIDDEN, GATE_SUMS,
+    FIRST_LAYER, SECOND_LAYER,
+) = range(19)  # fmt: skip
+VALUES, DERIVATIVES, SIDE, RESULTS = 19, 29, 39, 40
 # the single numbers of the memory; ground accelerations in m/s^2, velocities in m/s
 (
     BEGUN, THEN, ACCELERATION, VELOCITY, DISPLACEMENT, FAST_VELOCITY, PEAK_ACCELERATION,
-    PEAK_VELOCITY, RATE, MOVING,
-) = range(10)  # fmt: skip
+    PEAK_VELOCITY, RATE, MOVING, CURRENT_THEN,
+) = range(11)  # fmt: skip
 
 N_GROUND, N_MOTION = 20, 13
 """Inputs from the ground motion alone, and from the controlled motion."""
@@ -61,11 +60,13 @@ def decide(
     device_side: Callable, state_rates: Callable,
 ) -> None:  # fmt: skip
     """Update the memory by one measurement, and evaluate the network."""
-    # Measured: displacements (m), velocities (m/s), ground acceleration (m/s^2), coil currents (A)
-    motion, state = array1(memory, MOTION_SEEN), array1(memory, STATE)
-    n = len(motion)
+    # Measured: accelerations of all levels (m/s^2), deformation (m) and velocity (m/s) of the first
+    # driven element, displacement of the roof (m), ground acceleration (m/s^2), coil currents (A)
+    state, levels = array1(memory, STATE), array1(memory, LEVELS)
+    n = len(levels)
     for k in range(n):
-        motion[k] = measured[k]
+        levels[k] = measured[k]
+    ground, current = measured[n + 3], measured[n + 4 :]
     plant = (
         array2(settings, DECAY), array2(settings, HELD), array2(settings, SLOPED),
         array3(settings, MOVED), array3(settings, DEFORMATIONS), array2(settings, REFERENCE),
@@ -89,11 +90,10 @@ def decide(
         ),
         array1(memory, SIDE),
     )  # fmt: skip
-    current = measured[n + 1 :]
-    follow_controlled(t, current, settings, memory, plant, work, device_side, state_rates)
-    follow_references(measured[n], settings, memory, plant, work, device_side)
-    follow_ground(measured[n], settings, memory)
-    fill_inputs(current, settings, memory)
+    follow_controlled(t, (measured[n], measured[n + 1]), current, settings, memory, state_rates)
+    follow_references(ground, settings, memory, plant, work, device_side)
+    follow_ground(ground, settings, memory)
+    fill_inputs(current, measured[n + 2], settings, memory)
     share = evaluate_network(settings, memory)
     ranges = array2(settings, RANGES)
     for c in range(len(command)):
@@ -102,41 +102,25 @@ def decide(
 
 
 def follow_controlled(
-    t: float, current: NDArray, settings: NDArray, memory: NDArray, plant: tuple, work: tuple,
-    device_side: Callable, state_rates: Callable,
+    t: float, motion: tuple, current: NDArray, settings: NDArray, memory: NDArray,
+    state_rates: Callable,
 ) -> None:  # fmt: skip
-    """Modes from the measured motion, device states integrated along it, outputs and peaks."""
-    state, rows, numbers = array1(memory, STATE), plant[4], plant[7]
-    z, seen, motion = array1(memory, Z_THEN), array1(memory, Z_SEEN), array1(memory, MOTION_SEEN)
-    to_modes, lengths = array2(settings, TO_MODES), array1(settings, LENGTHS)
-    channels, single = array1(settings, CHANNELS), array1(settings, NUMBERS)
-    then, states = array1(memory, CURRENT_THEN), array2(memory, STATES_THEN)
-    n_modes = len(z) // 2
-    for m in range(len(z)):
-        seen[m] = 0.0
-        for k in range(len(motion)):
-            seen[m] += to_modes[m, k] * motion[k]
+    """States of the first driven element along its measured motion, and peaks so far."""
+    state, numbers = array1(memory, STATE), array2(settings, DEVICE_NUMBERS)
+    levels, y = array1(memory, LEVELS), array1(memory, OUTPUTS)
+    e = int(array1(settings, NUMBERS)[ELEMENT])
+    c, n, rate = int(array1(settings, CHANNELS)[e]), len(levels), len(levels) + 1
     if state[BEGUN] == 1.0:
-        for e in range(len(lengths)):
-            c, size = int(channels[e]), lengths[e]
-            amperes = 0.5 * (then[c] + current[c]) if c >= 0 else 0.0
-            x, v = motion_of(rows[e, 0], z, n_modes), motion_of(rows[e, 1], z, n_modes)
-            x_end = motion_of(rows[e, 0], seen, n_modes)
-            v_end = motion_of(rows[e, 1], seen, n_modes)
-            follow_states(
-                e, (x * size, v * size), (x_end * size, v_end * size), t - state[THEN], states[e],
-                amperes, numbers[e], array1(memory, FOLLOWING), state_rates,
-            )  # fmt: skip
-    for m in range(len(z)):
-        z[m] = seen[m]
-    for c in range(len(then)):
-        then[c] = current[c]
-    y = array1(memory, OUTPUTS)
-    outputs_now(z, states, then, plant, work, y, device_side)
-    follow_peaks(
-        y, int(single[N_DISPLACEMENTS]), int(single[N_ACCELERATIONS]), array2(memory, PAST),
-        array1(memory, PEAKS),
-    )  # fmt: skip
+        follow_states(
+            e, (y[0], y[rate]), motion, t - state[THEN], array1(memory, STATES_THEN),
+            0.5 * (state[CURRENT_THEN] + current[c]), numbers[e], array1(memory, FOLLOWING),
+            state_rates,
+        )  # fmt: skip
+    state[CURRENT_THEN] = current[c]
+    y[0], y[rate] = motion
+    for k in range(n):
+        y[1 + k] = levels[k]
+    follow_peaks(y, 1, n, array2(memory, PAST), array1(memory, PEAKS))
 
 
 def follow_references(
@@ -203,15 +187,13 @@ def logarithm(value: float) -> float:
     return math.log(max(value, 1e-6))
 
 
-def fill_inputs(current: NDArray, settings: NDArray, memory: NDArray) -> None:
+def fill_inputs(current: NDArray, roof: float, settings: NDArray, memory: NDArray) -> None:
     """Write the network's inputs."""
     state, single, x = array1(memory, STATE), array1(settings, NUMBERS), array1(memory, INPUTS)
     y, r = array1(memory, OUTPUTS), array2(memory, REFERENCE_OUTPUTS)
     peaks, r_peaks = array1(memory, PEAKS), array2(memory, REFERENCE_PEAKS)
-    motion, states = array1(memory, MOTION_SEEN), array2(memory, STATES_THEN)
-    lengths, ranges = array1(settings, LENGTHS), array2(settings, RANGES)
-    n_d, n_a = int(single[N_DISPLACEMENTS]), int(single[N_ACCELERATIONS])
-    base, middle, roof, rate = n_d, n_d + n_a // 2, n_d + n_a - 1, n_d + n_a
+    states, ranges, n = array1(memory, STATES_THEN), array2(settings, RANGES), len(y) - 2
+    rate = int(single[N_DISPLACEMENTS]) + int(single[N_ACCELERATIONS])
     w, pga = single[FREQUENCY], max(state[PEAK_ACCELERATION], 1e-3)
     x0 = max(r_peaks[0, 0], LEAST_PEAK * pga / (w * w))
     a0 = max(r_peaks[0, 1], LEAST_PEAK * pga)
@@ -222,7 +204,7 @@ def fill_inputs(current: NDArray, settings: NDArray, memory: NDArray) -> None:
     x[3] = state[FAST_VELOCITY] / v0
     x[4] = r[0, 0] / x0
     x[5] = r[0, rate] / v0
-    x[6] = r[0, roof] / a0
+    x[6] = r[0, rate - 1] / a0
     x[7] = 0.5 * logarithm(x0 / 0.1)
     x[8] = 0.5 * logarithm(a0)
     x[9] = 0.5 * logarithm(0.5 * pga)
@@ -238,18 +220,18 @@ def fill_inputs(current: NDArray, settings: NDArray, memory: NDArray) -> None:
     x[19] = r[2, 0] / x0
     k = N_GROUND
     x[k] = y[0] / x0
-    x[k + 1] = y[rate] / v0
-    x[k + 2] = y[base] / a0
-    x[k + 3] = y[middle] / a0
-    x[k + 4] = y[roof] / a0
+    x[k + 1] = y[n + 1] / v0
+    x[k + 2] = y[1] / a0
+    x[k + 3] = y[1 + n // 2] / a0
+    x[k + 4] = y[n] / a0
     for q in range(2):
-        x[k + 5 + q] = states[0, q] * lengths[0] / x0 if q < states.shape[1] else 0.0
+        x[k + 5 + q] = states[q] * single[LENGTH] / x0 if q < len(states) else 0.0
     x[k + 7] = 2.0 * (current[0] - ranges[0, 0]) / (ranges[0, 1] - ranges[0, 0]) - 1.0
     x[k + 8] = peaks[0] / x0
     x[k + 9] = peaks[1] / a0
     x[k + 10] = (abs(y[0]) - peaks[0]) / x0
-    x[k + 11] = (abs(y[roof]) - peaks[1]) / a0
-    x[k + 12] = 5.0 * motion[len(motion) // 2 - 1] / x0
+    x[k + 11] = (abs(y[n]) - peaks[1]) / a0
+    x[k + 12] = 5.0 * roof / x0
     for j in range(len(x)):
         x[j] = min(max(x[j], -LIMIT), LIMIT)
 
