@@ -44,6 +44,12 @@ STRONGEST = 5.5
 """Largest ground acceleration of a training motion, m/s^2."""
 ODD = (*range(7), 18, 19)
 """Inputs from the ground motion that change their sign with it."""
+NOISY = (0, *(at.N_GROUND + k for k in (0, 1, 2, 3, 4, 12)))
+"""Inputs with noise: ground acceleration, base motion, three accelerations, roof displacement."""
+NOISE = (0.02, 5e-4, 5e-3, 0.02, 0.02, 0.02, 5e-4)
+"""Standard deviations of their measurements, SI units."""
+FACTORS = 0.8, 1.25
+"""True force of the isolators over the nominal one under degraded conditions."""
 MOST_LOSS = 2.0
 """J above that of the best constant current beyond which a motion counts no more."""
 LARGEST_GRADIENT = 0.5
@@ -177,6 +183,25 @@ def plant() -> Plant:
     )  # fmt: skip
 
 
+class Trouble(NamedTuple):
+    """Degraded conditions of each motion of a batch."""
+
+    factor: Any  # (count,): True force of the isolators over the nominal one
+    late: Any  # (count,): Whether measurements are one decision old
+    noise: Any  # (n_decisions, count, 7), SI units: Of the measurements behind ``NOISY``
+
+
+def draw_trouble(draw: np.random.Generator, n: int, count: int, share: float) -> Trouble:
+    """Draw conditions: a share of the motions has noise, delay and a wrong nominal force."""
+    troubled = draw.random(count) < share
+    factor = np.where(troubled, draw.uniform(*FACTORS, count), 1.0)
+    noise = draw.standard_normal((n, count, len(NOISY)), dtype=np.float32) * np.float32(NOISE)
+    return Trouble(
+        factor.astype(np.float32), troubled & (draw.random(count) < 0.75),
+        noise * troubled[:, np.newaxis],
+    )  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Training:
     """The simulation and the network in JAX."""
@@ -187,9 +212,9 @@ class Training:
     def _parameters(self, current: Any) -> list[Any]:
         return [sum(c * current**k for k, c in enumerate(row)) for row in self.plant.coefficients]
 
-    def _force(self, y: Any, z: Any, current: Any) -> Any:
+    def _force(self, y: Any, z: Any, current: Any, factor: Any) -> Any:
         _, _, _, k1, alpha = self._parameters(current)
-        return self.plant.scale * (k1 * y + alpha * z**3)
+        return factor * self.plant.scale * (k1 * y + alpha * z**3)
 
     def _rates(self, motion: Any, y: Any, z: Any, current: Any) -> tuple[Any, Any]:
         c0, k0, c1, k1, alpha = self._parameters(current)
@@ -197,12 +222,14 @@ class Training:
         x, v = motion[:, 0] / length, motion[:, n] / length
         return v + (k0 * x - (k0 + k1) * y) / c0, v - alpha / c1 * z**3
 
-    def step(self, state: tuple, command: Any, ground: tuple) -> tuple[tuple, Any]:
+    def step(
+        self, state: tuple, command: Any, ground: tuple, factor: Any = 1.0
+    ) -> tuple[tuple, Any]:
         """Advance all motions by one step of Heun's rule; the state and the accelerations."""
         motion, y, z, current = state
         p, h = self.plant, DT
         then = command + (current - command) * float(np.exp(-DT / LAG))
-        force = self._force(y, z, current)
+        force = self._force(y, z, current, factor)
         rates = self._rates(motion, y, z, current)
         free = motion @ p.carried.T + force[:, None] * p.force[0]
         free = free + ground[0][:, None] * p.ground[0] + ground[1][:, None] * p.ground[1]
@@ -211,7 +238,7 @@ class Training:
         for _ in range(self.corrections):
             ends = self._rates(moved, y1, z1, then)
             y1, z1 = y + h / 2 * (rates[0] + ends[0]), z + h / 2 * (rates[1] + ends[1])
-            force = self._force(y1, z1, then)
+            force = self._force(y1, z1, then, factor)
             moved = free + force[:, None] * p.force[1]
         accelerations = moved @ p.on_motion.T + force[:, None] * p.on_force
         return (moved, y1, z1, then), accelerations
@@ -223,13 +250,13 @@ class Training:
         state = jnp.zeros((count, n)), jnp.zeros(count), jnp.zeros(count), current
         return state, jnp.zeros(count), jnp.zeros(count), jnp.zeros((count, n // 2))
 
-    def _interval(self, carried: tuple, command: Any, ground: tuple) -> tuple:
+    def _interval(self, carried: tuple, command: Any, ground: tuple, factor: Any = 1.0) -> tuple:
         """From one decision to the next; state, both peaks so far and accelerations."""
         import jax.numpy as jnp
 
         state, base, floor, accelerations = carried
         for k in range(N_SUB):
-            state, accelerations = self.step(state, command, (ground[0][k], ground[1][k]))
+            state, accelerations = self.step(state, command, (ground[0][k], ground[1][k]), factor)
             base = jnp.maximum(base, jnp.abs(state[0][:, 0]))
             floor = jnp.maximum(floor, jnp.abs(accelerations).max(1))
         return state, base, floor, accelerations
@@ -307,7 +334,10 @@ class Training:
         ]  # fmt: skip
         return jnp.clip(jnp.stack(inputs, -1), -at.LIMIT, at.LIMIT), x0, a0
 
-    def run(self, network: dict, ground: Any, inputs: Any, x0: Any, a0: Any) -> tuple[Any, Any]:
+    def run(
+        self, network: dict, ground: Any, inputs: Any, x0: Any, a0: Any,
+        trouble: Trouble | None = None,
+    ) -> tuple[Any, Any]:  # fmt: skip
         """Peak base displacement (m) and floor acceleration (m/s^2) with the network."""
         import jax
         import jax.numpy as jnp
@@ -315,8 +345,8 @@ class Training:
         count, n, w = len(ground), len(self.plant.carried) // 2, self.plant.frequency
 
         def advance(carried: tuple, given: tuple) -> tuple[tuple, None]:
-            (state, base, floor, acc), hidden = carried
-            by_ground, x_unit, a_unit, *both = given
+            (state, base, floor, acc), hidden, before = carried
+            by_ground, x_unit, a_unit, noise, *both = given
             motion, y, z, current = state
             by_motion = [
                 motion[:, 0] / x_unit, motion[:, n] / (x_unit * w), acc[:, 0] / a_unit,
@@ -325,15 +355,28 @@ class Training:
                 floor / a_unit, (jnp.abs(motion[:, 0]) - base) / x_unit,
                 (jnp.abs(acc[:, -1]) - floor) / a_unit, 5 * motion[:, n - 1] / x_unit,
             ]  # fmt: skip
-            clipped = jnp.clip(jnp.stack(by_motion, -1), -at.LIMIT, at.LIMIT)
-            share, hidden = evaluate(network, jnp.concatenate([by_ground, clipped], 1), hidden)
-            moved = self._interval((state, base, floor, acc), HIGHEST * share, tuple(both))
-            return (moved, hidden), None
+            by_noise = noise / jnp.stack(
+                [a_unit, x_unit, x_unit * w, a_unit, a_unit, a_unit, x_unit / 5], -1
+            )
+            now = jnp.concatenate([by_ground, jnp.stack(by_motion, -1)], 1)
+            now = jnp.clip(now.at[:, NOISY].add(by_noise), -at.LIMIT, at.LIMIT)
+            seen = now if trouble is None else jnp.where(trouble.late[:, None], before, now)
+            share, hidden = evaluate(network, seen, hidden)
+            factor = 1.0 if trouble is None else trouble.factor
+            current = HIGHEST * share
+            moved = self._interval((state, base, floor, acc), current, tuple(both), factor)
+            return (moved, hidden, now), None
 
         n_decisions = len(inputs)
         both = [one[:n_decisions] for one in self._intervals(ground)]
-        begin = self._rest(count, jnp.zeros(count)), jnp.zeros((count, len(network["Ug"])))
-        ((_, base, floor, _), _), _ = jax.lax.scan(advance, begin, (inputs, x0, a0, *both))
+        noise = jnp.zeros((n_decisions, 1, len(NOISY))) if trouble is None else trouble.noise
+        begin = (
+            self._rest(count, jnp.zeros(count)), jnp.zeros((count, len(network["Ug"]))),
+            jnp.zeros((count, at.N_GROUND + at.N_MOTION)),
+        )  # fmt: skip
+        ((_, base, floor, _), _, _), _ = jax.lax.scan(
+            advance, begin, (inputs, x0, a0, noise, *both)
+        )
         return base, floor
 
     def best_constant(self, ground: Any) -> NDArray:
@@ -345,12 +388,19 @@ class Training:
         return np.array([(peaks / peaks[0]).sum(axis=1).min(axis=0), *peaks[0]])
 
     def loss(
-        self, network: dict, ground: Any, inputs: Any, units: tuple, best: Any, harm: float
+        self,
+        network: dict,
+        ground: Any,
+        inputs: Any,
+        units: tuple,
+        best: Any,
+        trouble: Trouble,
+        harm: float,
     ) -> tuple[Any, Any]:
         """Mean loss over the motions, and J minus that of the best constant current."""
         import jax.numpy as jnp
 
-        base, floor = self.run(network, ground, inputs, *units)
+        base, floor = self.run(network, ground, inputs, *units, trouble)
         difference = base / best[1] + floor / best[2] - best[0]
         counted = jnp.minimum(difference, MOST_LOSS)
         return jnp.mean(counted + harm * jnp.maximum(counted, 0.0)), difference
@@ -392,7 +442,8 @@ def new_network(seed: int) -> dict[str, NDArray]:
 
 def train(
     network: dict[str, NDArray], motions: NDArray, steps: int, *, batch: int = 128,
-    rate: float = 4e-3, harm: float = 0.3, seed: int = 0, duration: float = 20.0,
+    rate: float = 4e-3, harm: float = 0.3, degraded: float = 0.4, seed: int = 0,
+    duration: float = 20.0,
 ) -> Iterator[tuple[int, float, dict[str, NDArray]]]:  # fmt: skip
     """Train a network: yields the step, its mean J minus constant, and the averaged weights."""
     import jax
@@ -417,7 +468,12 @@ def train(
         given[:, :, ODD] *= sign[:, np.newaxis]
         ground = motions[some][:, : N_SUB * n + 1] * sign[:, np.newaxis]
         (_, differences), slope = gradient(
-            network, ground, given, (x0[:n, some], a0[:n, some]), best[:, some]
+            network,
+            ground,
+            given,
+            (x0[:n, some], a0[:n, some]),
+            best[:, some],
+            draw_trouble(draw, n, len(some), degraded),
         )
         size = float(jnp.sqrt(sum(jnp.sum(g**2) for g in slope.values())))
         if not np.isfinite(size):
@@ -443,6 +499,9 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=3000, help="about 0.4 s each on one processor")
     parser.add_argument("--rate", type=float, default=4e-3)
     parser.add_argument("--harm", type=float, default=0.3, help="additional weight of a loss")
+    parser.add_argument(
+        "--degraded", type=float, default=0.4, help="share of motions with noise, delay and error"
+    )
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
     network = new_network(given.seed)
@@ -452,7 +511,13 @@ def main() -> None:
     motions = training_motions(given.motions, given.seed)
     began, recent = time.monotonic(), []
     for step, mean, weights in train(
-        network, motions, given.steps, rate=given.rate, harm=given.harm, seed=given.seed
+        network,
+        motions,
+        given.steps,
+        rate=given.rate,
+        harm=given.harm,
+        degraded=given.degraded,
+        seed=given.seed,
     ):
         recent.append(mean)
         if step % 100 == 0 or step == given.steps:
