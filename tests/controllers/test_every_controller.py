@@ -20,7 +20,7 @@ from .conftest import build, noisy_sensors
 # frequency at which it switches, which this motion's leaps over
 REASONING = {
     "clipped_lqr", "clipped_lqg", "h2", "lyapunov", "sliding_mode", "mpc",
-    "clairvoyant",
+    "clairvoyant", "trained_policy",
 }  # fmt: skip
 
 

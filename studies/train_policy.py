@@ -1,0 +1,530 @@
+"""Train the network of ``trained_policy`` through the equations of motion.
+
+``python -m studies.train_policy --out my_policy.npz`` (needs the extra ``train``). The reference
+building, its isolators and the network are simulated in JAX under random motions of several
+processes, and the mean of J minus that of the best constant current is minimised by its gradient
+through the whole simulation (backpropagation through time, Adam). J is the peak base displacement
+and the peak floor acceleration, each over its value without current, added. No recorded motion is
+used.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from controllers.clipped_lqr import linear_model
+from controllers.predictive import policy_kernel as at
+from controllers.trained_policy import LAYERS, WEIGHTS
+from ground_motions import mavroeidis_papageorgiou_pulse, motion_mixture
+from isolation_sim.structures import reference_building, reference_isolators
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+DT, N_SUB = 0.01, 2
+"""Integration step, s, and steps from one decision to the next."""
+DECISION = N_SUB * DT
+SAMPLES = 2200
+"""Of a training motion."""
+N_HIDDEN, N_FIRST, N_SECOND = 24, 48, 32
+"""Units of the recurrent layer and of both others."""
+LAG, HIGHEST = 0.05, 3.0
+"""Coil lag, s, and highest current, A."""
+CURRENTS = (0.0, 0.125, 0.25, 0.375, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0)
+"""Constant currents, A."""
+STRONGEST = 5.5
+"""Largest ground acceleration of a training motion, m/s^2."""
+ODD = (*range(7), 18, 19)
+"""Inputs from the ground motion that change their sign with it."""
+NOISY = (0, *(at.N_GROUND + k for k in (0, 1, 2, 3, 4, 12)))
+"""Inputs with noise: ground acceleration, base motion, three accelerations, roof displacement."""
+NOISE = (0.02, 5e-4, 5e-3, 0.02, 0.02, 0.02, 5e-4)
+"""Standard deviations of their measurements, SI units."""
+FACTORS = 0.8, 1.25
+"""True force of the isolators over the nominal one under degraded conditions."""
+MOST_LOSS = 2.0
+"""J above that of the best constant current beyond which a motion counts no more."""
+LARGEST_GRADIENT = 0.5
+AVERAGED = 0.98
+"""Factor of the moving average of the weights."""
+
+
+def broadband_motion(draw: np.random.Generator) -> NDArray:
+    """Draw a motion with an omega-squared spectrum, some with a soil layer; peak 1.
+
+    Boore, Pure and Applied Geophysics 160 (2003) 635-676: windowed noise with the spectrum of a
+    source with a corner frequency.
+    """
+    n = 4096
+    f = np.fft.rfftfreq(n, DT)
+
+    def geometric(low: float, high: float) -> float:
+        return float(np.exp(draw.uniform(np.log(low), np.log(high))))
+
+    corner, kappa, cut = geometric(0.06, 0.6), draw.uniform(0.02, 0.08), geometric(0.05, 0.2)
+    spectrum = f**2 / (1 + (f / corner) ** 2) * np.exp(-np.pi * kappa * f)
+    spectrum /= np.sqrt(1 + (cut / np.maximum(f, 1e-6)) ** 8)
+    if draw.random() < 0.5:
+        ratio, damping = f / geometric(0.4, 4.0), draw.uniform(0.15, 0.6)
+        viscous = (2 * damping * ratio) ** 2
+        spectrum *= np.sqrt((1 + viscous) / ((1 - ratio**2) ** 2 + viscous))
+    length, peak, end = geometric(4.0, 20.0), draw.uniform(0.1, 0.5), draw.uniform(0.05, 0.3)
+    b = -peak * np.log(end) / (1 + peak * (np.log(peak) - 1))
+    s = np.arange(n) * DT / length
+    window = (np.e / peak) ** b * s**b * np.exp(-b / peak * s)
+    noise = draw.standard_normal(n) * window
+    motion = np.fft.irfft(np.fft.rfft(noise) * spectrum, n)[: SAMPLES + 200]
+    motion = np.concatenate([np.zeros(int(draw.uniform(0, 150))), motion])[:SAMPLES]
+    motion[-200:] *= np.linspace(1, 0, 200)
+    return motion / np.abs(motion).max()
+
+
+def pulse(draw: np.random.Generator) -> NDArray:
+    """Draw a near-fault pulse of 0.5 to 6.5 s."""
+    period = float(np.exp(draw.uniform(np.log(0.5), np.log(6.5))))
+    made = mavroeidis_papageorgiou_pulse(
+        1.0, period, draw.uniform(1.05, 3.0), draw.uniform(0, 2 * np.pi), DT,
+        before=draw.uniform(0.3, 4.0), after=14.0,
+    ).acceleration  # fmt: skip
+    return _fitted(made) * min(draw.uniform(0.2, 0.8), 4.5 / np.abs(made).max())
+
+
+def training_motions(count: int, seed: int) -> NDArray:
+    """Draw motions, (count, SAMPLES), m/s^2.
+
+    30 % of ``motion_mixture``, half of them with another time scale; 30 % broadband; 15 %
+    broadband with a pulse; 10 % a sum of both; 15 % pulses alone.
+    """
+    draw = np.random.default_rng(seed)
+    mixture = motion_mixture(count, seed + 5000)
+    result = np.zeros((count, SAMPLES))
+    for k in range(count):
+        kind = draw.random()
+        if kind < 0.30:
+            motion = mixture[k].acceleration
+            if draw.random() < 0.5:
+                scale = np.exp(draw.uniform(np.log(0.6), np.log(1.6)))
+                times = np.arange(int(len(motion) * scale)) / scale
+                motion = np.interp(times, np.arange(len(motion)), motion)
+            motion = _fitted(motion) * np.exp(draw.uniform(-0.4, 0.3))
+        elif kind < 0.60:
+            motion = broadband_motion(draw) * draw.uniform(1.5, 4.5)
+        elif kind < 0.75:
+            motion = broadband_motion(draw) * draw.uniform(0.7, 3.0)
+            motion = motion + pulse(draw) * draw.uniform(0.4, 1.0)
+        elif kind < 0.85:
+            motion = _fitted(mixture[k].acceleration) * draw.uniform(0.4, 0.9)
+            motion = motion + broadband_motion(draw) * draw.uniform(0.7, 2.5)
+        else:
+            motion = pulse(draw)
+        peak = np.abs(motion).max()
+        result[k] = motion * (min(max(peak, 0.5), STRONGEST) / max(peak, 1e-6))
+    return result.astype(np.float32)
+
+
+def _fitted(motion: NDArray) -> NDArray:
+    """Cut to the length of a training motion, or continue by zeros."""
+    cut = np.asarray(motion)[:SAMPLES]
+    return np.pad(cut, (0, SAMPLES - len(cut)))
+
+
+class Plant(NamedTuple):
+    """The reference building in discrete time; forces over the total mass."""
+
+    carried: Any  # (12, 12): Displacements and velocities, over one step
+    force: tuple[Any, Any]  # (12,): By the force at both ends of the step
+    ground: tuple[Any, Any]  # (12,), s^2: By the ground acceleration at both ends
+    on_motion: Any  # (6, 12): Absolute accelerations by the motion
+    on_force: Any  # (6,)
+    length: float  # Deformation over that of the laboratory device
+    scale: float  # Force of the laboratory device over the total mass
+    coefficients: tuple[tuple[float, ...], ...]  # Polynomials of the law's parameters
+    frequency: float  # First circular frequency without current, rad/s
+
+
+def plant() -> Plant:
+    """Discretise the reference building; force and ground acceleration are lines within a step."""
+    from scipy.linalg import expm
+
+    building, device = reference_building(), reference_isolators()
+    n, total = building.n_dofs, building.total_mass
+    inverse = np.linalg.inv(building.mass)
+    a = np.block([
+        [np.zeros((n, n)), np.eye(n)],
+        [-inverse @ building.stiffness, -inverse @ building.damping],
+    ])  # fmt: skip
+    by_force = np.concatenate([np.zeros(n), -inverse[0] * total])
+    by_ground = np.concatenate([np.zeros(n), -np.ones(n)])
+
+    def carried(b: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        block = np.zeros((2 * n + 2, 2 * n + 2))
+        block[: 2 * n, : 2 * n], block[: 2 * n, 2 * n] = a, b
+        block[2 * n, 2 * n + 1] = 1 / DT
+        whole = expm(block * DT)
+        held, sloped = whole[: 2 * n, 2 * n], whole[: 2 * n, 2 * n + 1]
+        return whole[: 2 * n, : 2 * n], held - sloped, sloped
+
+    step, *force = carried(by_force)
+    _, *ground = carried(by_ground)
+    softest = linear_model(building.on(device), np.zeros(1))[0]
+    return Plant(
+        np.float32(step), (np.float32(force[0]), np.float32(force[1])),
+        (np.float32(ground[0]), np.float32(ground[1])), np.float32(a[n:]), np.float32(by_force[n:]),
+        device.length, device.force_scale / total,
+        tuple(map(tuple, device.current.coefficients[0].tolist())), 2 * np.pi * softest,
+    )  # fmt: skip
+
+
+class Trouble(NamedTuple):
+    """Degraded conditions of each motion of a batch."""
+
+    factor: Any  # (count,): True force of the isolators over the nominal one
+    late: Any  # (count,): Whether measurements are one decision old
+    noise: Any  # (n_decisions, count, 7), SI units: Of the measurements behind ``NOISY``
+
+
+def draw_trouble(draw: np.random.Generator, n: int, count: int, share: float) -> Trouble:
+    """Draw conditions: a share of the motions has noise, delay and a wrong nominal force."""
+    troubled = draw.random(count) < share
+    factor = np.where(troubled, draw.uniform(*FACTORS, count), 1.0)
+    noise = draw.standard_normal((n, count, len(NOISY)), dtype=np.float32) * np.float32(NOISE)
+    return Trouble(
+        factor.astype(np.float32), troubled & (draw.random(count) < 0.75),
+        noise * troubled[:, np.newaxis],
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Training:
+    """The simulation and the network in JAX."""
+
+    plant: Plant
+    corrections: int = 1  # Evaluations of the isolator's force at the end of a step
+
+    def _parameters(self, current: Any) -> list[Any]:
+        return [sum(c * current**k for k, c in enumerate(row)) for row in self.plant.coefficients]
+
+    def _force(self, y: Any, z: Any, current: Any, factor: Any) -> Any:
+        _, _, _, k1, alpha = self._parameters(current)
+        return factor * self.plant.scale * (k1 * y + alpha * z**3)
+
+    def _rates(self, motion: Any, y: Any, z: Any, current: Any) -> tuple[Any, Any]:
+        c0, k0, c1, k1, alpha = self._parameters(current)
+        n, length = motion.shape[1] // 2, self.plant.length
+        x, v = motion[:, 0] / length, motion[:, n] / length
+        return v + (k0 * x - (k0 + k1) * y) / c0, v - alpha / c1 * z**3
+
+    def step(
+        self, state: tuple, command: Any, ground: tuple, factor: Any = 1.0
+    ) -> tuple[tuple, Any]:
+        """Advance all motions by one step of Heun's rule; the state and the accelerations."""
+        motion, y, z, current = state
+        p, h = self.plant, DT
+        then = command + (current - command) * float(np.exp(-DT / LAG))
+        force = self._force(y, z, current, factor)
+        rates = self._rates(motion, y, z, current)
+        free = motion @ p.carried.T + force[:, None] * p.force[0]
+        free = free + ground[0][:, None] * p.ground[0] + ground[1][:, None] * p.ground[1]
+        moved = free + force[:, None] * p.force[1]
+        y1, z1 = y + h * rates[0], z + h * rates[1]
+        for _ in range(self.corrections):
+            ends = self._rates(moved, y1, z1, then)
+            y1, z1 = y + h / 2 * (rates[0] + ends[0]), z + h / 2 * (rates[1] + ends[1])
+            force = self._force(y1, z1, then, factor)
+            moved = free + force[:, None] * p.force[1]
+        accelerations = moved @ p.on_motion.T + force[:, None] * p.on_force
+        return (moved, y1, z1, then), accelerations
+
+    def _rest(self, count: int, current: Any) -> tuple:
+        import jax.numpy as jnp
+
+        n = len(self.plant.carried)
+        state = jnp.zeros((count, n)), jnp.zeros(count), jnp.zeros(count), current
+        return state, jnp.zeros(count), jnp.zeros(count), jnp.zeros((count, n // 2))
+
+    def _interval(self, carried: tuple, command: Any, ground: tuple, factor: Any = 1.0) -> tuple:
+        """From one decision to the next; state, both peaks so far and accelerations."""
+        import jax.numpy as jnp
+
+        state, base, floor, accelerations = carried
+        for k in range(N_SUB):
+            state, accelerations = self.step(state, command, (ground[0][k], ground[1][k]), factor)
+            base = jnp.maximum(base, jnp.abs(state[0][:, 0]))
+            floor = jnp.maximum(floor, jnp.abs(accelerations).max(1))
+        return state, base, floor, accelerations
+
+    @staticmethod
+    def _intervals(ground: Any) -> tuple[Any, Any]:
+        """Ground accelerations at both ends of every step, by interval."""
+        n = (ground.shape[1] - 1) // N_SUB * N_SUB
+        both = ground.T[:n], ground.T[1 : n + 1]
+        return both[0].reshape(-1, N_SUB, len(ground)), both[1].reshape(-1, N_SUB, len(ground))
+
+    def constant(self, ground: Any, current: float) -> tuple[Any, Any, Any]:
+        """Peaks under a constant current, and the response at every decision."""
+        import jax
+        import jax.numpy as jnp
+
+        count, n = len(ground), len(self.plant.carried) // 2
+        held = jnp.full(count, current)
+
+        def advance(carried: tuple, both: tuple) -> tuple[tuple, Any]:
+            state, base, floor, accelerations = carried
+            now = state[0][:, 0], state[0][:, n], accelerations[:, -1], base, floor
+            return self._interval(carried, held, both), jnp.stack(now, -1)
+
+        (_, base, floor, _), course = jax.lax.scan(
+            advance, self._rest(count, held), self._intervals(ground)
+        )
+        return base, floor, course
+
+    def ground_inputs(self, ground: Any) -> tuple[Any, Any, Any]:
+        """Inputs from the ground motion at every decision, and both peaks without current.
+
+        As ``controllers.predictive.policy_kernel.fill_inputs``.
+        """
+        import jax
+        import jax.numpy as jnp
+
+        off, third, high = (self.constant(ground, c)[2] for c in (0.0, HIGHEST / 3, HIGHEST))
+        h, w, count = DECISION, self.plant.frequency, len(ground)
+
+        def follow(state: tuple, new: Any) -> tuple[tuple, Any]:
+            last, v, x, fast, pga, pgv, rate, moving, samples = state
+            mean = 0.5 * (last + new)
+            v = v * np.exp(-h / at.SLOW_MEMORY) + h * mean
+            x = x * np.exp(-h / at.DISPLACEMENT_MEMORY) + h * v
+            fast = fast * np.exp(-h / at.FAST_MEMORY) + h * mean
+            pga, pgv = jnp.maximum(pga, jnp.abs(new)), jnp.maximum(pgv, jnp.abs(v))
+            changed = jnp.abs(new - samples[0]) / (at.N_SAMPLES * h)
+            rate = jnp.maximum(at.RATE_FADING * rate, changed)
+            moving = moving + h * (pga > at.FELT)
+            samples = jnp.concatenate([samples[1:], new[None]])
+            now = new, v, x, fast, pga, pgv, rate, moving
+            return (*now, samples), jnp.stack(now, -1)
+
+        zero = jnp.zeros(count)
+        decisions = ground.T[::N_SUB][: len(off)]
+        begin = (*[zero] * 8, jnp.zeros((at.N_SAMPLES, count)))
+        _, course = jax.lax.scan(follow, begin, decisions)
+        a, v, x, fast, pga, pgv, rate, moving = jnp.moveaxis(course, -1, 0)
+        pga = jnp.maximum(pga, 1e-3)
+        x0 = jnp.maximum(off[..., 3], at.LEAST_PEAK * pga / w**2)
+        a0 = jnp.maximum(off[..., 4], at.LEAST_PEAK * pga)
+
+        def log(value: Any) -> Any:
+            return jnp.log(jnp.maximum(value, 1e-6))
+
+        inputs = [
+            a / pga, v / (x0 * w), x / x0, fast / (x0 * w), off[..., 0] / x0,
+            off[..., 1] / (x0 * w), off[..., 2] / a0, 0.5 * log(x0 / 0.1), 0.5 * log(a0),
+            0.5 * log(0.5 * pga), log(2 * np.pi * pga / jnp.maximum(rate, 1e-3)),
+            log(2 * np.pi * jnp.maximum(pgv, 1e-4) / pga), jnp.tanh(moving / 2),
+            jnp.tanh(moving / 8), log(high[..., 3] / x0 + 0.01), log(high[..., 4] / a0 + 0.01),
+            log(third[..., 3] / x0 + 0.01), log(third[..., 4] / a0 + 0.01), third[..., 0] / x0,
+            high[..., 0] / x0,
+        ]  # fmt: skip
+        return jnp.clip(jnp.stack(inputs, -1), -at.LIMIT, at.LIMIT), x0, a0
+
+    def run(
+        self, network: dict, ground: Any, inputs: Any, x0: Any, a0: Any,
+        trouble: Trouble | None = None,
+    ) -> tuple[Any, Any]:  # fmt: skip
+        """Peak base displacement (m) and floor acceleration (m/s^2) with the network."""
+        import jax
+        import jax.numpy as jnp
+
+        count, n, w = len(ground), len(self.plant.carried) // 2, self.plant.frequency
+
+        def advance(carried: tuple, given: tuple) -> tuple[tuple, None]:
+            (state, base, floor, acc), hidden, before = carried
+            by_ground, x_unit, a_unit, noise, *both = given
+            motion, y, z, current = state
+            by_motion = [
+                motion[:, 0] / x_unit, motion[:, n] / (x_unit * w), acc[:, 0] / a_unit,
+                acc[:, n // 2] / a_unit, acc[:, -1] / a_unit, y * self.plant.length / x_unit,
+                z * self.plant.length / x_unit, 2 * current / HIGHEST - 1, base / x_unit,
+                floor / a_unit, (jnp.abs(motion[:, 0]) - base) / x_unit,
+                (jnp.abs(acc[:, -1]) - floor) / a_unit, 5 * motion[:, n - 1] / x_unit,
+            ]  # fmt: skip
+            by_noise = noise / jnp.stack(
+                [a_unit, x_unit, x_unit * w, a_unit, a_unit, a_unit, x_unit / 5], -1
+            )
+            now = jnp.concatenate([by_ground, jnp.stack(by_motion, -1)], 1)
+            now = jnp.clip(now.at[:, NOISY].add(by_noise), -at.LIMIT, at.LIMIT)
+            seen = now if trouble is None else jnp.where(trouble.late[:, None], before, now)
+            share, hidden = evaluate(network, seen, hidden)
+            factor = 1.0 if trouble is None else trouble.factor
+            current = HIGHEST * share
+            moved = self._interval((state, base, floor, acc), current, tuple(both), factor)
+            return (moved, hidden, now), None
+
+        n_decisions = len(inputs)
+        both = [one[:n_decisions] for one in self._intervals(ground)]
+        noise = jnp.zeros((n_decisions, 1, len(NOISY))) if trouble is None else trouble.noise
+        begin = (
+            self._rest(count, jnp.zeros(count)), jnp.zeros((count, len(network["Ug"]))),
+            jnp.zeros((count, at.N_GROUND + at.N_MOTION)),
+        )  # fmt: skip
+        ((_, base, floor, _), _, _), _ = jax.lax.scan(
+            advance, begin, (inputs, x0, a0, noise, *both)
+        )
+        return base, floor
+
+    def best_constant(self, ground: Any) -> NDArray:
+        """Least J of a constant current, and both peaks without current, (3, count)."""
+        import jax
+
+        runs = jax.jit(self.constant)
+        peaks = np.array([[np.asarray(p) for p in runs(ground, c)[:2]] for c in CURRENTS])
+        return np.array([(peaks / peaks[0]).sum(axis=1).min(axis=0), *peaks[0]])
+
+    def loss(
+        self,
+        network: dict,
+        ground: Any,
+        inputs: Any,
+        units: tuple,
+        best: Any,
+        trouble: Trouble,
+        harm: float,
+    ) -> tuple[Any, Any]:
+        """Mean loss over the motions, and J minus that of the best constant current."""
+        import jax.numpy as jnp
+
+        base, floor = self.run(network, ground, inputs, *units, trouble)
+        difference = base / best[1] + floor / best[2] - best[0]
+        counted = jnp.minimum(difference, MOST_LOSS)
+        return jnp.mean(counted + harm * jnp.maximum(counted, 0.0)), difference
+
+
+def evaluate(network: dict, x: Any, hidden: Any) -> tuple[Any, Any]:
+    """Share of the current's range, and the hidden units' next values."""
+    import jax
+    import jax.numpy as jnp
+
+    n = hidden.shape[1]
+    given, kept = x @ network["Wg"] + network["bg"], hidden @ network["Ug"]
+    reset = jax.nn.sigmoid(given[:, :n] + kept[:, :n])
+    update = jax.nn.sigmoid(given[:, n : 2 * n] + kept[:, n : 2 * n])
+    candidate = jnp.tanh(given[:, 2 * n :] + reset * kept[:, 2 * n :])
+    hidden = update * hidden + (1 - update) * candidate
+    layer = jnp.tanh(jnp.concatenate([x, hidden], 1) @ network["W1"] + network["b1"])
+    layer = jnp.tanh(layer @ network["W2"] + network["b2"])
+    return jax.nn.sigmoid(layer @ network["W3"] + network["b3"])[:, 0], hidden
+
+
+def new_network(seed: int) -> dict[str, NDArray]:
+    """Draw random weights; the current is low at first."""
+    draw, n = np.random.default_rng(seed), at.N_GROUND + at.N_MOTION
+
+    def layer(inputs: int, outputs: int, size: float = 1.0) -> NDArray:
+        return np.float32(size * draw.standard_normal((inputs, outputs)) / np.sqrt(inputs))
+
+    offsets = np.zeros(3 * N_HIDDEN, dtype=np.float32)
+    offsets[N_HIDDEN : 2 * N_HIDDEN] = 2.0
+    arrays = (
+        layer(n, 3 * N_HIDDEN), layer(N_HIDDEN, 3 * N_HIDDEN), offsets,
+        layer(n + N_HIDDEN, N_FIRST), np.zeros(N_FIRST, dtype=np.float32),
+        layer(N_FIRST, N_SECOND), np.zeros(N_SECOND, dtype=np.float32),
+        layer(N_SECOND, 1, 0.1), np.full(1, -2.0, dtype=np.float32),
+    )  # fmt: skip
+    return dict(zip(LAYERS, arrays, strict=True))
+
+
+def train(
+    network: dict[str, NDArray], motions: NDArray, steps: int, *, batch: int = 128,
+    rate: float = 4e-3, harm: float = 0.3, degraded: float = 0.4, seed: int = 0,
+    duration: float = 20.0,
+) -> Iterator[tuple[int, float, dict[str, NDArray]]]:  # fmt: skip
+    """Train a network: yields the step, its mean J minus constant, and the averaged weights."""
+    import jax
+    import jax.numpy as jnp
+
+    training = Training(plant())
+    parts = range(0, len(motions), 512)
+    prepare = jax.jit(training.ground_inputs)
+    best = np.concatenate([training.best_constant(motions[k : k + 512]) for k in parts], axis=1)
+    prepared = [tuple(map(np.asarray, prepare(motions[k : k + 512]))) for k in parts]
+    inputs = np.concatenate([one[0].astype(np.float16) for one in prepared], axis=1)
+    x0, a0 = (np.concatenate([one[k] for one in prepared], axis=1) for k in (1, 2))
+    n = min(round(duration / DECISION), len(inputs))
+    gradient = jax.jit(jax.value_and_grad(partial(training.loss, harm=harm), has_aux=True))
+    draw = np.random.default_rng(seed)
+    first = {k: jnp.zeros_like(w) for k, w in network.items()}
+    second, average = dict(first), dict(network)
+    for step in range(1, steps + 1):
+        some = draw.choice(len(motions), min(batch, len(motions)), replace=False)
+        sign = draw.choice(np.float32([-1.0, 1.0]), len(some))
+        given = inputs[:n, some].astype(np.float32)
+        given[:, :, ODD] *= sign[:, np.newaxis]
+        ground = motions[some][:, : N_SUB * n + 1] * sign[:, np.newaxis]
+        (_, differences), slope = gradient(
+            network,
+            ground,
+            given,
+            (x0[:n, some], a0[:n, some]),
+            best[:, some],
+            draw_trouble(draw, n, len(some), degraded),
+        )
+        size = float(jnp.sqrt(sum(jnp.sum(g**2) for g in slope.values())))
+        if not np.isfinite(size):
+            continue
+        clip = min(1.0, LARGEST_GRADIENT / size)
+        now = rate * min(1.0, step / 20) * (0.05 + 0.475 * (1 + np.cos(np.pi * step / steps)))
+        for key, g in slope.items():
+            first[key] = 0.9 * first[key] + 0.1 * clip * g
+            second[key] = 0.99 * second[key] + 0.01 * (clip * g) ** 2
+            scaled = jnp.sqrt(second[key] / (1 - 0.99**step)) + 1e-6
+            network[key] = network[key] - now * first[key] / (1 - 0.9**step) / scaled
+            average[key] = AVERAGED * average[key] + (1 - AVERAGED) * network[key]
+        result = average if step > 50 else network
+        yield step, float(np.mean(differences)), {k: np.asarray(w) for k, w in result.items()}
+
+
+def main() -> None:
+    """Train by the command line's arguments."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--out", type=Path, required=True, help="file to write")
+    parser.add_argument("--begin", type=Path, help=f"file of weights to begin with, as {WEIGHTS}")
+    parser.add_argument("--motions", type=int, default=8192)
+    parser.add_argument("--steps", type=int, default=3000, help="about 0.4 s each on one processor")
+    parser.add_argument("--rate", type=float, default=4e-3)
+    parser.add_argument("--harm", type=float, default=0.3, help="additional weight of a loss")
+    parser.add_argument(
+        "--degraded", type=float, default=0.4, help="share of motions with noise, delay and error"
+    )
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    network = new_network(given.seed)
+    if given.begin:
+        with np.load(given.begin) as file:
+            network = {name: file[name] for name in LAYERS}
+    motions = training_motions(given.motions, given.seed)
+    began, recent = time.monotonic(), []
+    for step, mean, weights in train(
+        network,
+        motions,
+        given.steps,
+        rate=given.rate,
+        harm=given.harm,
+        degraded=given.degraded,
+        seed=given.seed,
+    ):
+        recent.append(mean)
+        if step % 100 == 0 or step == given.steps:
+            print(f"{step}: {np.mean(recent):+.4f} ({time.monotonic() - began:.0f} s)", flush=True)
+            recent.clear()
+            np.savez(given.out, **weights)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,92 @@
+"""The trained policy: its network, its inputs, its benefit, and its training."""
+
+import numpy as np
+import pytest
+
+from controllers import controller
+from controllers.predictive import policy_kernel as at
+from controllers.predictive.flat_arrays import array
+from controllers.trained_policy import LAYERS, WEIGHTS
+from ground_motions import mavroeidis_papageorgiou_pulse
+from isolation_sim.errors import InputError
+from isolation_sim.simulation.control import CoilDriver
+from isolation_sim.simulation.run import simulate
+from studies.train_policy import SAMPLES, Training, plant, train, training_motions
+
+DRIVER = CoilDriver(lag=0.05, high=3.0)
+PEAKS = "peak_base_displacement_m", "peak_floor_acceleration_m_s2"
+
+
+def network():
+    with np.load(WEIGHTS) as file:
+        return {name: np.asarray(file[name], dtype=float) for name in LAYERS}
+
+
+def score(isolated, record, one):
+    runs = [simulate(isolated, record, c, driver=DRIVER) for c in (controller("passive_off"), one)]
+    return sum(runs[1].criteria[peak] / runs[0].criteria[peak] for peak in PEAKS)
+
+
+def share(w, x, hidden):
+    """Gated recurrent unit and layers, written with matrices."""
+    n = len(hidden)
+    given, kept = x @ w["Wg"] + w["bg"], hidden @ w["Ug"]
+    reset, update = (1 / (1 + np.exp(-(given + kept)[k * n : (k + 1) * n])) for k in range(2))
+    candidate = np.tanh(given[2 * n :] + reset * kept[2 * n :])
+    hidden = update * hidden + (1 - update) * candidate
+    layer = np.tanh(np.concatenate([x, hidden]) @ w["W1"] + w["b1"])
+    layer = np.tanh(layer @ w["W2"] + w["b2"])
+    return 1 / (1 + np.exp(-(layer @ w["W3"] + w["b3"])[0])), hidden
+
+
+def test_the_network_is_that_of_the_matrices(isolated, record):
+    one = controller("trained_policy").in_python()
+    run = simulate(isolated, record.cut(0.0, 4.0), one, driver=DRIVER)
+    memory, settings = one._memory, one._decision.settings
+    x, last = array(memory, at.INPUTS), array(memory, at.HIDDEN).copy()
+    # one more step from the last memory
+    expected, hidden = share(network(), x, last)
+    assert at.evaluate_network(settings, memory) == pytest.approx(expected, rel=1e-12)
+    assert array(memory, at.HIDDEN) == pytest.approx(hidden, rel=1e-12)
+    assert np.ptp(run.command) > 0.05
+
+
+def test_it_is_better_than_no_current_and_the_highest_under_a_long_pulse(isolated):
+    pulse = mavroeidis_papageorgiou_pulse(0.5, 4.0, 1.5, 0.3, before=1.0, after=8.0)
+    one = score(isolated, pulse, controller("trained_policy"))
+    assert one < 1.4  # 2 without current
+
+
+def test_unusable_weights_are_refused(isolated, record, tmp_path):
+    path = tmp_path / "weights.npz"
+    np.savez(path, Wg=np.zeros((2, 2)))
+    with pytest.raises(InputError, match=r"expected: a file that python -m studies\.train_policy"):
+        simulate(isolated, record, controller("trained_policy", weights=str(path)))
+    wrong = network()
+    wrong["Ug"] = wrong["Ug"][:, :-1]
+    np.savez(path, **wrong)
+    with pytest.raises(InputError, match="expected: a network of 33 inputs"):
+        simulate(isolated, record, controller("trained_policy", weights=str(path)))
+
+
+def test_training_motions_repeat_and_are_within_their_limits():
+    motions = training_motions(24, 5)
+    assert motions.shape == (24, SAMPLES) and np.array_equal(motions, training_motions(24, 5))
+    peaks = np.abs(motions).max(axis=1)
+    assert peaks.min() >= 0.49 and peaks.max() <= 5.51
+
+
+def test_training_simulates_as_the_engine_and_descends(isolated):
+    pytest.importorskip("jax")
+    pulse = mavroeidis_papageorgiou_pulse(0.4, 1.5, 1.5, 0.5, before=1.0, after=5.0)
+    ground = pulse.acceleration[np.newaxis].astype(np.float32)
+    training = Training(plant(), corrections=2)
+    best, weights = training.best_constant(ground), network()
+    inputs, *units = training.ground_inputs(ground)
+    base, floor = training.run(weights, ground, inputs, *units)
+    J = float(base[0]) / best[1, 0] + float(floor[0]) / best[2, 0]
+    assert pytest.approx(score(isolated, pulse, controller("trained_policy")), abs=0.01) == J
+    motions = training_motions(8, 3)
+    untrained = {k: np.float32(w) for k, w in weights.items()} | {"b3": np.float32([1.0])}
+    means = [mean for _, mean, _ in train(untrained, motions, 6, batch=8, rate=0.02, duration=6.0)]
+    assert means[-1] < means[0]
