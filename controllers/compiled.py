@@ -43,8 +43,10 @@ import sys
 import numpy as np
 from numba import carray, cfunc, njit, types
 
+from isolation_sim.compilation.linked import LinkedCompiler
+
 OPTIONS = dict(error_model="numpy", {options}no_cpython_wrapper=True, no_cfunc_wrapper=True)
-plain = njit(**OPTIONS)
+plain = njit(pipeline_class=LinkedCompiler, **OPTIONS)
 with_disk_cache = njit(cache=True, **OPTIONS)
 doubles = types.CPointer(types.float64)'''
 

@@ -14,13 +14,17 @@ import numpy as np
 from numba import njit
 
 from ..generated import COMPILED
+from .linked import LinkedCompiler
 
 # not a set, whose order differs between processes
 OPTIONS: dict[str, Any] = {
     "fastmath": {"contract": True, "nsz": True}, "error_model": "numpy", "_nrt": False,
 }  # fmt: skip
 # nothing but the kernel calls these: they need no entry from Python
-_INNER = {**OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_INNER: dict[str, Any] = {
+    **OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
+    "pipeline_class": LinkedCompiler,
+}  # fmt: skip
 # no product is fused with a sum: the same bits wherever it stands
 _EXACT = {**_INNER, "fastmath": False}
 inner = njit(**_INNER)

@@ -124,6 +124,8 @@ LOOP_FOLDS = 16
 """Groups of rows that are left out in turn; in a short table every row is one. Effort."""
 LOOP_LAWS = 6
 """Sets of law parameters, nearly as good as the best, from which an effect is fitted. Effort."""
+LOOP_FITTED = 16
+"""Forms that are fitted to the end, of all that were begun. Effort."""
 LOOP_JUDGED = 6
 """Forms that are evaluated on rows left out. Effort."""
 LOOP_CORRELATION = 0.25

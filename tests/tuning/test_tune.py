@@ -132,9 +132,9 @@ def test_what_was_saved_is_read_again_and_runs(scenario, tuned):
 def test_a_controller_of_a_file_is_tuned_from_the_command_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     shutil.copy(EXAMPLE, tmp_path)
-    (tmp_path / "plant.toml").write_text(PLANT)
+    (tmp_path / "plant.toml").write_text(PLANT.replace("8.0", "3.0"))
     (tmp_path / "records").mkdir()
-    write_csv(el_centro_1940().cut(1.0, 5.0), tmp_path / "records" / "short.csv")
+    write_csv(el_centro_1940().cut(1.0, 4.0), tmp_path / "records" / "short.csv")
     with pytest.raises(SystemExit, match="0"):
         main([
         "tune", "outwards.py:Outwards", "--scenario", "plant.toml", "--motions", "records",
@@ -207,7 +207,7 @@ class TooMuch(controllers.Controller):
 def test_processes_run_plain_python_to_the_same_bits(scenario, strong):
     tuned = [
         iso.tune(f"{EXAMPLE}:Outwards", scenario, motions=[strong[1][0].cut(0.0, 3.0)],
-                 unseen=strong[1], evaluations=9, workers=workers)
+                 unseen=[strong[1][0].cut(0.0, 2.5)], evaluations=9, workers=workers)
         for workers in (1, 2)
     ]  # fmt: skip
     assert tuned[0] == tuned[1] and len(tuned[0].trials) == 9
