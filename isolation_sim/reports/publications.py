@@ -164,6 +164,20 @@ PUBLICATIONS = {
         "T. Takagi, M. Sugeno, Fuzzy identification of systems and its applications to modeling "
         "and control, IEEE Transactions on Systems, Man, and Cybernetics 15 (1985) 116-132."
     ),
+    "Cho et al. 2014": (
+        "K. Cho, B. van Merriënboer, C. Gulcehre, D. Bahdanau, F. Bougares, H. Schwenk, Y. Bengio, "
+        "Learning phrase representations using RNN encoder-decoder for statistical machine "
+        "translation, Conference on Empirical Methods in Natural Language Processing, Doha (2014) "
+        "1724-1734."
+    ),
+    "Werbos 1990": (
+        "P. J. Werbos, Backpropagation through time: what it does and how to do it, Proceedings of "
+        "the IEEE 78 (1990) 1550-1560."
+    ),
+    "Kingma and Ba 2015": (
+        "D. P. Kingma, J. Ba, Adam: a method for stochastic optimization, International Conference "
+        "on Learning Representations, San Diego (2015)."
+    ),
     "Betts 2010": (
         "J. T. Betts, Practical Methods for Optimal Control and Estimation Using Nonlinear "
         "Programming, second edition, SIAM, 2010."
