@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,14 +84,16 @@ class TrainedPolicy(CompiledController):
         low, high = coils[:, 2], coils[:, 3]
         network = self._network()
         n_hidden, n_first = len(network[1]), len(network[4])
-        settings = {
+        settings: dict[int, Any] = {
             at.NUMBERS: [
                 step, 2 * np.pi * softest, p.n_displacements, p.n_accelerations, element,
                 p.lengths[element],
             ],
-            at.NO_BLOCK: [], at.RANGES: coils[:, 2:4],
+            at.FORCE_SCALES: p.plant[8], at.NO_BLOCK: [], at.RANGES: coils[:, 2:4],
             at.REFERENCE_CURRENTS: np.array([low, low + (high - low) / 3, high]),
-        } | dict(enumerate(p.plant, at.DECAY)) | dict(enumerate(network, at.GATES))  # fmt: skip
+        }  # fmt: skip
+        settings |= dict(enumerate([*p.plant[:8], *p.plant[9:]], at.DECAY))
+        settings |= dict(enumerate(network, at.GATES))
         n_z, n_levels = p.rows.shape[-1], nominal.structure.n_dofs
         n_peaks, rest = p.n_displacements + p.n_accelerations, p.initial_states()
         n_outputs = n_peaks + p.n_displacements

@@ -13,6 +13,7 @@ from .condense_kernel import condense
 from .flat_arrays import array1, array2, array3
 from .force_scale import learn_scale
 from .ground_kernel import look_ahead
+from .prediction_arrays import plant_at, results_at, work_at
 from .prediction_kernel import device_now, motion_of, outputs_now, predict
 from .running_peaks import change_peaks, follow_peaks
 from .slow_ground import follow_slow
@@ -52,44 +53,6 @@ RESULTS, FREE_RESULTS, PROGRAMME, SOLUTION, SOLVER = 71, 76, 81, 86, 87
 BEGUN, THEN, STRONGEST, SLOW, FAILED, ITERATED, FACTOR, CONSTRAINTS = range(8)
 
 
-def plant_of(settings: NDArray, memory: NDArray) -> tuple:
-    """Structure, devices and coils for ``prediction_kernel``."""
-    return (
-        array2(settings, DECAY), array2(settings, HELD), array2(settings, SLOPED),
-        array3(settings, MOVED), array3(settings, DEFORMATIONS), array2(settings, REFERENCE),
-        array1(settings, CHANNELS), array2(settings, DEVICE_NUMBERS), array1(memory, FORCE_SCALES),
-        array2(settings, COIL_DECAY), array2(settings, ON_MODES), array2(settings, ON_FORCES),
-    )  # fmt: skip
-
-
-def work_of(memory: NDArray) -> tuple:
-    """Scratch of ``prediction_kernel``."""
-    v, d = VALUES, DERIVATIVES
-    return (
-        (
-            array1(memory, v), array1(memory, v + 1), array2(memory, v + 2),
-            array2(memory, v + 3), array1(memory, v + 4), array1(memory, v + 5),
-            array1(memory, v + 6), array1(memory, v + 7), array2(memory, v + 8),
-            array2(memory, v + 9),
-        ),
-        (
-            array2(memory, d), array2(memory, d + 1), array3(memory, d + 2),
-            array3(memory, d + 3), array2(memory, d + 4), array2(memory, d + 5),
-            array2(memory, d + 6), array2(memory, d + 7), array3(memory, d + 8),
-            array3(memory, d + 9),
-        ),
-        array1(memory, SIDE),
-    )  # fmt: skip
-
-
-def results_at(memory: NDArray, k: int) -> tuple:
-    """Results of ``prediction_kernel``."""
-    return (
-        array2(memory, k), array3(memory, k + 1), array3(memory, k + 2), array2(memory, k + 3),
-        array3(memory, k + 4),
-    )  # fmt: skip
-
-
 def programme_of(memory: NDArray) -> tuple:
     """Hessian, gradient, rows, upper and lower bounds of the quadratic programme."""
     k = PROGRAMME
@@ -110,7 +73,8 @@ def decide_by_motion(
     z, s, i = array1(memory, Z_NOW), array2(memory, STATES_NOW), array1(memory, CURRENT_NOW)
     path, y = array2(memory, PATH), array1(memory, OUTPUTS)
     past, peaks = array2(memory, PEAKS_PAST), array1(memory, PEAKS)
-    plant, work = plant_of(settings, memory), work_of(memory)
+    plant = plant_at(settings, DECAY, array1(memory, FORCE_SCALES))
+    work = work_at(memory, VALUES)
     n_steps, n_channels, n_ground = plan.shape[0], coils.shape[0], path.shape[0]
     n_d, n_a = int(numbers[N_DISPLACEMENTS]), int(numbers[N_ACCELERATIONS])
     n_late, n_sub, begun = int(numbers[N_LATE]), int(numbers[N_SUB]), state[BEGUN] == 1.0

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from ..device_states import follow_states
 from .flat_arrays import array1, array2, array3
+from .prediction_arrays import plant_at, results_at, work_at
 from .prediction_kernel import predict
 from .running_peaks import follow_peaks
 
 # arrays of the settings: single numbers, then those of ``prediction_kernel``, then the others
 (
     NUMBERS, DECAY, HELD, SLOPED, MOVED, DEFORMATIONS, REFERENCE, CHANNELS, DEVICE_NUMBERS,
-    FORCE_SCALES, COIL_DECAY, ON_MODES, ON_FORCES, NO_BLOCK, RANGES, REFERENCE_CURRENTS, GATES,
+    COIL_DECAY, ON_MODES, ON_FORCES, FORCE_SCALES, NO_BLOCK, RANGES, REFERENCE_CURRENTS, GATES,
     RECURRENT, GATE_OFFSETS, FIRST, FIRST_OFFSETS, SECOND, SECOND_OFFSETS, LAST, LAST_OFFSETS,
 ) = range(25)  # fmt: skip
 # the single numbers
@@ -67,29 +68,8 @@ def decide(
     for k in range(n):
         levels[k] = measured[k]
     ground, current = measured[n + 3], measured[n + 4 :]
-    plant = (
-        array2(settings, DECAY), array2(settings, HELD), array2(settings, SLOPED),
-        array3(settings, MOVED), array3(settings, DEFORMATIONS), array2(settings, REFERENCE),
-        array1(settings, CHANNELS), array2(settings, DEVICE_NUMBERS),
-        array1(settings, FORCE_SCALES), array2(settings, COIL_DECAY), array2(settings, ON_MODES),
-        array2(settings, ON_FORCES),
-    )  # fmt: skip
-    v, d = VALUES, DERIVATIVES
-    work = (
-        (
-            array1(memory, v), array1(memory, v + 1), array2(memory, v + 2),
-            array2(memory, v + 3), array1(memory, v + 4), array1(memory, v + 5),
-            array1(memory, v + 6), array1(memory, v + 7), array2(memory, v + 8),
-            array2(memory, v + 9),
-        ),
-        (
-            array2(memory, d), array2(memory, d + 1), array3(memory, d + 2),
-            array3(memory, d + 3), array2(memory, d + 4), array2(memory, d + 5),
-            array2(memory, d + 6), array2(memory, d + 7), array3(memory, d + 8),
-            array3(memory, d + 9),
-        ),
-        array1(memory, SIDE),
-    )  # fmt: skip
+    plant = plant_at(settings, DECAY, array1(settings, FORCE_SCALES))
+    work = work_at(memory, VALUES)
     follow_controlled(t, (measured[n], measured[n + 1]), current, settings, memory, state_rates)
     follow_references(ground, settings, memory, plant, work, device_side)
     follow_ground(ground, settings, memory)
@@ -133,11 +113,7 @@ def follow_references(
     z, states = array2(memory, REFERENCE_Z), array3(memory, REFERENCE_STATES)
     past, peaks = array3(memory, REFERENCE_PAST), array2(memory, REFERENCE_PEAKS)
     y, values = array2(memory, REFERENCE_OUTPUTS), work[0]
-    k = RESULTS
-    results = (
-        array2(memory, k), array3(memory, k + 1), array3(memory, k + 2), array2(memory, k + 3),
-        array3(memory, k + 4),
-    )  # fmt: skip
+    results = results_at(memory, RESULTS)
     last = path.shape[1] - 1
     rise = ground - path[0, 0]
     for sub in range(1, last + 1):
