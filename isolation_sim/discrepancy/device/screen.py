@@ -136,8 +136,7 @@ def first_values(base: FittedModel, model: Model, one: Direction) -> NDArray:
     """Values from which an effect is fitted: the best of some."""
     # The model's own values follow the effect to first order, as they did while it was refined. A
     # fit from values that do not follow begins far from the data, and may end there.
-    n, little = len(base.values), one.start.copy()
-    little[one.effect.strength] *= _LITTLE
+    n = len(base.values)
     stay = np.concatenate([base.values, one.start])
     residual = model.residuals(stay, False)[0]
     starts = {_cost(residual): stay}
@@ -149,7 +148,8 @@ def first_values(base: FittedModel, model: Model, one: Direction) -> NDArray:
         follow = np.concatenate([np.clip(follow, lower, upper), one.start])
         starts[_cost(model.residuals(follow, False)[0])] = follow
     if min(starts) > base.cost:  # neither helps: the effect grows from little
-        little = np.concatenate([base.values, little])
+        little = stay.copy()
+        little[n:][one.effect.strength] *= _LITTLE
         starts[_cost(model.residuals(little, False)[0])] = little
     return starts[min(starts)]
 

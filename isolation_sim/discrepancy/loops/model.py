@@ -35,9 +35,8 @@ CYCLES = 16
 """Cycles of each test; the last one counts."""
 _SAMPLES, _N_STEPS = 64, 2
 """Samples a cycle, and integration steps a sample, with which a law is sought."""
-_FINER, _FITS, _SAME = 4, 2, 0.01
-"""Factor on either, number of fits in which it may be applied, and change of relative stiffness and
-damping up to which it is not."""
+_FINER, _SAME = 4, 0.01
+"""Factor on either, and change of relative stiffness and damping up to which it is not applied."""
 _LAW_STARTS, _SHAPE_STARTS = 16, 4
 _STEPS, _FIRST_STEPS = 40, 8
 """Steps of a fit, and those from each start of an effect that choose among forms."""
@@ -106,21 +105,15 @@ class LoopModel(Model):
         return residual, jacobian[fitted] / LOOP_ACCURACY if derivatives else jacobian
 
     def fit_further(self, start: NDArray) -> tuple[Self, Optimum]:
-        """Fit with as many integration steps and samples as it takes for the loops to settle."""
-        model = self
-        for _ in range(_FITS):
-            result = model.minimise(start, _STEPS, _TOLERANCE, _VALLEY)
-            loops, start = model.loops(result.x)[0], result.x
-            for steps, samples in ((_FINER, 1), (1, _FINER)):
-                n_steps = steps * int(model.data.n_steps[0])
-                data = loop_motion(model.table, samples * model.samples, n_steps)
-                fine = replace(model, data=data)
-                if not np.all(np.abs(fine.loops(start)[0] - loops) < _SAME):
-                    model = fine
-                    break
-            else:
-                break
-        return model, result
+        """Fit, and fit again with more steps or samples if the loops have not settled."""
+        result = self.minimise(start, _STEPS, _TOLERANCE, _VALLEY)
+        loops, n_steps = self.loops(result.x)[0], int(self.data.n_steps[0])
+        for steps, samples in ((_FINER, 1), (1, _FINER)):
+            data = loop_motion(self.table, samples * self.samples, steps * n_steps)
+            fine = replace(self, data=data)
+            if not np.all(np.abs(fine.loops(result.x)[0] - loops) < _SAME):
+                return fine, fine.minimise(result.x, _STEPS, _TOLERANCE, _VALLEY)
+        return self, result
 
 
 def loop_motion(table: LoopTable, samples: int, n_steps: int) -> MeasuredRuns:
