@@ -35,8 +35,9 @@ CYCLES = 16
 """Cycles of each test; the last one counts."""
 _SAMPLES, _N_STEPS = 64, 2
 """Samples a cycle, and integration steps a sample, with which a law is sought."""
-_FINER, _SAME = 4, 0.01
-"""Factor on either, and change of relative stiffness and damping up to which it is not applied."""
+_FINER, _REFINED, _SAME = 4, 2, 0.01
+"""Factor on either, how often it may be applied, and change of relative stiffness and damping up to
+which it is not."""
 _LAW_STARTS, _SHAPE_STARTS = 16, 4
 _STEPS, _FIRST_STEPS = 40, 8
 """Steps of a fit, and those from each start of an effect that choose among forms."""
@@ -105,15 +106,24 @@ class LoopModel(Model):
         return residual, jacobian[fitted] / LOOP_ACCURACY if derivatives else jacobian
 
     def fit_further(self, start: NDArray) -> tuple[Self, Optimum]:
-        """Fit, and fit again with more steps or samples if the loops have not settled."""
-        result = self.minimise(start, _STEPS, _TOLERANCE, _VALLEY)
-        loops, n_steps = self.loops(result.x)[0], int(self.data.n_steps[0])
+        """Fit, and fit again with more steps or samples while the loops have not settled."""
+        model, result = self, self.minimise(start, _STEPS, _TOLERANCE, _VALLEY)
+        for _ in range(_REFINED):
+            finer = model._refined(result.x)
+            if finer is None:
+                break
+            model, result = finer, finer.minimise(result.x, _STEPS, _TOLERANCE, _VALLEY)
+        return model, result
+
+    def _refined(self, values: NDArray) -> Self | None:
+        """Model with more steps, or else samples, if they change its loops."""
+        loops, n_steps = self.loops(values)[0], int(self.data.n_steps[0])
         for steps, samples in ((_FINER, 1), (1, _FINER)):
             data = loop_motion(self.table, samples * self.samples, steps * n_steps)
-            fine = replace(self, data=data)
-            if not np.all(np.abs(fine.loops(result.x)[0] - loops) < _SAME):
-                return fine, fine.minimise(result.x, _STEPS, _TOLERANCE, _VALLEY)
-        return self, result
+            finer = replace(self, data=data)
+            if not np.all(np.abs(finer.loops(values)[0] - loops) < _SAME):
+                return finer
+        return None
 
 
 def loop_motion(table: LoopTable, samples: int, n_steps: int) -> MeasuredRuns:
