@@ -18,6 +18,7 @@ from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
+from threading import RLock
 from types import ModuleType
 
 from .errors import InputError
@@ -29,6 +30,9 @@ UNUSED_DAYS = 60.0
 """Days without use after which a generated module is removed."""
 _PACKAGE = Path(__file__).parent
 _PREFIX = "isolation_sim_"
+# Threads that fit one law ask for its module at the same time, and only one needs to write it. In
+# CPython 3.11 two threads may not even parse Python at once (python/cpython#106905).
+_LOADING = RLock()
 _NAME = re.compile(r"[a-z]+_[0-9a-f]{20}")
 # in code and in a writer's strings
 _IMPORTS = re.compile(
@@ -175,7 +179,11 @@ def _files(module: Path, member: str) -> Iterator[Path]:
 
 def _load(name: str, write: Callable[[], str], notice: str = "") -> ModuleType:
     """Write a new module to the cache folder, and import it."""
-    path = cache_folder() / f"{name}.py"
+    with _LOADING:
+        return _written(cache_folder() / f"{name}.py", write, notice)
+
+
+def _written(path: Path, write: Callable[[], str], notice: str) -> ModuleType:
     if not _mark_used(path):
         if notice:
             print(notice, file=sys.stderr)

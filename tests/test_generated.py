@@ -159,18 +159,24 @@ def f():
     }  # fmt: skip
 
 
-def test_threads_that_write_the_same_module_at_once_all_find_it(tmp_path, monkeypatch):
+def test_of_threads_that_ask_for_the_same_new_module_one_writes_it(tmp_path, monkeypatch):
     monkeypatch.setenv("ISOLATION_SIM_CACHE", str(tmp_path))
-    n, text = 8, "# padding\n" * 20_000
+    n, written = 8, []
     barrier = Barrier(n)
 
     def value(k):
+        def write():
+            written.append(k)
+            time.sleep(0.02)  # the others go on, if they can
+            return f"VALUE = {k}\n"
+
         barrier.wait()
-        return generated.load_text("same", f"{text}VALUE = {k}\n").VALUE
+        return generated.load_written("same", k, write).VALUE
 
     with ThreadPoolExecutor(n) as pool:
         for k in range(10):
             assert list(pool.map(value, [k] * n)) == [k] * n
+    assert written == list(range(10))
     assert not list(tmp_path.rglob(".*"))
 
 
