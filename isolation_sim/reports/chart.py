@@ -36,6 +36,9 @@ class Panel:
     steps: bool = False  # Whether a value is constant until the next one
     rows: Sequence[str] = ()  # Names at the ordinates 0, 1, 2
     log_x: bool = False  # Whether the abscissas have a logarithmic axis
+    log_y: bool = False  # Whether the ordinates have a logarithmic axis
+    groups: Mapping[str, str] = field(default_factory=dict)  # Name that lines share in the legend
+    band: tuple[float, float] | None = None  # Abscissas of a shaded band
     limits: tuple[float, float] | None = None  # Lower and upper end of the vertical axis
 
 

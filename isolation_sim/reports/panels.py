@@ -13,10 +13,11 @@ from ..errors import InputError, unknown_name
 from ..written_names import as_written
 from . import chart
 from .chart import Panel
-from .style import DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, style
+from .style import BAND, DOUBLE_COLUMN, label_outer, legend, line_styles, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
     from ..simulation.result import Run
@@ -26,6 +27,9 @@ MARKS_A_LINE = 14
 
 _TITLE = 126
 """Characters of a title across a page."""
+
+_DECADES = 1e3
+"""Ratio of the ends of a logarithmic axis from which on only decades have labels."""
 
 LABELS_A_HEIGHT = 12
 """Largest number of level names beside a panel."""
@@ -61,13 +65,22 @@ def direction_number(run: Run, direction: str | None) -> int:
 
 def draw(axes: Axes, panel: Panel, width: float = 0.7) -> None:
     """Draw a panel with its own looks; width of a line in points."""
+    if panel.band is not None:
+        axes.axvspan(*panel.band, color=BAND, zorder=0)
+    named = set()
     for name, (x, y) in panel.lines.items():
         keys = panel.looks[name].print_keys(width)
         drawstyle = "steps-post" if panel.steps else "default"
-        axes.plot(x, y, label=name, drawstyle=drawstyle, **keys)
+        label = panel.groups.get(name, name)
+        own = None if label in named else label
+        axes.plot(x, y, label=own, drawstyle=drawstyle, **keys)
+        named.add(label)
     if panel.log_x:
         axes.set_xscale("log")
-        axes.xaxis.set_major_formatter("{x:g}")
+        _label_decades(axes.xaxis)
+    if panel.log_y:
+        axes.set_yscale("log")
+        _label_decades(axes.yaxis)
     if panel.rows:
         axes.set_yticks(np.arange(len(panel.rows)), panel.rows)
         axes.tick_params(axis="y", labelsize=6)
@@ -75,6 +88,17 @@ def draw(axes: Axes, panel: Panel, width: float = 0.7) -> None:
         axes.set_ylim(*panel.limits)
     axes.set_xlabel(panel.x)
     axes.set_ylabel(panel.y)
+
+
+def _label_decades(axis: Axis) -> None:
+    """Label a logarithmic axis with plain numbers: 1, 2, 5, 10; with decades if it is long."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    low, high = axis.get_data_interval()
+    short = high < _DECADES * low
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if short else (1.0,)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def grid(drawn: Sequence[Panel], across: int, height: float) -> Figure:

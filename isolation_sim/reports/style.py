@@ -22,6 +22,9 @@ if TYPE_CHECKING:
 DOUBLE_COLUMN = 7.2
 """Width of a figure across both columns, inches."""
 
+BAND = "#f0f0f0"
+"""Colour of a shaded band."""
+
 # colours of Okabe and Ito, for colour-blind readers, from dark to light
 _COLOURS = ("#000000", "#D55E00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")
 _DASHES: tuple[tuple[float, ...], ...] = ((), (4, 1.2), (5, 1.2, 1, 1.2), (1, 1))

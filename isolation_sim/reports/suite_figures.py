@@ -1,4 +1,4 @@
-"""Figure of a suite of records: its spectra and the target."""
+"""Spectra of a suite of records and their target."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .style import legend, new_figure, style
+from .chart import Panel
+from .panels import draw
+from .style import Look, legend, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,36 +25,52 @@ COMBINATIONS = {
 """Combination of the components' spectra, in words."""
 
 
-def spectra(suite: Suite) -> Figure:
+_LOOKS = {
+    "mean": Look("#000000", width=1.6),
+    "target": Look("#D55E00", (4, 1.2), width=1.6),
+    "least mean by the rule": Look("#0072B2", (1, 1)),
+}
+_RECORD = Look("#a6a6a6", width=0.6)
+
+
+def spectra_panel(suite: Suite) -> Panel:
     """Spectra of the scaled records, their mean, the target and the rule's least mean."""
     result = suite.index["spectra"]
     periods = np.array(result["plotted"]["period_s"])
-    rows = np.array(list(result["plotted"]["psa_m_s2"].values()))
+    records = {
+        name: (periods, np.array(row)) for name, row in result["plotted"]["psa_m_s2"].items()
+    }
     target = np.array(result["plotted"]["target_m_s2"], dtype=float)
-    low, high = (share * suite.index["isolated_period_s"] for share in _range(suite))
+    lines = dict(records)
+    lines["mean"] = periods, np.mean([row for _, row in records.values()], axis=0)
+    if not np.isnan(target).all():
+        lines["target"] = periods, target
+    if result["target"] is not None:
+        inside = np.array(result["range"]["period_s"]) > 0.0
+        at = np.array(result["range"]["period_s"])[inside]
+        requested = np.array(result["range"]["target_m_s2"], dtype=float)[inside]
+        floor = np.array(result["range"]["floor"])[inside]
+        lines["least mean by the rule"] = at, floor * requested
+    isolated = suite.index["isolated_period_s"]
+    return Panel(
+        f"Spectra of the scaled records: {COMBINATIONS[result['combination']]}",
+        "period (s)", "pseudo-acceleration (m/s²)", lines,
+        _LOOKS | dict.fromkeys(records, _RECORD), unit="m/s²", log_x=True, log_y=True,
+        groups=dict.fromkeys(records, "records"),
+        band=(suite.rule.low * isolated, suite.rule.high * isolated),
+    )  # fmt: skip
+
+
+def spectra_key(panel: Panel) -> dict[str, Look]:
+    """Look of each name in the legend."""
+    return {panel.groups.get(name, name): panel.looks[name] for name in panel.lines}
+
+
+def spectra(suite: Suite) -> Figure:
+    """Draw the spectra of a suite."""
     with style():
         figure = new_figure(5.2, 3.4)
         axes = figure.add_subplot()
-        axes.axvspan(low, high, color="0.94", zorder=0)
-        for k, row in enumerate(rows):
-            axes.plot(periods, row, color="0.65", linewidth=0.6, label=None if k else "records")
-        axes.plot(periods, rows.mean(axis=0), color="black", label="mean", linewidth=1.6)
-        if not np.isnan(target).all():
-            axes.plot(periods, target, color="#D55E00", linestyle=(0, (4, 1.2)), linewidth=1.6,
-                      label="target")  # fmt: skip
-        if result["target"] is not None:
-            inside = np.array(result["range"]["period_s"]) > 0.0
-            at = np.array(result["range"]["period_s"])[inside]
-            requested = np.array(result["range"]["target_m_s2"], dtype=float)[inside]
-            axes.plot(at, np.array(result["range"]["floor"])[inside] * requested, color="#0072B2",
-                      linestyle=(0, (1, 1)), label="least mean by the rule")  # fmt: skip
-        axes.set_xscale("log")
-        axes.set_yscale("log")
-        axes.set_xlabel("period (s)")
-        axes.set_ylabel("pseudo-acceleration (m/s²)")
+        draw(axes, spectra_panel(suite), width=1.0)
         legend(figure, axes, "outside upper center")
     return figure
-
-
-def _range(suite: Suite) -> tuple[float, float]:
-    return suite.rule.low, suite.rule.high

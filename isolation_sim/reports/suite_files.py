@@ -30,7 +30,5 @@ def write_suite(suite: Suite) -> None:
     for name, table in tables.items():
         with atomic_write(suite.folder / f"{name}.csv") as unfinished:
             table.to_csv(unfinished)
-    drawn = save(spectra(suite), suite.folder / "figures", "spectra")
-    suite_report(suite, next(path for path in drawn if path.suffix == ".svg")).write(
-        suite.folder / "report.html"
-    )
+    save(spectra(suite), suite.folder / "figures", "spectra")
+    suite_report(suite).write(suite.folder / "report.html")

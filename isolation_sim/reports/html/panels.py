@@ -6,12 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..chart import OVER_TIME, Panel
-from ..style import Look
+from ..style import BAND, Look
 from .charts import layout, line, numbers, over, peaks, thinned
 from .page import Chart
 
 _LABEL = 20
 """Height of a row's name, px."""
+_LOGARITHMIC = {"type": "log", "dtick": "D2", "tickformat": "~g"}
+"""Plotly keys of an axis."""
 
 
 def panel_chart(
@@ -30,7 +32,7 @@ def panel_chart(
         keep = thinned(most, y) if timed else slice(None)
         pair = over(x[keep], y[keep]) if timed else {"x": numbers(x), "y": numbers(y)}
         shape = {"shape": "hv"} if panel.steps and look.joined else {}
-        traces.append(line(name, look, **shape) | pair)
+        traces.append(line(name, look, **shape) | pair | {"meta": panel.groups.get(name, name)})
         if ids and not look.joined:
             traces[-1] |= {
                 "ids": list(ids), "text": list(ids),
@@ -39,11 +41,11 @@ def panel_chart(
             }  # fmt: skip
     across: dict[str, Any] = {}
     if panel.log_x:
-        across = {"type": "log", "dtick": "D2", "tickformat": "~g"}
+        across = dict(_LOGARITHMIC)
     elif timed:
         across["range"] = [float(f(t[k] for t, _ in panel.lines.values()))
                            for f, k in ((min, 0), (max, -1))]  # fmt: skip
-    up: dict[str, Any] = {}
+    up: dict[str, Any] = dict(_LOGARITHMIC) if panel.log_y else {}
     if panel.limits is not None:
         up["range"] = list(panel.limits)
     if panel.rows:
@@ -57,6 +59,12 @@ def panel_chart(
     )  # fmt: skip
     for key, value in axes.items():
         made[key] |= value
+    if panel.band is not None:
+        low, high = panel.band
+        made["shapes"] = [{
+            "type": "rect", "yref": "paper", "x0": low, "x1": high, "y0": 0, "y1": 1,
+            "fillcolor": BAND, "line": {"width": 0}, "layer": "below",
+        }]  # fmt: skip
     values = {name: y for name, (_, y) in panel.lines.items()}
     return Chart(
         f"{panel.title}: {panel.note}" if panel.note else panel.title,

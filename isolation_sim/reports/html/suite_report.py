@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ...written_names import as_written
-from ..suite_figures import COMBINATIONS
+from ..style import BAND
+from ..suite_figures import spectra_key, spectra_panel
 from ..suite_tables import motions_text, records_table, statistics_table, verdict
 from ..sweep_tables import heading
-from .page import Block, Cell, Facts, Page, Picture, Prose, Row, Section, Table
+from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table
+from .panels import panel_chart
 from .run_report import versions
 from .text import capital
 
@@ -26,16 +29,21 @@ _CHANGES = {
 }
 
 
-def suite_report(suite: Suite, picture: Path) -> Page:
+def suite_report(suite: Suite) -> Page:
     """Report of a suite."""
-    combined = COMBINATIONS[suite.index["spectra"]["combination"]]
+    panel = spectra_panel(suite)
+    low, high = panel.band or (0.0, 0.0)
+    band = f"periods of the rule, {low:.2g} to {high:.2g} s"
     statistics: list[Block] = [
         Table.of(statistics_table(suite, label), as_written(label)) for label in suite.controllers
     ]
     shown = [name for name in _SHOWN if name in suite.criteria]
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(tuple(verdict(suite)), "verdict")]),
-        ("Spectra", [Picture(f"Spectra of the scaled records: {combined}", picture)]),
+        ("Spectra", [
+            Key({band: (BAND, "")}, spectra_key(panel)),
+            panel_chart(panel, _spectra_text(suite), height=400),
+        ]),
         ("Statistics over the suite", statistics),
         ("Results by record", [
             Table.of(records_table(suite, name), capital(heading(name))) for name in shown
@@ -55,6 +63,17 @@ def suite_report(suite: Suite, picture: Path) -> Page:
     ]  # fmt: skip
     sections = [Section(title, blocks) for title, blocks in parts if blocks]
     return Page(f"Suite: {suite.name}", motions_text(suite), sections)
+
+
+def _spectra_text(suite: Suite) -> str:
+    """Contents of the chart of spectra in words."""
+    plotted = suite.index["spectra"]["plotted"]
+    mean = np.mean(list(plotted["psa_m_s2"].values()), axis=0)
+    k = int(mean.argmax())
+    return (
+        f"Largest mean {mean[k]:.3g} m/s² at {plotted['period_s'][k]:.2g} s; spectra.csv has all "
+        "ordinates."
+    )
 
 
 def _changes(suite: Suite) -> Table:
