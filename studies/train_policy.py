@@ -495,8 +495,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--out", type=Path, required=True, help="file to write")
     parser.add_argument("--begin", type=Path, help=f"file of weights to begin with, as {WEIGHTS}")
-    parser.add_argument("--motions", type=int, default=8192)
-    parser.add_argument("--steps", type=int, default=3000, help="about 0.4 s each on one processor")
+    parser.add_argument("--motions", type=int, default=16384)
+    parser.add_argument("--steps", type=int, default=6000, help="about 0.5 s each on one processor")
     parser.add_argument("--rate", type=float, default=4e-3)
     parser.add_argument("--harm", type=float, default=0.3, help="additional weight of a loss")
     parser.add_argument(
