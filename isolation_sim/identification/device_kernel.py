@@ -1,7 +1,8 @@
 """Simulation of a device under measured motion, with derivatives by its coefficients.
 
 States go by classical Runge-Kutta steps along the cubic through the measured displacements and
-velocities. Steps end where its velocity reverses, at a yielding law's corners. The current is a
+velocities, or by steps for stiff laws. Steps end where its velocity reverses, at a yielding law's
+corners. The current is a
 straight line between samples; a step takes that of its middle. The derivatives of that discrete
 solution by the parameters are propagated beside it, so that a fit's gradient is exact.
 
@@ -26,14 +27,16 @@ def simulate(
     """Forces at the samples, and their derivatives by theta, of one test run after another.
 
     starts: first sample of each run, and the end. dt: sample interval of each run, s. n_steps:
-    integration steps a sample, of each run. cycle, lead, ahead, join: of each run,
-    see ``LeadIn``.
+    integration steps a sample, of each run; a run with none is left out. cycle, lead, ahead, join:
+    of each run, see ``LeadIn``.
     theta: coefficients, of parameter owner[k] by the power[k]-th power of the current.
     jacobian may have no rows: then it is left out. The other arrays are workspace.
     """
     n_theta = theta.shape[0]
     differentiate = jacobian.shape[0] > 0
     for run in range(starts.shape[0] - 1):
+        if n_steps[run] == 0:
+            continue
         first, end = starts[run], starts[run + 1]
         sample, left = first + lead[run], ahead[run]
         last = current[sample]

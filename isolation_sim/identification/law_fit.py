@@ -76,8 +76,9 @@ class LawModel:
 
     def simulator(self, motion: Motion | None = None) -> Simulator:
         """Compiled law under the measured motion, or another one."""
-        p = self.parameterisation
-        return Simulator(p.law, motion or self.data.motion, p.owner, p.power, self.data.n_steps)
+        p, data = self.parameterisation, self.data
+        motion = motion or data.motion
+        return Simulator(p.law, motion, p.owner, p.power, data.n_steps, data.stiff)
 
     # trial values far from the data may overflow: their cost is infinite
     @np.errstate(all="ignore")
@@ -130,10 +131,11 @@ class LawModel:
         """Return the model with as many integration steps per sample as the law needs."""
         coefficients = self.parameterisation.coefficients(values[: self.n_law])
         coarse = LawModel(self.data.with_steps(1), self.parameterisation).simulator()
-        n_steps = coarse.resolved(coefficients, _STEP_ERROR, most=_MOST).n_steps
+        resolved = coarse.resolved(coefficients, _STEP_ERROR, most=_MOST)
+        n_steps = resolved.n_steps
         # the largest number was not compared with a finer one
         n_steps = n_steps * np.where(n_steps < _MOST, safety, _SAFETY)
-        return replace(self, data=self.data.with_steps(n_steps))
+        return replace(self, data=replace(self.data, n_steps=n_steps, stiff=resolved.stiff))
 
     def minimise_resolved(
         self, start: NDArray, most: int, tolerance: float, valley: float = 0.0
@@ -147,11 +149,12 @@ class LawModel:
                 model = replace(model, data=model.data.with_steps(2 * model.data.n_steps))
                 continue
             start, there = result.x, model.resolve_steps(result.x, 1)
-            enough = model.data.n_steps >= there.data.n_steps
+            stiff = there.data.stiff
+            enough = (model.data.n_steps >= there.data.n_steps) & (model.data.stiff == stiff)
             if enough.all():
                 break
             more = np.where(enough, model.data.n_steps, _SAFETY * there.data.n_steps)
-            model = replace(model, data=model.data.with_steps(more))
+            model = replace(model, data=replace(model.data, n_steps=more, stiff=stiff))
         return model, result
 
     def settle_starts(self, values: NDArray) -> Self:

@@ -65,6 +65,7 @@ class MeasuredRuns:
     # well; else 0
     return_times: NDArray
     n_steps: NDArray  # (n_runs,) int: Integration steps a sample of a law under each run
+    stiff: NDArray  # (n_runs,) bool: Whether these are steps for stiff laws, see ``Simulator``
 
     @property
     def motion(self) -> Motion:
@@ -176,7 +177,7 @@ class MeasuredRuns:
         runs = lengths > 0
         by_run = (
             "dt", "force_noise", "displacement_noise", "sigma", "velocity_measured", "averaging",
-            "periods", "return_times", "n_steps",
+            "periods", "return_times", "n_steps", "stiff",
         )  # fmt: skip
         return replace(
             self,
@@ -226,6 +227,7 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
         periods=starts.periods,
         return_times=starts.return_times,
         n_steps=np.ones(len(runs), np.int64),
+        stiff=np.zeros(len(runs), bool),
     )
     return replace(data, sigma=data.assumed_noise)
 

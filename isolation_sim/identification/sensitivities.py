@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,16 @@ from .run_starts import lead_in
 _LARGEST_CHANGE = 1e3
 """Change of a run's force over the relative change of a coefficient, in units of the force, beyond
 which the derivative is the integration's and not the law's."""
+_DIVERGING = 0.5
+"""Relative change of a run's largest force by twice the steps from which it still diverges."""
+_MANY_SAMPLES = 10_000
+"""Samples from which Rosenbrock steps are worth their compilation."""
+_MANY_STEPS = 16
+"""Runge-Kutta steps a sample at which Rosenbrock steps are tried."""
+_FEW_STIFF_STEPS = 8
+"""Rosenbrock steps a sample up to which they cost less."""
+_STIFF_STATES = 4
+"""States up to which their equations are solved in a Rosenbrock step."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +61,8 @@ class Simulator:
         Each coefficient's parameter, by number, and power of the current.
     n_steps : int or (n_runs,) array of int
         Integration steps a sample, of all runs or of each.
+    stiff : bool or (n_runs,) array of bool
+        Whether these are Rosenbrock steps, which a state far faster than a step leaves stable.
     """
 
     def __init__(
@@ -59,11 +72,12 @@ class Simulator:
         owner: Sequence[int] | NDArray,
         power: Sequence[int] | NDArray,
         n_steps: int | NDArray = 1,
+        stiff: bool | NDArray = False,
     ):
         self.law, self.motion = law, motion
         self.n_steps = np.broadcast_to(np.asarray(n_steps, np.int64), motion.dt.shape).copy()
+        self.stiff = np.broadcast_to(np.asarray(stiff, bool), motion.dt.shape).copy()
         self.owner, self.power = np.array(owner, np.int64), np.array(power, np.int64)
-        self.module = compiled(law)
         periods = motion.periods if law.states else None  # without memory any run may begin
         if periods is None:
             periods = np.zeros_like(motion.dt)
@@ -81,54 +95,93 @@ class Simulator:
     def run(self, theta: NDArray, derivatives: bool = True) -> tuple[NDArray, NDArray]:
         """Simulate all runs."""
         motion, n_samples = self.motion, len(self.motion.displacement)
-        force = np.empty(n_samples)
+        whole = self.n_steps.all()
+        force = np.empty(n_samples) if whole else np.full(n_samples, np.nan)
         jacobian = np.empty((n_samples if derivatives else 0, len(self.owner)))
-        self.module.simulate(
-            motion.starts,
-            motion.displacement,
-            motion.velocity,
-            motion.current,
-            motion.dt,
-            self.n_steps,
-            *self._lead_in,
-            np.ascontiguousarray(theta, float),
-            self.owner,
-            self.power,
-            *self._work,
-            force,
-            jacobian,
-        )
+        for stiff in (False, True):
+            n_steps = np.where(self.stiff == stiff, self.n_steps, 0)
+            if not n_steps.any():
+                continue
+            compiled(self.law, stiff).simulate(
+                motion.starts,
+                motion.displacement,
+                motion.velocity,
+                motion.current,
+                motion.dt,
+                n_steps,
+                *self._lead_in,
+                np.ascontiguousarray(theta, float),
+                self.owner,
+                self.power,
+                *self._work,
+                force,
+                jacobian,
+            )
         return force, jacobian
+
+    def with_steps(self, n_steps: NDArray, stiff: NDArray) -> Simulator:
+        """Return the simulator with other steps; runs with none are left out."""
+        return Simulator(self.law, self.motion, self.owner, self.power, n_steps, stiff)
 
     def copy(self) -> Simulator:
         """Return a simulator that another thread may use at the same time."""
-        return Simulator(self.law, self.motion, self.owner, self.power, self.n_steps)
+        return self.with_steps(self.n_steps, self.stiff)
 
     def resolved(self, theta: NDArray, tolerance: float = 1e-4, most: int = 64) -> Simulator:
         """Return the simulator with as many steps a sample as each run's accuracy needs.
 
         The force of each run then changes by less than ``tolerance`` with twice the steps, and no
-        derivative diverges.
+        derivative diverges. If there are many samples, a run that would need many steps gets
+        Rosenbrock steps where a few of them are enough.
         """
-        force = self.run(theta, derivatives=False)[0]
-        n_steps, runs = self.n_steps, self.motion.starts[:-1]
-        unresolved = np.full(len(runs), bool(self.law.states))
-        while unresolved.any():
-            trial = np.where(unresolved, 2 * n_steps, n_steps)
-            fine = Simulator(self.law, self.motion, self.owner, self.power, trial)
-            finer = fine.run(theta, derivatives=False)[0]
-            with np.errstate(all="ignore"):
-                size = max(np.max(np.abs(finer)), 1e-150)
-                wrong = np.maximum.reduceat(np.abs(finer - force), runs) / size
-                unresolved &= ~(wrong < tolerance)
-            n_steps, force = np.where(unresolved, trial, n_steps), finer
-            unresolved &= n_steps < most
-        result = Simulator(self.law, self.motion, self.owner, self.power, n_steps)
+        every = np.full(len(self.n_steps), bool(self.law.states))
+        if len(self.motion.displacement) < _MANY_SAMPLES:
+            result, _ = self._doubled(theta, every, tolerance, most)
+        else:
+            result, left = self._doubled(theta, every, tolerance, min(_MANY_STEPS, most))
+            result = result._stiff_where(theta, left & ~self.stiff, tolerance)
+            result, _ = result._doubled(theta, left & (result.stiff == self.stiff), tolerance, most)
         # a force that saturates is bounded by itself, while its derivatives may grow at every step
         while (more := result._diverging(theta) & (result.n_steps < most)).any():
             n_steps = np.where(more, 2 * result.n_steps, result.n_steps)
-            result = Simulator(self.law, self.motion, self.owner, self.power, n_steps)
+            result = result.with_steps(n_steps, result.stiff)
         return result
+
+    def _doubled(
+        self, theta: NDArray, chosen: NDArray, tolerance: float, most: int
+    ) -> tuple[Simulator, NDArray]:
+        """Double the steps of some runs until that changes no force; runs it does at the end."""
+        unresolved, runs = chosen & (self.n_steps < most), self.motion.starts[:-1]
+        left = chosen & ~unresolved
+        if not unresolved.any():
+            return self, left
+        force, n_steps = self.run(theta, derivatives=False)[0], self.n_steps
+        while unresolved.any():
+            trial = np.where(unresolved, 2 * n_steps, n_steps)
+            finer = self.with_steps(trial, self.stiff).run(theta, derivatives=False)[0]
+            with np.errstate(all="ignore"):
+                size = np.maximum.reduceat(np.abs(finer), runs)
+                change = np.maximum.reduceat(np.abs(finer - force), runs)
+                # a run that still diverges has no size
+                largest = np.max(size[change < _DIVERGING * size], initial=1e-150)
+                unresolved &= ~(change < tolerance * largest)
+            n_steps, force = np.where(unresolved, trial, n_steps), finer
+            left |= unresolved & (n_steps >= most)
+            unresolved &= n_steps < most
+        return self.with_steps(n_steps, self.stiff), left
+
+    def _stiff_where(self, theta: NDArray, chosen: NDArray, tolerance: float) -> Simulator:
+        """Take Rosenbrock steps in those of the chosen runs where a few of them are enough."""
+        if not chosen.any() or len(self.law.states) > _STIFF_STATES:
+            return self
+        trial = self.with_steps(np.where(chosen, 1, 0), chosen)
+        trial, left = trial._doubled(theta, chosen, tolerance, _FEW_STIFF_STEPS)
+        taken = chosen & ~left
+        if taken.any():
+            trial = self.with_steps(np.where(taken, trial.n_steps, 0), taken)
+            taken &= ~trial._diverging(theta)
+        n_steps = np.where(taken, trial.n_steps, self.n_steps)
+        return self.with_steps(n_steps, self.stiff | taken)
 
     @np.errstate(all="ignore")
     def _diverging(self, theta: NDArray) -> NDArray:
@@ -143,13 +196,14 @@ class Simulator:
 
 
 @lru_cache(maxsize=64)
-def compiled(law: Law) -> ModuleType:
+def compiled(law: Law, stiff: bool = False) -> ModuleType:
     """Compiled simulation of a law under measured motion, with its derivatives."""
     if law.unit:
         raise InputError(
             f"{law.unit}: a functional mock-up unit is no arithmetic; expected here: a law"
         )
-    return load_written("device", fingerprint(law), lambda: _text(law))
+    kind = "stiff" if stiff else "device"
+    return load_written(kind, fingerprint(law), lambda: _text(law, stiff))
 
 
 def _begin(law: Law, names: list[str], parameters: list, unpack: list[str]) -> list[str]:
@@ -175,8 +229,8 @@ def _begin(law: Law, names: list[str], parameters: list, unpack: list[str]) -> l
     ]
 
 
-def _text(law: Law) -> str:
-    """Source of the kernel: the law's response and Runge-Kutta step, differentiated by CasADi."""
+def _text(law: Law, stiff: bool) -> str:
+    """Source of the kernel: the law's response and its step, differentiated by CasADi."""
     import casadi
 
     from . import device_kernel, law_functions
@@ -217,14 +271,7 @@ def _text(law: Law) -> str:
         def rates(x, v, state):
             return law.rates(x, v, tuple(state), tuple(p))
 
-        k1 = rates(xa, va, s)
-        k2 = rates(xm, vm, [a + h / 2 * b for a, b in zip(s, k1, strict=True)])
-        k3 = rates(xm, vm, [a + h / 2 * b for a, b in zip(s, k2, strict=True)])
-        k4 = rates(xb, vb, [a + h * b for a, b in zip(s, k3, strict=True)])
-        new = [
-            a + h / 6 * (b + 2 * c + 2 * d + e)
-            for a, b, c, d, e in zip(s, k1, k2, k3, k4, strict=True)
-        ]
+        new = (_rosenbrock if stiff else _runge_kutta)(rates, s, places)
         named = dict(zip([*times, *s_names, *p_names], [*places, *s, *p], strict=True))
         by = casadi.jacobian(casadi.vertcat(*new), casadi.vertcat(*s, *p))
         entries = [by[i, j] for i in range(n) for j in range(n + n_parameters)]
@@ -248,3 +295,45 @@ def _text(law: Law) -> str:
     arguments += ", owner, factor, slope, new_slope, by"
     blocks.append(function_text("step_with_slopes", arguments, with_slopes))
     return kernel_text([device_kernel], {law_functions: "\n\n".join(blocks)})
+
+
+def _runge_kutta(rates: Callable[..., tuple], s: list, places: list) -> list:
+    """States after a classical Runge-Kutta step."""
+    xa, va, xm, vm, xb, vb, h = places
+    k1 = rates(xa, va, s)
+    k2 = rates(xm, vm, [a + h / 2 * b for a, b in zip(s, k1, strict=True)])
+    k3 = rates(xm, vm, [a + h / 2 * b for a, b in zip(s, k2, strict=True)])
+    k4 = rates(xb, vb, [a + h * b for a, b in zip(s, k3, strict=True)])
+    return [
+        a + h / 6 * (b + 2 * c + 2 * d + e) for a, b, c, d, e in zip(s, k1, k2, k3, k4, strict=True)
+    ]
+
+
+def _rosenbrock(rates: Callable[..., tuple], s: list, places: list) -> list:
+    """States after a Rosenbrock step for stiff laws."""
+    # Rodas3, four stages, third order, stiffly accurate (Sandu et al., Atmospheric Environment 31,
+    # 1997): a state far faster than the step follows the motion. The rates' change with time is
+    # that of the parabola through beginning, middle and end; no derivative by the velocity, which
+    # is open where it reverses.
+    import casadi
+
+    xa, va, xm, vm, xb, vb, h = places
+    state = casadi.vertcat(*s)
+
+    def slopes(x: Any, v: Any, at: Any) -> Any:
+        return h * casadi.vertcat(*rates(x, v, casadi.vertsplit(at)))
+
+    first = slopes(xa, va, state)
+    drift = 4 * slopes(xm, vm, state) - 3 * first - slopes(xb, vb, state)
+    matrix = casadi.SX.eye(len(s)) - casadi.jacobian(first, state) / 2
+
+    def solved(right: Any) -> Any:
+        if matrix.sparsity().is_diag():
+            return right / 2 / casadi.diag(matrix)
+        return casadi.solve(matrix, right / 2)
+
+    k1 = solved(first + drift / 2)
+    k2 = solved(first + 4 * k1 + 1.5 * drift)
+    k3 = solved(slopes(xb, vb, state + 2 * k1) + k1 - k2)
+    k4 = solved(slopes(xb, vb, state + 2 * k1 + k3) + k1 - k2 - 8 / 3 * k3)
+    return casadi.vertsplit(state + 2 * k1 + k3 + k4)

@@ -155,6 +155,7 @@ def loop_motion(table: LoopTable, samples: int, n_steps: int) -> MeasuredRuns:
         periods=np.zeros(n),
         return_times=np.zeros((n, 1)),
         n_steps=np.full(n, n_steps),
+        stiff=np.zeros(n, bool),
     )
 
 
