@@ -127,15 +127,19 @@ class LawModel:
         cost = float(np.nan_to_num(0.5 * np.vdot(residual, residual), nan=np.inf))
         return replace(result, cost=cost, residual=residual, jacobian=result.jacobian[:rows])
 
-    def resolve_steps(self, values: NDArray, safety: int = _SAFETY) -> Self:
-        """Return the model with as many integration steps per sample as the law needs."""
+    def resolve_steps(
+        self, values: NDArray, safety: int = _SAFETY, stiff: bool | NDArray = False
+    ) -> Self:
+        """Return the model with as many integration steps per sample as the law needs.
+
+        Runs that are ``stiff`` keep Rosenbrock steps.
+        """
         coefficients = self.parameterisation.coefficients(values[: self.n_law])
-        coarse = LawModel(self.data.with_steps(1), self.parameterisation).simulator()
+        coarse = LawModel(self.data.with_steps(1, stiff), self.parameterisation).simulator()
         resolved = coarse.resolved(coefficients, _STEP_ERROR, most=_MOST)
-        n_steps = resolved.n_steps
         # the largest number was not compared with a finer one
-        n_steps = n_steps * np.where(n_steps < _MOST, safety, _SAFETY)
-        return replace(self, data=replace(self.data, n_steps=n_steps, stiff=resolved.stiff))
+        n_steps = resolved.n_steps * np.where(resolved.n_steps < _MOST, safety, _SAFETY)
+        return replace(self, data=self.data.with_steps(n_steps, resolved.stiff))
 
     def minimise_resolved(
         self, start: NDArray, most: int, tolerance: float, valley: float = 0.0
@@ -143,18 +147,18 @@ class LawModel:
         """Fit to the fitted runs, again with more steps where they do not resolve the end."""
         model = self
         for _ in range(_RESOLVED_AGAIN):
-            inside = replace(model, data=model.data.without_held_out())
+            data = model.data
+            inside = replace(model, data=data.without_held_out())
             result = inside.minimise(start, most, tolerance, valley)
             if not np.isfinite(result.cost):  # a stiff law diverges with too long steps
-                model = replace(model, data=model.data.with_steps(2 * model.data.n_steps))
+                model = replace(model, data=data.with_steps(2 * data.n_steps, data.stiff))
                 continue
-            start, there = result.x, model.resolve_steps(result.x, 1)
-            stiff = there.data.stiff
-            enough = (model.data.n_steps >= there.data.n_steps) & (model.data.stiff == stiff)
+            start, there = result.x, model.resolve_steps(result.x, 1, data.stiff).data
+            enough = (data.n_steps >= there.n_steps) & (data.stiff == there.stiff)
             if enough.all():
                 break
-            more = np.where(enough, model.data.n_steps, _SAFETY * there.data.n_steps)
-            model = replace(model, data=replace(model.data, n_steps=more, stiff=stiff))
+            more = np.where(enough, data.n_steps, _SAFETY * there.n_steps)
+            model = replace(model, data=data.with_steps(more, there.stiff))
         return model, result
 
     def settle_starts(self, values: NDArray) -> Self:

@@ -118,9 +118,14 @@ class MeasuredRuns:
         unit = float(np.mean(noise**2 / (noise**2 + misfit)))
         return replace(self, sigma=np.sqrt(unit * (self.assumed_noise**2 + misfit)))
 
-    def with_steps(self, number: int | NDArray) -> Self:
-        """Set the integration steps a sample, of all runs or of each, (n_runs,)."""
-        return replace(self, n_steps=np.broadcast_to(np.asarray(number, np.int64), self.dt.shape))
+    def with_steps(self, number: int | NDArray, stiff: bool | NDArray = False) -> Self:
+        """Set the integration steps a sample and their kind, of all runs or of each, (n_runs,)."""
+        shape = self.dt.shape
+        return replace(
+            self,
+            n_steps=np.broadcast_to(np.asarray(number, np.int64), shape),
+            stiff=np.broadcast_to(np.asarray(stiff, bool), shape),
+        )
 
     def cost(self, force: NDArray, chosen: NDArray) -> float:
         """Sum of squared residuals of a force (N) over their noise, of the chosen samples."""

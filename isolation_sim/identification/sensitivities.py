@@ -266,7 +266,6 @@ def _text(law: Law, stiff: bool) -> str:
     alone = with_slopes = ["pass"]
     if n:
         places = symbols(times)
-        xa, va, xm, vm, xb, vb, h = places
 
         def rates(x, v, state):
             return law.rates(x, v, tuple(state), tuple(p))

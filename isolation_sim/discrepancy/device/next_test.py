@@ -34,12 +34,7 @@ def next_test(
         return None
     best, words = 0.0, ""
     for test, description in _tests(final.model.data):
-        forces = [
-            replace(f.model, data=test.with_steps(f.model.data.n_steps.max())).forces(
-                f.values, False
-            )[0]
-            for f in (result, rivals[0])
-        ]
+        forces = [_force(f, test) for f in (result, rivals[0])]
         moves = test.v != 0
         with np.errstate(over="ignore"):  # a law that diverges in this test
             difference = float(np.sqrt(np.mean((forces[0] - forces[1])[moves] ** 2)))
@@ -52,6 +47,13 @@ def next_test(
         f"To distinguish {cause} from {others[0]}: {words}; their predictions differ there by "
         f"{best:.2g} times the force's noise (RMS)."
     )
+
+
+def _force(fitted: FittedModel, test: MeasuredRuns) -> NDArray:
+    """Force in a test, with as many steps as any run takes."""
+    data = fitted.model.data
+    model = replace(fitted.model, data=test.with_steps(data.n_steps.max(), data.stiff.any()))
+    return model.forces(fitted.values, False)[0]
 
 
 def _tests(data: MeasuredRuns) -> list[tuple[MeasuredRuns, str]]:
@@ -115,4 +117,5 @@ def _sinusoid(
         periods=np.zeros(1),
         return_times=np.zeros((1, 1)),
         n_steps=np.ones(1, np.int64),
+        stiff=np.zeros(1, bool),
     )

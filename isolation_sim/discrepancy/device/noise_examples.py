@@ -31,7 +31,8 @@ def noise_residuals(base: FittedModel, shifts: NDArray, seed: int = 0) -> NDArra
     """Draw residuals of a perfect model under noise in force and displacement."""
     # Noise in the displacement reaches the residual through the model and is smoothed as the data
     # are, so that it is neither white nor of the force's size.
-    data = base.model.data.with_steps(_FINER * base.model.data.n_steps)
+    data = base.model.data
+    data = data.with_steps(_FINER * data.n_steps, data.stiff)
     model = replace(base.model, data=data)
     random = np.random.default_rng(seed)
     without = data.bounded(model.forces(base.values, False)[0])
