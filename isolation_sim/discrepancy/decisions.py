@@ -50,6 +50,13 @@ effect look helpful there. Blind (cases ``outside``)."""
 REMAINS = 0.03
 """Error that the causes leave, over the force and beyond noise, above which all laws are compared:
 the law may be of the wrong family. Convention."""
+LEFT_MUCH = 0.05
+"""Error of the fitted runs, over the force and beyond noise, that causes leave during the search,
+above which all laws are compared at once. Blind (``wrong_law``); single hidden effects are
+smaller."""
+FAR_BETTER = 3.0
+"""Factor on the error of another law alone above which the search for more causes ends. Blind
+(``wrong_law``)."""
 ADEQUATE = 1.25
 """Cost over that of noise below which a law is adequate, and with effects "explained". Blind
 (``clean``)."""

@@ -28,7 +28,7 @@ class SearchSpace(Protocol[H]):
         ...
 
     def is_explained(self, current: H) -> bool:
-        """Whether nothing is left to be explained."""
+        """Whether nothing is left that causes would explain."""
         ...
 
     def candidates(self, current: H) -> list[H]:

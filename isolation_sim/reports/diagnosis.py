@@ -26,9 +26,11 @@ CAUSE_HEADINGS = (
 def shown(diagnosis: Diagnosis) -> Iterator[Any]:
     """Tables and sentences of a diagnosis, for a terminal."""
     yield f"{diagnosis.model} against {diagnosis.data}\n"
-    yield f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}"
-    if "law_choice" in diagnosis.details:
-        yield diagnosis.details["law_choice"]["text"]
+    verdict = f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}"
+    choice = diagnosis.details.get("law_choice", {})
+    lines = [verdict, *([choice["text"]] if choice else [])]
+    # causes on a law of the wrong family only imitate the right one
+    yield from reversed(lines) if choice.get("wrong_family") else lines
     yield errors_table(diagnosis)
     if diagnosis.causes:
         yield causes_table(diagnosis)

@@ -179,3 +179,77 @@ def test_steps_resolve_derivatives_where_the_force_is_bounded_by_itself():
     finer_force, finer_jacobian = finer.run(theta)
     assert relative(force - finer_force, finer_force) < 1e-3
     assert relative((jacobian - finer_jacobian) * theta, finer_jacobian * theta) < 0.1
+
+
+STIFF_LAWS = ["maxwell", "strain_stiffening", "bouc_wen"]
+
+
+@pytest.mark.parametrize("name", STIFF_LAWS)
+def test_rosenbrock_steps_converge_to_the_same_force(name, numbers, wave):
+    motion = motion_along(wave)
+    fine, theta = simulator_of(name, numbers, motion, n_steps=64)
+    reference = fine.run(theta)
+    steps = np.array([4, 4])
+    errors = [
+        [relative(one - exact, exact) for one, exact in zip(found, reference, strict=True)]
+        for found in (fine.with_steps(k * steps, steps > 0).run(theta) for k in (1, 2))
+    ]
+    assert errors[1][0] < 1e-4
+    assert errors[1][1] < 1e-2
+    assert errors[1][0] < errors[0][0] / 4  # of third order
+
+
+@pytest.mark.parametrize("name", STIFF_LAWS)
+def test_derivatives_of_rosenbrock_steps(name, numbers, wave):
+    simulator, theta = simulator_of(name, numbers, motion_along(wave), n_steps=2)
+    simulator = simulator.with_steps(simulator.n_steps, np.array([True, True]))
+    _, jacobian = simulator.run(theta)
+    for k in range(len(theta)):
+        step = np.zeros_like(theta)
+        step[k] = 1e-4 * np.max(np.abs(theta[k - k % 2 : k - k % 2 + 2]))
+        forces = [simulator.run(theta + t * step, False)[0] for t in (1, -1, 2, -2)]
+        slope = (8 * (forces[0] - forces[1]) - (forces[2] - forces[3])) / (12 * step[k])
+        off = np.abs(slope - jacobian[:, k]) / np.sqrt(np.mean(jacobian[:, k] ** 2))
+        assert np.quantile(off, 0.98) < 1e-6
+
+
+def stiff_maxwell(n_samples, relaxations):
+    """Springs in series with dashpots of some relaxation times, s, a run each, at 10 ms."""
+    law, dt = LAWS["maxwell"], 0.01
+    runs = len(relaxations)
+    time = np.tile(dt * np.arange(n_samples), runs)
+    omega = 2 * np.pi * 1.3
+    motion = Motion(
+        starts=n_samples * np.arange(runs + 1), displacement=5e-3 * np.sin(omega * time),
+        velocity=5e-3 * omega * np.cos(omega * time),
+        current=np.repeat(np.arange(float(runs)), n_samples), dt=np.full(runs, dt),
+    )  # fmt: skip
+    dashpots = 2e4 * np.array(relaxations)
+    powers = np.polynomial.polynomial.polyfit(np.arange(runs), dashpots, runs - 1)
+    theta = np.concatenate([[2e4], powers])
+    names = [q.name for q in law.parameters]
+    owner = [next(k for k, n in enumerate(names) if n.startswith("k"))]
+    owner += [1 - owner[0]] * runs
+    return Simulator(law, motion, owner, [0, *range(runs)]), theta
+
+
+def test_few_steps_resolve_a_stiff_law_on_many_samples():
+    simulator, theta = stiff_maxwell(6000, (5e-5, 0.2))
+    resolved = simulator.resolved(theta, 2e-4)
+    assert resolved.stiff.tolist() == [True, False]
+    assert resolved.n_steps.max() <= 8
+    exact = Simulator(
+        simulator.law, simulator.motion, simulator.owner, simulator.power, 512
+    ).run(theta)  # fmt: skip
+    found = resolved.run(theta)
+    assert np.max(np.abs(found[0] - exact[0])) < 2e-4 * np.max(np.abs(exact[0]))
+    assert relative((found[1] - exact[1]) * theta, exact[1] * theta) < 1e-3
+    few, theta = stiff_maxwell(600, (5e-5, 0.2))
+    assert not few.resolved(theta, 2e-4).stiff.any()
+
+
+def test_a_run_that_diverges_does_not_set_the_steps_of_another():
+    both, theta = stiff_maxwell(600, (3e-4, 0.03))
+    slow = both.resolved(theta, 1e-6).n_steps[1]
+    alone, theta = stiff_maxwell(600, (0.03,))
+    assert slow == alone.resolved(theta, 1e-6).n_steps[0]

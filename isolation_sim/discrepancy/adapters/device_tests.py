@@ -26,6 +26,8 @@ from ..data_checks import data_notes
 from ..decisions import (
     ADEQUATE,
     CONFUSABLE_GAIN,
+    FAR_BETTER,
+    LEFT_MUCH,
     NEEDED,
     NOISE_EXAMPLES,
     NUMBERS_WRONG,
@@ -116,6 +118,7 @@ class DeviceTests(Problem[FittedModel]):
             noise_residuals(base, self.shifts[:, :, fitted], self.seed),
             self.pool,
             lambda: self.progress("trying effects"),
+            self._hopeless,
         )
         return base
 
@@ -158,12 +161,32 @@ class DeviceTests(Problem[FittedModel]):
             )
             best = self.space.without(best, least)
             self._extend(best)
-        if self.choice is None and self._leaves_much():
+        if self._leaves_much():
+            self._compare_laws()
+        return replace(result, best=best)
+
+    def _compare_laws(self) -> LawChoice:
+        """All laws on short data, compared once."""
+        if self.choice is None:
             self.choice = choose_law(
                 self.campaign, self.data, self.degree, self.pool, seed=self.seed,
                 advance=lambda: self.progress("comparing laws"),
             )  # fmt: skip
-        return replace(result, best=best)
+        return self.choice
+
+    def _hopeless(self, current: FittedModel) -> bool:
+        """Whether causes leave a large error, and another law alone one that is smaller by far."""
+        # More causes would only imitate the other law, at much expense.
+        data = current.model.data
+        error = data.relative(data.bounded(current.force) - data.force, data.fitted)
+        noise = float(np.mean(np.sum((self.space.noise / data.weight[:, np.newaxis]) ** 2, axis=0)))
+        floor = np.sqrt(noise / float(np.sum(data.force**2)))
+        if error < max(LEFT_MUCH, FAR_BETTER * floor):
+            return False
+        choice = self._compare_laws()
+        name = current.model.parameterisation.law.name
+        least = min(one.left_out for one in choice.ranks)
+        return name not in [one.law for one in choice.near] and error > FAR_BETTER * least
 
     def _leaves_much(self) -> bool:
         """Whether the extended law has an error that another law may explain."""
@@ -544,7 +567,9 @@ class DeviceTests(Problem[FittedModel]):
             }
             for one in choice.ranks
         ]
-        return {"text": self._choice_words(choice), "laws": ranks}
+        return {
+            "text": self._choice_words(choice), "wrong_family": self._wrong_family, "laws": ranks
+        }  # fmt: skip
 
     @property
     def _wrong_family(self) -> bool:

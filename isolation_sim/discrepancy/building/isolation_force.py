@@ -109,7 +109,7 @@ def _runs(comparison: Comparison, model: BuildingModel, result: CauseValues) -> 
         force_noise=ones, displacement_noise=nothing, sigma=ones,
         velocity_measured=np.zeros(len(names), dtype=bool), has_temperature=False,
         averaging=nothing, periods=nothing, return_times=nothing[:, np.newaxis],
-        n_steps=np.ones(len(names), np.int64), gains=gains,
+        n_steps=np.ones(len(names), np.int64), stiff=np.zeros(len(names), bool), gains=gains,
     )  # fmt: skip
     return replace(data, force=lacks + data.record(force))
 

@@ -38,6 +38,8 @@ class EffectSearch:
     noise: NDArray  # (n_fitted, n_examples): Residuals of noise alone, of the fitted samples
     pool: ThreadPoolExecutor  # Threads that share out the fits
     advance: Callable[[], None]  # Called after each fit
+    # Whether the search stops at a model: another law alone is far better
+    hopeless: Callable[[FittedModel], bool] = lambda current: False
     most_causes: int = MOST_EFFECTS  # Number of effects at which the search stops
     _known: dict[tuple[Effect, ...], tuple[FittedModel, list[FittedModel]]] = field(
         default_factory=dict, init=False
@@ -54,8 +56,8 @@ class EffectSearch:
         return max(self.base.cost - self.noise_cost, 0.0)
 
     def is_explained(self, current: FittedModel) -> bool:
-        """Whether nothing is left; on device tests that is seen by trying."""
-        return False
+        """Whether no effect is tried; whether nothing is left is seen by trying."""
+        return bool(current.effects) and self.hopeless(current)
 
     def candidates(self, current: FittedModel) -> list[FittedModel]:
         """Fit the most promising effects, and a generic term if it is clearly better."""
