@@ -48,12 +48,8 @@ TO_BLAME_FITTED = 0.4
 """The same on the fitted runs of device tests: a law that diverges on held-out runs makes any
 effect look helpful there. Blind (cases ``outside``)."""
 REMAINS = 0.03
-"""Error that the causes leave, over the force and beyond noise, above which all laws are compared:
-the law may be of the wrong family. Convention."""
-LEFT_MUCH = 0.05
-"""Error of the fitted runs, over the force and beyond noise, that causes leave during the search,
-above which all laws are compared at once. Blind (``wrong_law``); single hidden effects are
-smaller."""
+"""Error that the causes leave, over the force and beyond noise, above which all laws are compared,
+during the search and after it: the law may be of the wrong family. Convention."""
 FAR_BETTER = 3.0
 """Factor on the error of another law alone above which the search for more causes ends. Blind
 (``wrong_law``)."""

@@ -27,7 +27,6 @@ from ..decisions import (
     ADEQUATE,
     CONFUSABLE_GAIN,
     FAR_BETTER,
-    LEFT_MUCH,
     NEEDED,
     NOISE_EXAMPLES,
     NUMBERS_WRONG,
@@ -181,7 +180,7 @@ class DeviceTests(Problem[FittedModel]):
         error = data.relative(data.bounded(current.force) - data.force, data.fitted)
         noise = float(np.mean(np.sum((self.space.noise / data.weight[:, np.newaxis]) ** 2, axis=0)))
         floor = np.sqrt(noise / float(np.sum(data.force**2)))
-        if error < max(LEFT_MUCH, FAR_BETTER * floor):
+        if error < max(REMAINS, FAR_BETTER * floor):
             return False
         choice = self._compare_laws()
         name = current.model.parameterisation.law.name
