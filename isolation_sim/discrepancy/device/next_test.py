@@ -52,7 +52,7 @@ def next_test(
 def _force(fitted: FittedModel, test: MeasuredRuns) -> NDArray:
     """Force in a test, with as many steps as any run takes."""
     data = fitted.model.data
-    model = replace(fitted.model, data=test.with_steps(data.n_steps.max(), data.stiff.any()))
+    model = replace(fitted.model, data=test.with_steps(data.n_steps.max(), bool(data.stiff.any())))
     return model.forces(fitted.values, False)[0]
 
 
