@@ -36,7 +36,9 @@ DEGREE = 1
 """Of the parameters' polynomials of the current: with one current left out there are two."""
 CYCLES, SAMPLES = 4, 50
 """Cycles of each test and samples a cycle, at most: the loops repeat themselves."""
-SHORT_CYCLES, SHORT_SAMPLES = 2, 40
+STARTS = 20
+"""Starts of the fit of the Bouc-Wen law."""
+SHORT_CYCLES, SHORT_SAMPLES, SHORT_STARTS = 2, 40, 6
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
@@ -48,7 +50,8 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     for label in labels:
         step(f"diagnosing without {LEFT_OUT[label]}", 0.0)
         shown = without(campaign, label)
-        alone = fit(shown, LAW, current_degree=DEGREE)
+        starts = SHORT_STARTS if short else STARTS
+        alone = fit(shown, LAW, current_degree=DEGREE, starts=starts)
         found = diagnose(shown, "auto", current_degree=DEGREE, tiers="causes")
         found.save(folder / f"diagnosis_without_{label.replace(' ', '')}")
         result[label] = Found(alone, found)

@@ -19,13 +19,15 @@ from studies.papers.study import PAPERS
 from studies.papers.table import Check, tally, texts
 
 
-def write_tables(folder: Path) -> None:
+def write_tables(folder: Path, short: bool = False) -> None:
     """Write the tables, a file each, to be included by pages.
 
     Parameters
     ----------
     folder : pathlib.Path
         Where to.
+    short : bool, optional
+        Whether tables of studies have fewer cases: two controllers, one paper.
     """
     folder.mkdir(parents=True, exist_ok=True)
     texts = {
@@ -34,10 +36,10 @@ def write_tables(folder: Path) -> None:
         "mpc_settings": settings(CONTROLLERS["mpc"]),
         "references": references(),
         "scenario": f"```toml\n{Scenario().to_toml(comments=True)}```\n",
-        "papers": papers(),
-        "tallies": tallies(),
+        "papers": papers(short),
+        "tallies": tallies(short),
         "periods": periods(),
-        "tuned": tuned(),
+        "tuned": tuned(short),
     }
     for name, text in texts.items():
         (folder / f"{name}.txt").write_text(text, encoding="utf-8")
@@ -133,15 +135,20 @@ def settings(kind: type[Controller]) -> str:
     return table(headings, rows) if rows else ""
 
 
-def tuned() -> str:
+def tuned(short: bool) -> str:
     """Scores of the tuned controllers, as the study of them finds them.
+
+    Parameters
+    ----------
+    short : bool
+        Whether in its short form.
 
     Returns
     -------
     str
         MyST text.
     """
-    result = tuned_controllers.outcome(Path(), False, lambda what, share=0.0: None)
+    result = tuned_controllers.outcome(Path(), short, lambda what, share=0.0: None)
     rows = [
         (row["motions"], f"`{row['controller']}`",
          *(f"{row[what]:+.2f} ({row[f'{what}_from']:+.2f} to {row[f'{what}_to']:+.2f})"
@@ -164,8 +171,13 @@ def references() -> str:
     return "\n".join(f"- {written(text)}" for text in sorted(set(PUBLICATIONS.values()))) + "\n"
 
 
-def papers() -> str:
+def papers(short: bool) -> str:
     """Every number of the four papers beside the recomputed one.
+
+    Parameters
+    ----------
+    short : bool
+        Whether of the last paper alone.
 
     Returns
     -------
@@ -173,7 +185,7 @@ def papers() -> str:
         MyST text.
     """
     parts = []
-    for paper, checks in _checks():
+    for paper, checks in _checks(short):
         rows = [_row(check) for check in checks]
         headings = ("number", "where", "published", "computed", "verdict", "remark")
         parts += [f"## {written(paper.TITLE)}", f"{written(tally(checks))}.",
@@ -181,21 +193,27 @@ def papers() -> str:
     return "\n\n".join(parts)
 
 
-def tallies() -> str:
+def tallies(short: bool) -> str:
     """Number of verdicts of each kind, paper by paper.
+
+    Parameters
+    ----------
+    short : bool
+        Whether of the last paper alone.
 
     Returns
     -------
     str
         MyST text.
     """
-    rows = [(written(paper.TITLE), written(tally(checks))) for paper, checks in _checks()]
+    rows = [(written(paper.TITLE), written(tally(checks))) for paper, checks in _checks(short)]
     return table(("paper", "verdicts"), rows)
 
 
 @cache
-def _checks() -> list[tuple[ModuleType, list[Check]]]:
-    return [(paper, list(paper.checks(True))) for paper, _ in PAPERS.values()]
+def _checks(short: bool) -> list[tuple[ModuleType, list[Check]]]:
+    papers = list(PAPERS.values())[-1 if short else 0 :]
+    return [(paper, list(paper.checks(True))) for paper, _ in papers]
 
 
 def _row(check: Check) -> tuple[str, ...]:

@@ -1,7 +1,8 @@
 """Sphinx extension: writes what is generated before the pages are read.
 
 Law pages, tables, figures and the API's pages go to ``docs/generated``, which is made anew by every
-build and is not kept under version control.
+build and is not kept under version control. With ``sphinx-build -t short`` the tables of studies
+have fewer cases.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ def write(app: Any) -> None:
     folder = Path(app.srcdir) / "generated"
     shutil.rmtree(folder, ignore_errors=True)
     figures.write_figures(folder / "figures")
-    catalogues.write_tables(folder)
+    catalogues.write_tables(folder, app.tags.has("short"))
     comparison.write_tables(folder)
     gallery.write_gallery(folder)
     iso.run_scenario().to_html(folder / "report.html")

@@ -45,7 +45,7 @@ class Terms(NamedTuple):
 
     def rows(self, phase: NDArray, side: NDArray) -> NDArray:
         """Terms at phases (rad), of the side before (-1) or after (1) the corner."""
-        power = (np.cos(phase) - 1)[:, np.newaxis] ** np.arange(max(self))
+        power = np.vander(np.cos(phase) - 1, max(self), increasing=True)
         sine, side = np.sin(phase)[:, np.newaxis], side[:, np.newaxis]
         return np.hstack(
             [
@@ -219,10 +219,9 @@ def widest(curves: Sequence[CornerCurve]) -> CornerCurve:
 
 
 def _waves(phase: NDArray, order: NDArray) -> NDArray:
-    """Offset, then cosine and sine of each order, at phases (rad)."""
-    turns = np.multiply.outer(phase, order)
-    pairs = np.stack([np.cos(turns), np.sin(turns)], axis=2).reshape(phase.size, -1)
-    return np.hstack([np.ones((phase.size, 1)), pairs])
+    """Offset, then cosine and sine of each order 1, 2, …, at phases (rad)."""
+    turns = np.vander(np.exp(1j * phase), order.size + 1, increasing=True)
+    return np.delete(turns.view(float), 1, axis=1)
 
 
 def _searched(curve: Callable[[NDArray], NDArray], low: float, high: float, side: float) -> Peak:
@@ -246,10 +245,10 @@ def _left(force: NDArray, rows: NDArray) -> tuple[float, int]:
 
 def _needed(few: tuple[float, int], many: tuple[float, int], force: NDArray) -> bool:
     """Whether further columns explain more of the force than noise would (F test)."""
-    from scipy.stats import f as f_distribution
+    from scipy.special import fdtri
 
     (before, fewer), (after, more) = few, many
     if before <= _ROUNDING**2 * float(np.sum(force**2)):
         return False
     added, free = more - fewer, force.size - more
-    return bool((before - after) * free > after * added * f_distribution.isf(_DOUBT, added, free))
+    return bool((before - after) * free > after * added * fdtri(added, free, 1 - _DOUBT))

@@ -116,9 +116,9 @@ def harmonics(
     time: np.ndarray, y: np.ndarray, frequency: float, origin: float, count: int
 ) -> np.ndarray:
     """Return the complex amplitudes of a series by least squares, with an offset beside them."""
-    phase = 2 * np.pi * frequency * np.subtract.outer(time - origin, np.zeros(count))
-    phase = phase * np.arange(1, count + 1)
-    basis = np.hstack([np.ones((time.size, 1)), np.cos(phase), np.sin(phase)])
+    phase = 2 * np.pi * frequency * (time - origin)
+    turns = np.vander(np.exp(1j * phase), count + 1, increasing=True)
+    basis = np.hstack([turns.real, turns.imag[:, 1:]])
     fitted: Any = np.linalg.lstsq(basis, y, rcond=None)[0]
     return np.asarray(fitted[1 : count + 1] + 1j * fitted[count + 1 :])
 

@@ -81,16 +81,25 @@ def damper():
 LAWS_FOR_DAMPERS = ("bouc_wen", "hyperbolic_tangent", "spencer")
 
 
-def test_a_law_with_many_local_optima_is_found(damper):
+@pytest.fixture(scope="module")
+def for_the_damper(damper):
     with workers(1) as pool:
         data = hold_out_some(measured_runs(damper.runs), damper.runs)
-        found = choose_law(damper, data, None, pool, laws=LAWS_FOR_DAMPERS)
+        return choose_law(damper, data, None, pool, laws=LAWS_FOR_DAMPERS)
+
+
+def test_a_law_with_many_local_optima_is_found(for_the_damper):
+    found = for_the_damper
     assert found.best.law == "spencer" and found.best.left_out < 0.013
     assert [one.law for one in found.near] == ["spencer"]
 
 
-def test_a_law_whose_causes_leave_much_is_compared_with_others(damper, monkeypatch):
-    monkeypatch.setattr(device_tests, "choose_law", partial(choose_law, laws=LAWS_FOR_DAMPERS))
+def test_a_law_whose_causes_leave_much_is_compared_with_others(damper, for_the_damper, monkeypatch):
+    def chosen(campaign, *given, **options):
+        assert campaign is damper
+        return for_the_damper
+
+    monkeypatch.setattr(device_tests, "choose_law", chosen)
     # others than these causes explain no more
     few = ("coulomb_friction", "weak_rate_dependence")
     monkeypatch.setattr(device_tests, "EFFECTS", {cause: EFFECTS[cause] for cause in few})

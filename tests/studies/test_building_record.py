@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
+from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.effects import EFFECTS
+from isolation_sim.identification.law_choice import choose_law
+from isolation_sim.laws import LAWS
 from studies import building_record as study
 from studies.study import perform
 
@@ -31,7 +37,19 @@ def test_storeys_found_above_the_base_follow_the_floors(first):
     assert np.linalg.norm(missed) < 0.1 * size < 0.4 * np.linalg.norm(rigid)
 
 
-def test_short_form(tmp_path, shared_data):
+RIVALS = (
+    ("kelvin_voigt", "dahl"),
+    ("amplitude_softening", "coulomb_friction", "extra_relaxation", "stress_softening"),
+)
+ALL = tuple(LAWS), tuple(EFFECTS)
+
+
+@pytest.mark.parametrize(
+    ("laws", "causes"), [RIVALS, pytest.param(*ALL, marks=pytest.mark.slow)], ids=["rivals", "all"]
+)
+def test_short_form(tmp_path, shared_data, monkeypatch, laws, causes):
+    monkeypatch.setattr(device_tests, "choose_law", partial(choose_law, laws=laws))
+    monkeypatch.setattr(device_tests, "EFFECTS", {name: EFFECTS[name] for name in causes})
     found, path = perform("building_record", tmp_path / "study", True)
     linear, extended = (
         {row["record"]: row for row in found.table if row["isolation layer"].startswith(name)}

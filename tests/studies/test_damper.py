@@ -15,10 +15,13 @@ def campaign(shared_data):
     return damper.prepared(shared_data / "mr_damper")
 
 
-@pytest.fixture(scope="module")
-def outcomes(campaign):
-    chosen = ("lugre", "bouc_wen")
-    return damper.fit_laws(campaign, [LABEL, "0.5 A"], chosen, starts=1)
+FAST = ("hyperbolic_tangent", "dahl")
+STUDY = pytest.param(("lugre", "bouc_wen"), marks=pytest.mark.slow)
+
+
+@pytest.fixture(scope="module", params=[FAST, STUDY], ids=["fast", "study"])
+def outcomes(request, campaign):
+    return damper.fit_laws(campaign, [LABEL, "0.5 A"], request.param, starts=1)
 
 
 def test_conditions_and_currents_come_from_the_names(campaign):

@@ -2,21 +2,38 @@
 
 from __future__ import annotations
 
+from functools import partial
 from statistics import mean
 
 import pytest
 
+from isolation_sim.discrepancy import diagnose
+from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.effects import EFFECTS
+from isolation_sim.identification.law_choice import choose_law
+from isolation_sim.laws import LAWS
 from studies.study import perform
+
+RIVALS = (
+    ("bouc_wen", "dahl", "rate_dependent_bouc_wen"),
+    ("coulomb_friction", "extra_relaxation", "inertia_force", "weak_rate_dependence"),
+)
+ALL = tuple(LAWS), tuple(EFFECTS)
 
 
 @pytest.mark.usefixtures("shared_data")
-def test_short_form(tmp_path):
+@pytest.mark.parametrize(
+    ("laws", "causes"), [RIVALS, pytest.param(*ALL, marks=pytest.mark.slow)], ids=["rivals", "all"]
+)
+def test_short_form(tmp_path, monkeypatch, laws, causes):
+    monkeypatch.setattr(diagnose, "choose_law", partial(choose_law, laws=laws))
+    monkeypatch.setattr(device_tests, "EFFECTS", {name: EFFECTS[name] for name in causes})
     found, path = perform("damper_diagnosis", tmp_path / "study", True)
     assert len(found.table) == 18
     left_out = [row for row in found.table if row["used"] == "left out"]
     assert [row["run"].startswith("10mm_1Hz") for row in left_out] == [True] * 3
     # a dashpot in the law, a thinning fluid in the damper
-    assert "Of 22 laws rate_dependent_bouc_wen fits best" in found.finding
+    assert f"Of {len(laws)} laws rate_dependent_bouc_wen fits best" in found.finding
     means = (mean(row[key] for row in left_out) for key in ("Bouc-Wen, RMS error %", "extended, %"))
     before, after = means
     assert after < 0.85 * before

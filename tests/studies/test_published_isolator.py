@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import isolation_sim as iso
+from isolation_sim.discrepancy.adapters import loop_table
+from isolation_sim.discrepancy.loops import model
+from isolation_sim.effects import EFFECTS
 from studies import published_isolator as study
 from studies.study import perform
 
@@ -23,7 +26,16 @@ def test_the_loops_of_the_second_paper_hardly_depend_on_frequency():
     assert stiffness[rows[-1]] / stiffness[rows[0]] == pytest.approx(1.52, abs=0.01)
 
 
-def test_short_form(tmp_path):
+RIVALS = ("amplitude_softening", "coulomb_friction", "field_saturation", "weak_rate_dependence")
+
+
+@pytest.mark.parametrize(
+    "names", [RIVALS, pytest.param(tuple(EFFECTS), marks=pytest.mark.slow)], ids=["rivals", "all"]
+)
+def test_short_form(tmp_path, monkeypatch, names):
+    compared = {name: EFFECTS[name] for name in names}
+    monkeypatch.setattr(model, "EFFECTS", compared)
+    monkeypatch.setattr(loop_table, "EFFECTS", compared)
     found, path = perform("published_isolator", tmp_path / "study", True)
     published, fitted, extended = found.table
     # the errors of the paper's own numbers are known apart from this project

@@ -138,8 +138,8 @@ def test_a_controller_of_a_file_is_tuned_from_the_command_line(tmp_path, monkeyp
     with pytest.raises(SystemExit, match="0"):
         main([
         "tune", "outwards.py:Outwards", "--scenario", "plant.toml", "--motions", "records",
-        "--unseen", "scenario", "--pga-g", "0.3", "--evaluations", "9", "--json", "--fix",
-        "highest=2.0",
+        "--unseen", "scenario", "--pga-g", "0.3", "--evaluations", "9", "--workers", "1", "--json",
+        "--fix", "highest=2.0",
         ])  # fmt: skip
     report = json.loads(capsys.readouterr().out)
     assert report["trials"] == 9 and set(report["settings"]) <= {"highest", "full_speed"}
