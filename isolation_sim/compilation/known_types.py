@@ -54,9 +54,6 @@ def _hash(self: Any) -> int:
 if list(inspect.signature(_find_call_type).parameters) == ["self", "context", "args", "kws"] and (
     TargetConfig.__slots__ == ["_values"]
 ):
-    for place, name, method in (
-        (BaseFunction, "get_call_type", _call_type),
-        (TargetConfig, "__eq__", _equal),
-        (TargetConfig, "__hash__", _hash),
-    ):
-        setattr(place, name, method)
+    BaseFunction.get_call_type = _call_type
+    TargetConfig.__eq__ = _equal
+    TargetConfig.__hash__ = _hash
