@@ -14,8 +14,6 @@ from numba.core.compiler import Compiler, DefaultPassBuilder
 from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.typed_passes import AnnotateTypes
 
-from . import known_types  # noqa: F401 it shortens Numba's type inference
-
 _REPLACED = (
     "_optimize_final_module", "_finalize_final_module", "_ensure_finalized", "codegen",
     "get_pointer_to_function",
