@@ -75,6 +75,6 @@ def test_a_rival_is_kept_where_it_was_fitted_best():
 def test_no_more_effects_are_tried_where_another_law_is_far_better():
     space = Space()
     assert not space.is_explained(fitted(1000, "payne"))
-    space.hopeless = lambda current: True
+    space.stops_at = lambda current: True
     assert space.is_explained(fitted(1000, "payne"))
     assert not space.is_explained(fitted(1e4))  # one effect is always tried

@@ -117,7 +117,7 @@ class DeviceTests(Problem[FittedModel]):
             noise_residuals(base, self.shifts[:, :, fitted], self.seed),
             self.pool,
             lambda: self.progress("trying effects"),
-            self._hopeless,
+            self._another_is_far_better,
         )
         return base
 
@@ -173,7 +173,7 @@ class DeviceTests(Problem[FittedModel]):
             )  # fmt: skip
         return self.choice
 
-    def _hopeless(self, current: FittedModel) -> bool:
+    def _another_is_far_better(self, current: FittedModel) -> bool:
         """Whether causes leave a large error, and another law alone one that is smaller by far."""
         # More causes would only imitate the other law, at much expense.
         data = current.model.data

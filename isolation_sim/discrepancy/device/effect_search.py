@@ -39,7 +39,7 @@ class EffectSearch:
     pool: ThreadPoolExecutor  # Threads that share out the fits
     advance: Callable[[], None]  # Called after each fit
     # Whether the search stops at a model: another law alone is far better
-    hopeless: Callable[[FittedModel], bool] = lambda current: False
+    stops_at: Callable[[FittedModel], bool] = lambda current: False
     most_causes: int = MOST_EFFECTS  # Number of effects at which the search stops
     _known: dict[tuple[Effect, ...], tuple[FittedModel, list[FittedModel]]] = field(
         default_factory=dict, init=False
@@ -57,7 +57,7 @@ class EffectSearch:
 
     def is_explained(self, current: FittedModel) -> bool:
         """Whether no effect is tried; whether nothing is left is seen by trying."""
-        return bool(current.effects) and self.hopeless(current)
+        return bool(current.effects) and self.stops_at(current)
 
     def candidates(self, current: FittedModel) -> list[FittedModel]:
         """Fit the most promising effects, and a generic term if it is clearly better."""
