@@ -18,6 +18,7 @@ from .clairvoyant import coil_table
 from .compiled import CompiledController, Decision, decision_step
 from .device_model import FORCE_SCALE
 from .estimating import Estimating
+from .preview import Preview
 from .settings import Integer, Number, OneOf, Optional, SearchRange, setting
 
 if TYPE_CHECKING:
@@ -363,7 +364,7 @@ class MPC(Estimating, CompiledController):
         ahead = self._ahead(context)
         n_measured = len(context.outputs) + len(context.nominal.structure.directions) * len(ahead)
         self.step = decision_step(self._decision, n_measured, len(context.low))
-        self._ground = [(ahead, record) for record in context.ground or ()]
+        self._preview = Preview(ahead, context.ground or ())
         self.report = Report()
 
     def compiled(self, context: RunContext) -> CompiledDecision | None:
@@ -372,9 +373,7 @@ class MPC(Estimating, CompiledController):
         if found is None:
             return None
         names = self.measures(context.nominal)[-len(context.nominal.structure.directions) :]
-        times = 1e3 * self._ahead(context)
-        inputs = (f"{n[: -len('_m_s2')]}_in_{t:.6g}_ms_m_s2" for n in names for t in times)
-        return replace(found, inputs=tuple(inputs))
+        return replace(found, inputs=Preview(self._ahead(context), ()).names(names))
 
     def memory_array(self, which: int) -> NDArray:
         """Array of the decision's memory, by its number in ``predictive.decision``."""
@@ -403,11 +402,10 @@ class MPC(Estimating, CompiledController):
         from .predictive import decision as at
 
         began = perf_counter()
-        known = [np.interp(t + k, r.time, r.acceleration, right=0.0) for k, r in self._ground]
         plan = self.memory_array(at.PLAN)
         previous = plan.copy()
         begun = self.memory_array(at.STATE)[at.BEGUN] == 1.0
-        command = self.step(t, np.concatenate([np.asarray(measurement, dtype=float), *known]))
+        command = self.step(t, self._preview.known(t, measurement))
         took = perf_counter() - began
         state, report = self.memory_array(at.STATE), self.report
         report.seconds.append(took)

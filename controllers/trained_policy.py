@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,17 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
-from isolation_sim.simulation.control import RunContext
+from isolation_sim.simulation.control import CompiledDecision, RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .clairvoyant import coil_table
-from .compiled import CompiledController, Decision
+from .compiled import CompiledController, Decision, decision_step
 from .device_states import SCRATCH
 from .force_tracking import driven_elements
-from .settings import ExistingFile, Optional, setting
+from .preview import Preview
+from .settings import ExistingFile, Number, Optional, setting
 
 WEIGHTS = Path(__file__).with_name("trained_policy.npz")
 """The network of the reference building, written by ``python -m studies.train_policy``."""
+WITH_PREVIEW = Path(__file__).with_name("trained_policy_preview.npz")
+"""The same with 0.8 s of preview."""
 LAYERS = ("Wg", "Ug", "bg", "W1", "b1", "W2", "b2", "W3", "b3")
 """Arrays of a file of weights: gates from inputs and from hidden units, gate offsets; layers."""
 SUBSTEP = 0.01
@@ -32,7 +36,9 @@ class TrainedPolicy(CompiledController):
     A gated recurrent unit and two layers compute the current from 33 inputs: the motion of base
     and floors, the isolator's states, the coil current and the peaks so far; the ground
     acceleration, its integrals, period and duration; and the responses of the nominal model to it
-    at three constant currents. All are relative to the running peaks without current.
+    at three constant currents. All are relative to the running peaks without current. With preview
+    the ground motion and these responses are known up to its end, and ground accelerations at every
+    fourth decision until then are further inputs.
 
     The weights minimise the mean of both peaks over synthetic motions of the reference building,
     by the gradient through the simulation. They are for this building and a coil lag of 50 ms.
@@ -46,10 +52,18 @@ class TrainedPolicy(CompiledController):
     source = "gated recurrent unit: Cho et al. 2014; training: Werbos 1990, Kingma and Ba 2015"
 
     period: float | None = 0.02
+    preview: float = setting(
+        0.0, "preview time: the ground motion is known this far ahead; 0 or 0.8 s with the "
+        "networks of the reference building", Number(at_least=0), "s",
+    )  # fmt: skip
     weights: str | None = setting(
         None, "file of the weights, as python -m studies.train_policy writes it; None for those of "
         "the reference building", Optional(ExistingFile()),
     )  # fmt: skip
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.preview_time = self.preview
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Accelerations, one isolator's motion, the roof's displacement, ground acceleration."""
@@ -82,7 +96,7 @@ class TrainedPolicy(CompiledController):
         softest = linear_model(nominal, coils[:, 2])[0]
         p = Prediction(nominal, coils, step, SUBSTEP)
         low, high = coils[:, 2], coils[:, 3]
-        network = self._network()
+        network = self._network(step)
         n_hidden, n_first = len(network[1]), len(network[4])
         settings: dict[int, Any] = {
             at.NUMBERS: [
@@ -104,7 +118,7 @@ class TrainedPolicy(CompiledController):
             at.REFERENCE_PAST: (at.N_REFERENCES, 2, n_peaks),
             at.REFERENCE_PEAKS: (at.N_REFERENCES, 3),
             at.REFERENCE_OUTPUTS: (at.N_REFERENCES, n_outputs), at.GROUND: (1, p.n_sub + 1),
-            at.SAMPLES: at.N_SAMPLES, at.INPUTS: at.N_GROUND + at.N_MOTION, at.HIDDEN: n_hidden,
+            at.SAMPLES: at.N_SAMPLES, at.INPUTS: len(network[0]), at.HIDDEN: n_hidden,
             at.GATE_SUMS: 6 * n_hidden, at.FIRST_LAYER: n_first, at.SECOND_LAYER: len(network[6]),
         }  # fmt: skip
         arrays = {k: np.zeros(shape) for k, shape in zeros.items()} | {
@@ -121,9 +135,36 @@ class TrainedPolicy(CompiledController):
             arrays |= dict(enumerate(group, first))
         return Decision(at.decide, flat_arrays(settings), flat_arrays(arrays), p.model)
 
-    def _network(self) -> list[NDArray]:
+    def reset(self, context: RunContext) -> None:
+        """Assemble the decision and clear the memory; with preview, compile it."""
+        super().reset(context)
+        self._preview = Preview(self._ahead(context.period), context.ground or ())
+        if self.preview:
+            n_measured = len(context.outputs) + len(self._preview.times)
+            self._step = decision_step(self._decision, n_measured, len(context.low))
+
+    def compiled(self, context: RunContext) -> CompiledDecision | None:
+        """Decision in compiled code."""
+        found = super().compiled(context)
+        if found is None:
+            return None
+        names = self.measures(context.nominal)[-1:]
+        return replace(found, inputs=Preview(self._ahead(context.period), ()).names(names))
+
+    def current(self, t: float, measurement: Any) -> NDArray:
+        """Decide; with preview in compiled code."""
+        if not self.preview:
+            return super().current(t, measurement)
+        return self._step(t, self._preview.known(t, measurement))
+
+    def _ahead(self, step: float) -> NDArray:
+        """Times after a decision at which the ground motion is known, s."""
+        return np.arange(1, int(self.preview / step * (1 + 1e-9)) + 1) * step
+
+    def _network(self, step: float) -> list[NDArray]:
         """Arrays of the network."""
-        path = WEIGHTS if self.weights is None else Path(self.weights)
+        own = WITH_PREVIEW if self.preview else WEIGHTS
+        path = own if self.weights is None else Path(self.weights)
         try:
             with np.load(path) as file:
                 arrays = [np.asarray(file[name], dtype=float) for name in LAYERS]
@@ -132,20 +173,24 @@ class TrainedPolicy(CompiledController):
                 f"{self.name}: weights {str(path)!r}: {error}; expected: a file that "
                 "python -m studies.train_policy wrote"
             ) from None
-        return self._checked(arrays, str(path))
+        return self._checked(arrays, str(path), step)
 
-    def _checked(self, arrays: list[NDArray], path: str) -> list[NDArray]:
-        """Refuse arrays whose shapes do not fit together."""
-        from .predictive.policy_kernel import N_GROUND, N_MOTION
+    def _checked(self, arrays: list[NDArray], path: str, step: float) -> list[NDArray]:
+        """Refuse arrays whose shapes do not fit together, or are for another preview."""
+        from .predictive.policy_kernel import AHEAD, N_GROUND, N_MOTION
 
         n, n_hidden, n_first, n_second = N_GROUND + N_MOTION, *(len(arrays[k]) for k in (1, 4, 6))
+        n_known = len(self._ahead(step))
+        n += n_known // AHEAD
         shapes = [
             (n, 3 * n_hidden), (n_hidden, 3 * n_hidden), (3 * n_hidden,), (n + n_hidden, n_first),
             (n_first,), (n_first, n_second), (n_second,), (n_second, 1), (1,),
         ]  # fmt: skip
-        if [array.shape for array in arrays] != shapes:
+        if n_known % AHEAD or [array.shape for array in arrays] != shapes:
+            trained = (len(arrays[0]) - N_GROUND - N_MOTION) * AHEAD * step
             raise InputError(
-                f"{self.name}: weights {path!r}: arrays of {[array.shape for array in arrays]}; "
-                f"expected: a network of {n} inputs"
+                f"{self.name}: weights {path!r} with preview {self.preview:g} s: arrays of "
+                f"{[array.shape for array in arrays]}; expected: a network of {n} inputs; "
+                f"preview of this number of inputs: {trained:g} s"
             )
         return arrays

@@ -208,6 +208,7 @@ class Training:
 
     plant: Plant
     corrections: int = 1  # Evaluations of the isolator's force at the end of a step
+    n_ahead: int = 0  # Ground accelerations ahead, one at every ``at.AHEAD``th decision
 
     def _parameters(self, current: Any) -> list[Any]:
         return [sum(c * current**k for k, c in enumerate(row)) for row in self.plant.coefficients]
@@ -294,7 +295,11 @@ class Training:
         import jax
         import jax.numpy as jnp
 
-        off, third, high = (self.constant(ground, c)[2] for c in (0.0, HIGHEST / 3, HIGHEST))
+        def ahead(course: Any, k: int = self.n_ahead * at.AHEAD) -> Any:
+            return jnp.concatenate([course[k:], jnp.repeat(course[-1:], k, axis=0)])
+
+        currents = 0.0, HIGHEST / 3, HIGHEST
+        off, third, high = (ahead(self.constant(ground, c)[2]) for c in currents)
         h, w, count = DECISION, self.plant.frequency, len(ground)
 
         def follow(state: tuple, new: Any) -> tuple[tuple, Any]:
@@ -315,7 +320,8 @@ class Training:
         decisions = ground.T[::N_SUB][: len(off)]
         begin = (*[zero] * 8, jnp.zeros((at.N_SAMPLES, count)))
         _, course = jax.lax.scan(follow, begin, decisions)
-        a, v, x, fast, pga, pgv, rate, moving = jnp.moveaxis(course, -1, 0)
+        a = course[..., 0]
+        _, v, x, fast, pga, pgv, rate, moving = jnp.moveaxis(ahead(course), -1, 0)
         pga = jnp.maximum(pga, 1e-3)
         x0 = jnp.maximum(off[..., 3], at.LEAST_PEAK * pga / w**2)
         a0 = jnp.maximum(off[..., 4], at.LEAST_PEAK * pga)
@@ -331,6 +337,7 @@ class Training:
             jnp.tanh(moving / 8), log(high[..., 3] / x0 + 0.01), log(high[..., 4] / a0 + 0.01),
             log(third[..., 3] / x0 + 0.01), log(third[..., 4] / a0 + 0.01), third[..., 0] / x0,
             high[..., 0] / x0,
+            *(ahead(a, at.AHEAD * k) / pga for k in range(1, self.n_ahead + 1)),
         ]  # fmt: skip
         return jnp.clip(jnp.stack(inputs, -1), -at.LIMIT, at.LIMIT), x0, a0
 
@@ -343,6 +350,10 @@ class Training:
         import jax.numpy as jnp
 
         count, n, w = len(ground), len(self.plant.carried) // 2, self.plant.frequency
+        # what is known ahead is not late
+        measured = np.ones(at.N_GROUND + at.N_MOTION + self.n_ahead, dtype=bool)
+        if self.n_ahead:
+            measured[1 : at.N_GROUND] = measured[at.N_GROUND + at.N_MOTION :] = False
 
         def advance(carried: tuple, given: tuple) -> tuple[tuple, None]:
             (state, base, floor, acc), hidden, before = carried
@@ -358,9 +369,11 @@ class Training:
             by_noise = noise / jnp.stack(
                 [a_unit, x_unit, x_unit * w, a_unit, a_unit, a_unit, x_unit / 5], -1
             )
-            now = jnp.concatenate([by_ground, jnp.stack(by_motion, -1)], 1)
+            split = by_ground[:, : at.N_GROUND], by_ground[:, at.N_GROUND :]
+            now = jnp.concatenate([split[0], jnp.stack(by_motion, -1), split[1]], 1)
             now = jnp.clip(now.at[:, NOISY].add(by_noise), -at.LIMIT, at.LIMIT)
-            seen = now if trouble is None else jnp.where(trouble.late[:, None], before, now)
+            late = False if trouble is None else trouble.late[:, None] & measured
+            seen = jnp.where(late, before, now)
             share, hidden = evaluate(network, seen, hidden)
             factor = 1.0 if trouble is None else trouble.factor
             current = HIGHEST * share
@@ -372,7 +385,7 @@ class Training:
         noise = jnp.zeros((n_decisions, 1, len(NOISY))) if trouble is None else trouble.noise
         begin = (
             self._rest(count, jnp.zeros(count)), jnp.zeros((count, len(network["Ug"]))),
-            jnp.zeros((count, at.N_GROUND + at.N_MOTION)),
+            jnp.zeros((count, at.N_GROUND + at.N_MOTION + self.n_ahead)),
         )  # fmt: skip
         ((_, base, floor, _), _, _), _ = jax.lax.scan(
             advance, begin, (inputs, x0, a0, noise, *both)
@@ -422,9 +435,9 @@ def evaluate(network: dict, x: Any, hidden: Any) -> tuple[Any, Any]:
     return jax.nn.sigmoid(layer @ network["W3"] + network["b3"])[:, 0], hidden
 
 
-def new_network(seed: int) -> dict[str, NDArray]:
+def new_network(seed: int, n_ahead: int = 0) -> dict[str, NDArray]:
     """Draw random weights; the current is low at first."""
-    draw, n = np.random.default_rng(seed), at.N_GROUND + at.N_MOTION
+    draw, n = np.random.default_rng(seed), at.N_GROUND + at.N_MOTION + n_ahead
 
     def layer(inputs: int, outputs: int, size: float = 1.0) -> NDArray:
         return np.float32(size * draw.standard_normal((inputs, outputs)) / np.sqrt(inputs))
@@ -449,7 +462,8 @@ def train(
     import jax
     import jax.numpy as jnp
 
-    training = Training(plant())
+    training = Training(plant(), n_ahead=len(network["Wg"]) - at.N_GROUND - at.N_MOTION)
+    odd = (*ODD, *range(at.N_GROUND, at.N_GROUND + training.n_ahead))
     parts = range(0, len(motions), 512)
     prepare = jax.jit(training.ground_inputs)
     best = np.concatenate([training.best_constant(motions[k : k + 512]) for k in parts], axis=1)
@@ -465,7 +479,7 @@ def train(
         some = draw.choice(len(motions), min(batch, len(motions)), replace=False)
         sign = draw.choice(np.float32([-1.0, 1.0]), len(some))
         given = inputs[:n, some].astype(np.float32)
-        given[:, :, ODD] *= sign[:, np.newaxis]
+        given[:, :, odd] *= sign[:, np.newaxis]
         ground = motions[some][:, : N_SUB * n + 1] * sign[:, np.newaxis]
         (_, differences), slope = gradient(
             network,
@@ -502,9 +516,10 @@ def main() -> None:
     parser.add_argument(
         "--degraded", type=float, default=0.4, help="share of motions with noise, delay and error"
     )
+    parser.add_argument("--preview", type=float, default=0.0, help="in steps of 0.08 s")
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
-    network = new_network(given.seed)
+    network = new_network(given.seed, round(given.preview / (at.AHEAD * DECISION)))
     if given.begin:
         with np.load(given.begin) as file:
             network = {name: file[name] for name in LAYERS}

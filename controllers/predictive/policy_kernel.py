@@ -39,7 +39,9 @@ VALUES, DERIVATIVES, SIDE, RESULTS = 19, 29, 39, 40
 ) = range(11)  # fmt: skip
 
 N_GROUND, N_MOTION = 20, 13
-"""Inputs from the ground motion alone, and from the controlled motion."""
+"""Inputs from the ground motion alone, and from the controlled motion. Those of preview follow."""
+AHEAD = 4
+"""Decisions from one acceleration ahead, which is an input, to the next."""
 N_REFERENCES = 3
 """Constant currents at which the nominal model is simulated: lowest, a third, highest."""
 N_SAMPLES = 5
@@ -62,18 +64,25 @@ def decide(
 ) -> None:  # fmt: skip
     """Update the memory by one measurement, and evaluate the network."""
     # Measured: accelerations of all levels (m/s^2), deformation (m) and velocity (m/s) of the first
-    # driven element, displacement of the roof (m), ground acceleration (m/s^2), coil currents (A)
+    # driven element, displacement of the roof (m), ground acceleration (m/s^2), coil currents (A),
+    # ground accelerations at the next decisions (m/s^2) with preview
     state, levels = array1(memory, STATE), array1(memory, LEVELS)
     n = len(levels)
     for k in range(n):
         levels[k] = measured[k]
-    ground, current = measured[n + 3], measured[n + 4 :]
+    ground, n_now = measured[n + 3], n + 4 + len(command)
+    current, ahead = measured[n + 4 : n_now], measured[n_now:]
     plant = plant_at(settings, DECAY, array1(settings, FORCE_SCALES))
     work = work_at(memory, VALUES)
     follow_controlled(t, (measured[n], measured[n + 1]), current, settings, memory, state_rates)
-    follow_references(ground, settings, memory, plant, work, device_side)
-    follow_ground(ground, settings, memory)
-    fill_inputs(current, measured[n + 2], settings, memory)
+    # the nominal model and the ground motion are known up to the end of the preview
+    begun = state[BEGUN] == 1.0
+    first = len(ahead) if begun else 0
+    for k in range(first, len(ahead) + 1):
+        new = ground if k == 0 else ahead[k - 1]
+        follow_references(begun or k > 0, new, settings, memory, plant, work, device_side)
+        follow_ground(new, settings, memory)
+    fill_inputs(ground, ahead, current, measured[n + 2], settings, memory)
     share = evaluate_network(settings, memory)
     ranges = array2(settings, RANGES)
     for c in range(len(command)):
@@ -104,11 +113,11 @@ def follow_controlled(
 
 
 def follow_references(
-    ground: float, settings: NDArray, memory: NDArray, plant: tuple, work: tuple,
+    begun: bool, ground: float, settings: NDArray, memory: NDArray, plant: tuple, work: tuple,
     device_side: Callable,
 ) -> None:  # fmt: skip
-    """Advance the nominal model at each constant current to the present."""
-    state, single, path = array1(memory, STATE), array1(settings, NUMBERS), array2(memory, GROUND)
+    """Advance the nominal model at each constant current by one decision."""
+    single, path = array1(settings, NUMBERS), array2(memory, GROUND)
     currents = array2(settings, REFERENCE_CURRENTS)
     z, states = array2(memory, REFERENCE_Z), array3(memory, REFERENCE_STATES)
     past, peaks = array3(memory, REFERENCE_PAST), array2(memory, REFERENCE_PEAKS)
@@ -118,7 +127,7 @@ def follow_references(
     rise = ground - path[0, 0]
     for sub in range(1, last + 1):
         path[0, sub] = path[0, 0] + rise * (sub / last)
-    if state[BEGUN] == 1.0:
+    if begun:
         for r in range(N_REFERENCES):
             held = currents[r : r + 1]
             predict(
@@ -163,7 +172,10 @@ def logarithm(value: float) -> float:
     return math.log(max(value, 1e-6))
 
 
-def fill_inputs(current: NDArray, roof: float, settings: NDArray, memory: NDArray) -> None:
+def fill_inputs(
+    ground: float, ahead: NDArray, current: NDArray, roof: float, settings: NDArray,
+    memory: NDArray,
+) -> None:  # fmt: skip
     """Write the network's inputs."""
     state, single, x = array1(memory, STATE), array1(settings, NUMBERS), array1(memory, INPUTS)
     y, r = array1(memory, OUTPUTS), array2(memory, REFERENCE_OUTPUTS)
@@ -174,7 +186,7 @@ def fill_inputs(current: NDArray, roof: float, settings: NDArray, memory: NDArra
     x0 = max(r_peaks[0, 0], LEAST_PEAK * pga / (w * w))
     a0 = max(r_peaks[0, 1], LEAST_PEAK * pga)
     v0 = x0 * w
-    x[0] = state[ACCELERATION] / pga
+    x[0] = ground / pga
     x[1] = state[VELOCITY] / v0
     x[2] = state[DISPLACEMENT] / x0
     x[3] = state[FAST_VELOCITY] / v0
@@ -208,6 +220,8 @@ def fill_inputs(current: NDArray, roof: float, settings: NDArray, memory: NDArra
     x[k + 10] = (abs(y[0]) - peaks[0]) / x0
     x[k + 11] = (abs(y[n]) - peaks[1]) / a0
     x[k + 12] = 5.0 * roof / x0
+    for j in range(k + N_MOTION, len(x)):
+        x[j] = ahead[AHEAD * (j - k - N_MOTION + 1) - 1] / pga
     for j in range(len(x)):
         x[j] = min(max(x[j], -LIMIT), LIMIT)
 
