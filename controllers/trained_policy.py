@@ -104,7 +104,7 @@ class TrainedPolicy(CompiledController):
                 p.lengths[element],
             ],
             at.FORCE_SCALES: p.plant[8], at.NO_BLOCK: [], at.RANGES: coils[:, 2:4],
-            at.REFERENCE_CURRENTS: np.array([low, low + (high - low) / 3, high]),
+            at.REFERENCE_CURRENTS: np.array([[low], [low + (high - low) / 3], [high]]),
         }  # fmt: skip
         settings |= dict(enumerate([*p.plant[:8], *p.plant[9:]], at.DECAY))
         settings |= dict(enumerate(network, at.GATES))

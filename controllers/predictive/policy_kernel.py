@@ -118,7 +118,7 @@ def follow_references(
 ) -> None:  # fmt: skip
     """Advance the nominal model at each constant current by one decision."""
     single, path = array1(settings, NUMBERS), array2(memory, GROUND)
-    currents = array2(settings, REFERENCE_CURRENTS)
+    currents = array3(settings, REFERENCE_CURRENTS)
     z, states = array2(memory, REFERENCE_Z), array3(memory, REFERENCE_STATES)
     past, peaks = array3(memory, REFERENCE_PAST), array2(memory, REFERENCE_PEAKS)
     y, values = array2(memory, REFERENCE_OUTPUTS), work[0]
@@ -129,7 +129,7 @@ def follow_references(
         path[0, sub] = path[0, 0] + rise * (sub / last)
     if begun:
         for r in range(N_REFERENCES):
-            held = currents[r : r + 1]
+            held = currents[r]
             predict(
                 1, z[r], states[r], held[0], held, array1(settings, NO_BLOCK), path, 0, plant, work,
                 results, device_side,

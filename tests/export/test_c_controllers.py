@@ -31,6 +31,7 @@ CASES = {
     "clipped_lqg": {},
     "clipped_lqg extended": {"filter": "extended"},
     "h2": {},
+    "trained_policy": {},
 }
 
 
