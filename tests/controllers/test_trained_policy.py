@@ -1,24 +1,33 @@
 """The trained policy: its network, its inputs, its benefit, and its training."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from controllers import controller
 from controllers.predictive import policy_kernel as at
 from controllers.predictive.flat_arrays import array
-from controllers.trained_policy import LAYERS, WEIGHTS
+from controllers.trained_policy import LAYERS, WEIGHTS, WITH_PREVIEW
 from ground_motions import mavroeidis_papageorgiou_pulse
 from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.run import simulate
-from studies.train_policy import SAMPLES, Training, plant, train, training_motions
+from studies.train_policy import (
+    SAMPLES,
+    Training,
+    new_network,
+    plant,
+    train,
+    training_motions,
+)
 
 DRIVER = CoilDriver(lag=0.05, high=3.0)
 PEAKS = "peak_base_displacement_m", "peak_floor_acceleration_m_s2"
 
 
-def network():
-    with np.load(WEIGHTS) as file:
+def network(path=WEIGHTS):
+    with np.load(path) as file:
         return {name: np.asarray(file[name], dtype=float) for name in LAYERS}
 
 
@@ -55,6 +64,24 @@ def test_it_is_better_than_no_current_and_the_highest_under_a_long_pulse(isolate
     pulse = mavroeidis_papageorgiou_pulse(0.5, 4.0, 1.5, 0.3, before=1.0, after=8.0)
     one = score(isolated, pulse, controller("trained_policy"))
     assert one < 1.4  # 2 without current
+    assert score(isolated, pulse, controller("trained_policy", preview=0.8)) < one
+
+
+def test_preview_reaches_as_far_as_it_says(isolated, record):
+    known, change = record.cut(0.0, 5.0), 3.0
+    other = replace(known, acceleration=np.where(known.time > change, 0.0, known.acceleration))
+    one, same = (
+        simulate(isolated, each, controller("trained_policy", preview=0.8), driver=DRIVER)
+        for each in (known, other)
+    )
+    apart = one.time[np.any(one.command != same.command, axis=1)][0]
+    assert change - 0.8 < apart <= change - 0.8 + 0.04
+
+
+def test_weights_for_another_preview_are_refused(isolated, record):
+    one = controller("trained_policy", preview=0.4, weights=str(WITH_PREVIEW))
+    with pytest.raises(InputError, match="expected: a network of 38 inputs; preview .* 0.8 s"):
+        simulate(isolated, record, one)
 
 
 def test_unusable_weights_are_refused(isolated, record, tmp_path):
@@ -76,17 +103,31 @@ def test_training_motions_repeat_and_are_within_their_limits():
     assert peaks.min() >= 0.49 and peaks.max() <= 5.51
 
 
-def test_training_simulates_as_the_engine_and_descends(isolated):
+@pytest.mark.parametrize("n_ahead", [0, 10])
+def test_training_simulates_as_the_engine(isolated, tmp_path, n_ahead):
     pytest.importorskip("jax")
     pulse = mavroeidis_papageorgiou_pulse(0.4, 1.5, 1.5, 0.5, before=1.0, after=5.0)
     ground = pulse.acceleration[np.newaxis].astype(np.float32)
-    training = Training(plant(), corrections=2)
-    best, weights = training.best_constant(ground), network()
+    weights = new_network(3, n_ahead)
+    # currents over the whole range
+    weights["W3"] *= 20
+    weights["b3"][:] = 0
+    np.savez(tmp_path / "weights.npz", **weights)
+    training = Training(plant(), corrections=2, n_ahead=n_ahead)
+    best = training.best_constant(ground)
     inputs, *units = training.ground_inputs(ground)
     base, floor = training.run(weights, ground, inputs, *units)
     J = float(base[0]) / best[1, 0] + float(floor[0]) / best[2, 0]
-    assert pytest.approx(score(isolated, pulse, controller("trained_policy")), abs=0.01) == J
+    one = controller(
+        "trained_policy", weights=str(tmp_path / "weights.npz"), preview=0.08 * n_ahead
+    )
+    assert pytest.approx(score(isolated, pulse, one), abs=0.01) == J
+    assert J > 2.1
+
+
+def test_training_descends():
+    pytest.importorskip("jax")
     motions = training_motions(8, 3)
-    untrained = {k: np.float32(w) for k, w in weights.items()} | {"b3": np.float32([1.0])}
+    untrained = {k: np.float32(w) for k, w in network().items()} | {"b3": np.float32([1.0])}
     means = [mean for _, mean, _ in train(untrained, motions, 6, batch=8, rate=0.02, duration=6.0)]
     assert means[-1] < means[0]
