@@ -80,7 +80,7 @@ def test_preview_reaches_as_far_as_it_says(isolated, record):
 
 def test_weights_for_another_preview_are_refused(isolated, record):
     one = controller("trained_policy", preview=0.4, weights=str(WITH_PREVIEW))
-    with pytest.raises(InputError, match="expected: a network of 38 inputs; preview .* 0.8 s"):
+    with pytest.raises(InputError, match=r"expected: a network of 38 inputs; preview .* 0\.8 s"):
         simulate(isolated, record, one)
 
 
