@@ -57,6 +57,9 @@ def candidates(short: bool) -> dict[str, Controller]:
         for name, settings in (("mpc", {}), ("mpc, observing", OBSERVING))
         for preview, warned in ((0.0, ""), (PREVIEW, f", {PREVIEW:g} s preview"))
     }
+    predictive[f"trained policy, {PREVIEW:g} s preview"] = controller(
+        "trained_policy", preview=PREVIEW
+    )
     return {name: controller(**published_entry(name)) for name in names} | predictive
 
 
