@@ -60,11 +60,18 @@ def test_the_network_is_that_of_the_matrices(isolated, record):
     assert np.ptp(run.command) > 0.05
 
 
-def test_it_is_better_than_no_current_and_the_highest_under_a_long_pulse(isolated):
+@pytest.mark.parametrize("preview", [0.0, 0.8])
+def test_it_is_better_than_no_current_under_a_long_pulse(isolated, preview):
     pulse = mavroeidis_papageorgiou_pulse(0.5, 4.0, 1.5, 0.3, before=1.0, after=8.0)
-    one = score(isolated, pulse, controller("trained_policy"))
+    one = score(isolated, pulse, controller("trained_policy", preview=preview))
     assert one < 1.4  # 2 without current
-    assert score(isolated, pulse, controller("trained_policy", preview=0.8)) < one
+
+
+def test_it_is_better_with_preview(isolated, el_centro):
+    without, warned = (
+        score(isolated, el_centro, controller("trained_policy", preview=p)) for p in (0.0, 0.8)
+    )
+    assert warned < without - 0.2
 
 
 def test_preview_reaches_as_far_as_it_says(isolated, record):
