@@ -44,7 +44,8 @@ WRITERS = {
         loading.integration_text, lambda: loading.integration_text(loading.OWN_SHAPE), "windows.py"
     ),
     "law": (loading.law_text, lambda: loading.law_text(LAW, 1, 1, 1, 0), "emit.py"),
-    "device": (sensitivities._text, lambda: sensitivities._text(LAW), "device_kernel.py"),
+    "device": (sensitivities._text, lambda: sensitivities._text(LAW, False), "device_kernel.py"),
+    "stiff": (sensitivities._text, lambda: sensitivities._text(LAW, True), "device_kernel.py"),
 }  # fmt: skip
 
 
