@@ -373,7 +373,7 @@ class MPC(Estimating, CompiledController):
         if found is None:
             return None
         names = self.measures(context.nominal)[-len(context.nominal.structure.directions) :]
-        return replace(found, inputs=Preview(self._ahead(context), ()).names(names))
+        return replace(found, inputs=self._preview.names(names))
 
     def memory_array(self, which: int) -> NDArray:
         """Array of the decision's memory, by its number in ``predictive.decision``."""

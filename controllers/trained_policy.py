@@ -148,8 +148,7 @@ class TrainedPolicy(CompiledController):
         found = super().compiled(context)
         if found is None:
             return None
-        names = self.measures(context.nominal)[-1:]
-        return replace(found, inputs=Preview(self._ahead(context.period), ()).names(names))
+        return replace(found, inputs=self._preview.names(self.measures(context.nominal)[-1:]))
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Decide; with preview in compiled code."""

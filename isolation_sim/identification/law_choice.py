@@ -65,10 +65,14 @@ class LawChoice:
         return self.ranks[0]
 
     @property
+    def least(self) -> float:
+        """Least error of a law on what was left out of its fit."""
+        return min(one.left_out for one in self.ranks)
+
+    @property
     def near(self) -> tuple[LawRank, ...]:
         """Laws of the right family: with at most twice the least error."""
-        least = min(one.left_out for one in self.ranks)
-        return tuple(one for one in self.ranks if one.left_out <= WRONG_FAMILY * least)
+        return tuple(one for one in self.ranks if one.left_out <= WRONG_FAMILY * self.least)
 
     @property
     def text(self) -> str:

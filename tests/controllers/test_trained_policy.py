@@ -26,8 +26,8 @@ DRIVER = CoilDriver(lag=0.05, high=3.0)
 PEAKS = "peak_base_displacement_m", "peak_floor_acceleration_m_s2"
 
 
-def network(path=WEIGHTS):
-    with np.load(path) as file:
+def network():
+    with np.load(WEIGHTS) as file:
         return {name: np.asarray(file[name], dtype=float) for name in LAYERS}
 
 

@@ -184,8 +184,7 @@ class DeviceTests(Problem[FittedModel]):
             return False
         choice = self._compare_laws()
         name = current.model.parameterisation.law.name
-        least = min(one.left_out for one in choice.ranks)
-        return name not in [one.law for one in choice.near] and error > FAR_BETTER * least
+        return name not in [one.law for one in choice.near] and error > FAR_BETTER * choice.least
 
     def _leaves_much(self) -> bool:
         """Whether the extended law has an error that another law may explain."""
@@ -576,8 +575,8 @@ class DeviceTests(Problem[FittedModel]):
         if self.choice is None:
             return False
         name = self.law.model.parameterisation.law.name
-        alone = min(one.left_out for one in self.choice.ranks)
-        return name not in [o.law for o in self.choice.near] and alone < self._error(self.after)
+        near = [one.law for one in self.choice.near]
+        return name not in near and self.choice.least < self._error(self.after)
 
     def model_text(self, evaluation: Evaluation) -> Text:
         """Error of the law and features of its residual."""

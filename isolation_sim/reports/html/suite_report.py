@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ...written_names import as_written
 from ..style import BAND
 from ..suite_figures import spectra_key, spectra_panel
@@ -19,6 +17,7 @@ from .text import capital
 
 if TYPE_CHECKING:
     from ...sweeps.suites.result import Suite
+    from ..chart import Panel
 
 _SHOWN = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m")
 _CHANGES = {
@@ -32,7 +31,8 @@ _CHANGES = {
 def suite_report(suite: Suite) -> Page:
     """Report of a suite."""
     panel = spectra_panel(suite)
-    low, high = panel.band or (0.0, 0.0)
+    assert panel.band is not None
+    low, high = panel.band
     band = f"periods of the rule, {low:.2g} to {high:.2g} s"
     statistics: list[Block] = [
         Table.of(statistics_table(suite, label), as_written(label)) for label in suite.controllers
@@ -42,7 +42,7 @@ def suite_report(suite: Suite) -> Page:
         ("Verdict", [Prose(tuple(verdict(suite)), "verdict")]),
         ("Spectra", [
             Key({band: (BAND, "")}, spectra_key(panel)),
-            panel_chart(panel, _spectra_text(suite), height=400),
+            panel_chart(panel, _spectra_text(panel), height=400),
         ]),
         ("Statistics over the suite", statistics),
         ("Results by record", [
@@ -65,15 +65,11 @@ def suite_report(suite: Suite) -> Page:
     return Page(f"Suite: {suite.name}", motions_text(suite), sections)
 
 
-def _spectra_text(suite: Suite) -> str:
+def _spectra_text(panel: Panel) -> str:
     """Contents of the chart of spectra in words."""
-    plotted = suite.index["spectra"]["plotted"]
-    mean = np.mean(list(plotted["psa_m_s2"].values()), axis=0)
+    periods, mean = panel.lines["mean"]
     k = int(mean.argmax())
-    return (
-        f"Largest mean {mean[k]:.3g} m/s² at {plotted['period_s'][k]:.2g} s; spectra.csv has all "
-        "ordinates."
-    )
+    return f"Largest mean {mean[k]:.3g} m/s² at {periods[k]:.2g} s; spectra.csv has all ordinates."
 
 
 def _changes(suite: Suite) -> Table:
