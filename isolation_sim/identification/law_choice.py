@@ -90,6 +90,15 @@ class LawChoice:
         """The rank of a law; None if it was not compared."""
         return next((one for one in self.ranks if one.law == law), None)
 
+    def better_than(self, law: str) -> tuple[LawRank, LawRank] | None:
+        """The best of the laws other than one, and that one; None if it is no better."""
+        own = self.rank(law)
+        others = (one for one in self.ranks if one is not own)
+        best = min(others, key=lambda one: one.left_out, default=None)
+        if own is None or best is None or not best.left_out < own.left_out < np.inf:
+            return None
+        return best, own
+
 
 def choose_law(
     campaign: Campaign,

@@ -37,8 +37,10 @@ def spectra_panel(suite: Suite) -> Panel:
     """Spectra of the scaled records, their mean, the target and the rule's least mean."""
     result = suite.index["spectra"]
     periods = np.array(result["plotted"]["period_s"])
+    # a record may have the name of another line
     records = {
-        name: (periods, np.array(row)) for name, row in result["plotted"]["psa_m_s2"].items()
+        f"record {name}" if name in _LOOKS else name: (periods, np.array(row))
+        for name, row in result["plotted"]["psa_m_s2"].items()
     }
     target = np.array(result["plotted"]["target_m_s2"], dtype=float)
     lines = dict(records)

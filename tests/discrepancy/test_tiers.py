@@ -11,6 +11,8 @@ import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.archive import law_of, law_of_saved, text_of
 from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.discrepancy.tiers.equation import _Candidate, _next
+from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 from isolation_sim.discrepancy.tiers.regression import Regression
 from isolation_sim.discrepancy.tiers.terms import Number, Term, along, library
 from isolation_sim.errors import InputError
@@ -141,6 +143,40 @@ def test_a_friction_state_is_the_closed_form(campaign):
     rising = slice(run.start, run.start + int(0.25 / 0.5 / STEP))
     expected = 2e-3 * (1 - np.exp(-data.x[rising] / 2e-3))
     np.testing.assert_allclose(value[rising], expected, atol=1e-5)
+
+
+def test_a_spring_in_a_slot_that_is_dragged_along(campaign):
+    """The dragged position by its definition, sample by sample, apart from its short lag."""
+    data = measured_runs(campaign.runs)
+    data = replace(data, periods=np.zeros_like(data.periods))
+    slot = next(term for term in library(data) if term.text.startswith("u - g sgn u"))
+    r, g = (number.value for number in slot.numbers)
+    for run in data.runs:
+        dragged, expected = 0.0, []
+        for x in data.x[run]:
+            dragged = min(max(dragged, x - r), x + r)
+            u = x - dragged
+            expected.append(np.sign(u) * max(abs(u) - g, 0.0))
+        lag = 2e-3 * float(np.max(np.abs(data.v[run])))
+        np.testing.assert_allclose(along(slot, data)[run], expected, atol=1.1 * lag)
+        assert lag < 0.2 * r
+
+
+def test_a_term_that_stands_out_is_fitted_although_no_gain_is_predicted():
+    """A linear regression predicts a loss where the law would have to move far."""
+    draw = np.random.default_rng(20)
+    columns, residual = draw.integers(-3, 4, (8, 2)) + 0.0, draw.integers(-3, 4, 8) + 0.0
+    regression = Regression.of(columns, residual, [np.arange(8) < 4, np.arange(8) >= 4])
+    law, both = np.array([0]), np.array([0, 1])
+    assert np.any(regression.left_out(both) > 1.5 * regression.left_out(law))
+    assert regression.cost(both) < 0.5 * regression.cost(law)
+    term = _Candidate(Chosen(Term("x", "x", "N/m"), (0,)), np.array([0]))
+    assert _next(regression, law, [term], 1) == (term, 1.0)
+    # one that removes little does not
+    chance = 30 * draw.standard_normal(8)
+    weak = Regression.of(columns, residual + chance, list(np.eye(8, dtype=bool)))
+    assert weak.cost(both) > 0.8 * weak.cost(law)
+    assert _next(weak, law, [term], 1) is None
 
 
 def test_acceleration_is_taken_over_a_short_time(campaign):
@@ -334,8 +370,6 @@ def test_numbers_between_those_of_the_library_are_found():
 
 
 def test_every_term_may_stand_in_a_saved_law():
-    from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
-
     data = measured_runs([_with_current(*MOTIONS[0], 0, False)])
     terms = {term.text: term for term in library(data)}
     assert any(term.current for term in terms.values())

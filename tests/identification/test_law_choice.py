@@ -117,6 +117,10 @@ def test_near_laws_are_told():
     found = LawChoice((rank("a", 0.1), rank("b", 0.19), rank("c", 0.21)))
     assert [one.law for one in found.near] == ["a", "b"]
     assert "Within twice that error: b." in found.text
+    # a law is compared with the others, not with itself
+    best, own = found.better_than("b")
+    assert (best.law, own.law) == ("a", "b")
+    assert found.better_than("a") is None and found.better_than("d") is None
 
 
 def test_fit_takes_the_law_that_fits_best(campaign_of, monkeypatch):

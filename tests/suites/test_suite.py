@@ -11,6 +11,7 @@ from ground_motions import Record, el_centro_1940, read_csv, response_spectrum, 
 from isolation_sim.cli import main
 from isolation_sim.errors import InputError
 from isolation_sim.io.results_folder import is_results
+from isolation_sim.reports.suite_figures import spectra_panel
 from isolation_sim.reports.suite_tables import verdict
 from isolation_sim.scenario import Scenario
 from isolation_sim.structures import plan_building, with_vertical_motion
@@ -108,6 +109,18 @@ def test_the_scaled_mean_reaches_the_floor_of_the_rule(suite, folder):
     assert suite.meets_rule
     # one of the two is what decides
     assert min(ratio[0], ratio[1:].min() / 0.9) == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_record_with_the_name_of_another_line_keeps_its_own(suite):
+    other, index = Suite(suite.folder), suite.index
+    plotted = index["spectra"]["plotted"]
+    rows = dict(zip(("mean", "target", "c"), plotted["psa_m_s2"].values(), strict=True))
+    other.index = index | {"spectra": index["spectra"] | {"plotted": plotted | {"psa_m_s2": rows}}}
+    lines, before = spectra_panel(other).lines, spectra_panel(suite).lines
+    assert len(lines) == len(before) == 6
+    for name in ("mean", "target"):
+        np.testing.assert_array_equal(lines[f"record {name}"][1], rows[name])
+        np.testing.assert_array_equal(lines[name][1], before[name][1])
 
 
 def test_what_is_on_the_disk(suite):

@@ -21,6 +21,7 @@ from ...identification.least_squares import levenberg_marquardt, orthonormal, un
 from ..decisions import (
     EQUATION_GAIN,
     EQUATION_STABLE,
+    EQUATION_STANDS_OUT,
     EQUATION_TERMS,
     NEARLY_CHOSEN,
     SIMPLER,
@@ -293,7 +294,11 @@ def _next(
         ):
             tried.append((float(change.sum()), k))
     if not tried:
-        return None
+        # the regression is linear: a law far from its right numbers may have to move by more
+        strongest = int(np.argmax(gains))
+        if gains[strongest] < EQUATION_STANDS_OUT * regression.cost(beside):
+            return None
+        tried = [(float(gains[strongest]), strongest)]
     most = max(tried)[0]
     # the simplest of those that are nearly as good comes first
     tried.sort(key=lambda one: (

@@ -124,9 +124,9 @@ class Tiers(ABC, Generic[R]):
         """Whether causes include a term that no law file can hold."""
         return False
 
-    def other_laws(self) -> Sequence[LawRank]:
-        """Other laws that were compared."""
-        return ()
+    def better_law(self) -> tuple[LawRank, LawRank] | None:
+        """The best of the other laws compared, and the law itself; None if none is better."""
+        return None
 
 
 class Climb(Tiers[_Rung]):
@@ -396,9 +396,11 @@ class Climb(Tiers[_Rung]):
         """Whether causes include a term that no law file can hold."""
         return OUTSIDE in self.causes.final.causes
 
-    def other_laws(self) -> Sequence[LawRank]:
-        """Other laws that were compared."""
-        return self.problem.choice.ranks if self.problem.choice is not None else ()
+    def better_law(self) -> tuple[LawRank, LawRank] | None:
+        """The best of the other laws compared, and the law itself; None if none is better."""
+        choice = self.problem.choice
+        name = self.problem.law.model.parameterisation.law.name
+        return choice.better_than(name) if choice is not None else None
 
     def noise_floor(self, diagnosis: Diagnosis) -> float:
         """Error that noise alone leaves on the data that judge."""
@@ -450,13 +452,25 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     offered = _offered(allowed, ladder.has_generic_terms())
     judged = {name: _judging(one) for name, one in errors.items()}
     named = min(value for name, value in judged.items() if name != "learned")
-    other = min(ladder.other_laws(), key=lambda one: one.left_out, default=None)
-    attainable = min(*judged.values(), other.left_out if other else np.inf)
+    attainable = min(judged.values())
+    notes = []
+    better = ladder.better_law()
+    if better is not None:
+        # both on short data, so that only their ratio can be compared with the rungs
+        other, own = better
+        estimate = judged["law"] * other.left_out / own.left_out
+        if estimate < attainable:
+            attainable = estimate
+            notes.append(
+                f"{other.title}, another law, leaves {100 * other.left_out:.3g} % of short data, "
+                f"where this one leaves {100 * own.left_out:.3g} %: a greater gain than that of "
+                "any tier."
+            )
     noise = ladder.noise_floor(diagnosis)
     floor = min(noise, attainable) if noise > 0 else 0.0
     misfit = max(judged["law"] ** 2 - floor**2, 1e-300)
     has_learned = "learned" in judged
-    notes = [
+    notes += [
         f"{_NAMES[one.name]} worse than the law in {', '.join(one.worse)}, and not offered."
         for one in shown_rungs
         if one.worse
@@ -470,11 +484,6 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
         notes.append("The equation stands in place of the causes.")
     if equation is None:
         notes.append(ladder.NO_EQUATION)
-    if other is not None and other.left_out < min(judged.values()):
-        notes.append(
-            f"{other.title} alone, another law, leaves {100 * other.left_out:.3g} %: less than any "
-            "of these."
-        )
     if tier == "learned":
         notes.append(_dissipation(share))
     best = rungs[offered]

@@ -56,6 +56,11 @@ class Regression:
         total = self.gram.sum(axis=0) - (self.gram[without] if without >= 0 else 0.0)
         return self.fit(chosen, total, penalty) * self.size[-1] / self.size[chosen]
 
+    def cost(self, chosen: NDArray) -> float:
+        """Squared residual that a fit of chosen columns to all folds leaves."""
+        total = self.gram.sum(axis=0)
+        return self.left(chosen, self.fit(chosen, total), total)
+
     def left_out(self, chosen: NDArray, penalty: NDArray | float = _RIDGE) -> NDArray:
         """Squared residual of each fold, fitted without it, (n_folds,)."""
         total = self.gram.sum(axis=0)

@@ -88,19 +88,19 @@ _STATIC = (
 )
 _WIDEST_GAP = 0.8
 """Half of a gap over the largest deformation, at most: one that never closes is none."""
+_PLAY = f"((x - s - r) * (x - s > r) + (x - s + r) * (x - s < -r)) / {_PLAY_LAG}"
 # text, rate of the state, its numbers, and the largest length over the largest deformation
 _MEMORY = (
     ("relaxation s' = v - s/t", "v - s / t", "t", np.inf),
     ("friction s' = v - |v| s/r", "v - np.fabs(v) * s / r", "r", np.inf),
     ("Bouc-Wen s' = v - |v| s |s|/r^2", "v - np.fabs(v) * s * np.fabs(s) / r**2", "r", np.inf),
     ("flow s' = v - w sinh(s/r)", "v - w * np.sinh(s / r)", "rw", np.inf),
-    (
-        "play of x over r",
-        f"((x - s - r) * (x - s > r) + (x - s + r) * (x - s < -r)) / {_PLAY_LAG}",
-        "r",
-        _WIDEST_GAP,
-    ),
+    ("play of x over r", _PLAY, "r", _WIDEST_GAP),
 )
+_SLIP = "u - g sgn u where |u| > g, u = x - s, s play of x over r"
+_BEYOND = "(x - s - g) * (x - s > g) + (x - s + g) * (x - s < -g)"
+_SLIPS = (0.1, 0.2, 0.4)
+"""Half of a gap that is dragged along, over the largest deformation."""
 _ACCELERATION = "(v - s) / t"
 _INERTIA = (
     ("a", _ACCELERATION, "N s^2/m"),
@@ -124,6 +124,7 @@ _LEAST_SAMPLES = 2.0
 """Samples over which the rate of the current is taken, at least."""
 _MEANINGS = {
     "r": ("m", "deformation at which it yields"),
+    "g": ("m", "deformation from which it acts"),
     "w": ("m/s", "velocity at which it saturates"),
     "t": ("s", "relaxation time"),
     "b": ("m", "position"),
@@ -183,6 +184,10 @@ def _library(x: float, v: float) -> Iterator[Term]:
             ]  # fmt: skip
         for numbers in choices:
             yield Term(f"s, {text}", "s", "N/m", numbers, rate)
+    for share in _SLIPS:
+        r = share * x
+        numbers = _numbers(most=_WIDEST_GAP * x, r=r, g=r / 2)
+        yield Term(_SLIP, _BEYOND, "N/m", numbers, _PLAY)
 
 
 def along(term: Term, data: MeasuredRuns) -> NDArray:
