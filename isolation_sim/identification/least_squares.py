@@ -133,11 +133,14 @@ def _step(
 
 
 def unit_columns(jacobian: NDArray) -> tuple[NDArray, NDArray]:
-    """Scale the columns of derivatives to length 1."""
-    length = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
-    length[~(length > 0)] = 1.0
-    with np.errstate(invalid="ignore"):
-        return np.nan_to_num(jacobian / length), length
+    """Scale the columns of derivatives to length 1; those that are zero or diverge are zero."""
+    largest = np.max(np.abs(jacobian), axis=0, initial=0.0)
+    usable = np.isfinite(largest) & (largest > 0)
+    # squares of large derivatives may overflow
+    scaled = np.where(usable, jacobian, 0.0) / np.where(usable, largest, 1.0)
+    length = np.sqrt(np.einsum("ij,ij->j", scaled, scaled))
+    length[~usable] = 1.0
+    return scaled / length, np.where(usable, length * largest, 1.0)
 
 
 def orthonormal(jacobian: NDArray) -> NDArray:

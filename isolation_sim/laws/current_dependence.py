@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -184,10 +186,12 @@ class CurrentDependence:
         tuple, one entry per parameter
             Values in SI units, of the type and shape of ``current``.
         """
-        pieces = self.coefficients.tolist()
+        pieces = self._rows
         if len(pieces) == 1:
-            return tuple(_horner(row, current) for row in pieces[0])
+            return tuple([_horner(row, current) for row in pieces[0]])
         inner = self.breaks[1:-1].tolist()
+        if isinstance(current, float):
+            return tuple([_horner(row, current) for row in pieces[bisect_right(inner, current)]])
         holds = [current < inner[0]]
         holds += [(current >= low) * (current < high) for low, high in pairwise(inner)]
         holds.append(current >= inner[-1])
@@ -195,6 +199,11 @@ class CurrentDependence:
             sum(on * _horner(piece[k], current) for on, piece in zip(holds, pieces, strict=True))
             for k in range(len(self.names))
         )
+
+    @cached_property
+    def _rows(self) -> list[list[list[float]]]:
+        """Coefficients by piece and parameter, without powers above the highest in use."""
+        return [[_trimmed(row) for row in piece] for piece in self.coefficients.tolist()]
 
     def replaced(self, **values: float | Sequence[float]) -> CurrentDependence:
         """Return a copy with some parameters' dependence replaced.
@@ -260,6 +269,11 @@ class CurrentDependence:
     def _content(self) -> tuple:
         shape = self.coefficients.shape
         return self.names, shape, self.breaks.tobytes(), self.coefficients.tobytes()
+
+
+def _trimmed(row: list[float]) -> list[float]:
+    used = [k for k, coefficient in enumerate(row) if coefficient != 0.0]
+    return row[: max(used, default=0) + 1]
 
 
 def _horner(row: list[float], current: Any) -> Any:

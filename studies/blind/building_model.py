@@ -127,12 +127,12 @@ FOUNDATION_MASS = 4e5
 SOIL_DAMPING = 0.10
 
 
-@njit
+@njit(cache=True)
 def _polynomial(row, current):
     return row[0] + current * (row[1] + current * row[2])
 
 
-@njit
+@njit(cache=True)
 def _rates(s, ground, current, peak, cracked, m, k, isolator, scalars, storey, out, acceleration):
     """State: y (base, floors), sway, rock; their velocities; z. Fills rates and accelerations."""
     n = m.size
@@ -192,7 +192,7 @@ def _rates(s, ground, current, peak, cracked, m, k, isolator, scalars, storey, o
         out[v0 + n + 2] = (moment - stiff * angle - damp * anglev) / inertia
 
 
-@njit
+@njit(cache=True)
 def _asked(command, moment, limit):
     """What the supply is asked for at a moment (in samples), limited, linear between samples."""
     moment = min(max(moment, 0.0), command.size - 1.0)
@@ -200,7 +200,7 @@ def _asked(command, moment, limit):
     return min(command[whole] + (moment - whole) * (command[whole + 1] - command[whole]), limit)
 
 
-@njit
+@njit(cache=True)
 def _supplied(current, begin, end, duration, lag, slew):
     """Current at the end of a time in which what is asked for goes straight from one to another."""
     target = end
@@ -210,7 +210,7 @@ def _supplied(current, begin, end, duration, lag, slew):
     return current + min(max(target - current, -slew * duration), slew * duration)
 
 
-@njit
+@njit(cache=True)
 def _integrate(ground, command, given, m, k, isolator, scalars, storey, delay):
     n, samples = m.size, ground.size
     size = 2 * (n + 3) + 1

@@ -89,7 +89,7 @@ class Signals(NamedTuple):
     warmer: float  # K, room over the temperature of the parameters
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", cache=True)
 def _rates(k, s, relay, largest, u, bouc_wen, c, e, out):
     """Rates of all states at point ``k``, and the force, N."""
     x, v, current = u.x[k], u.v[k], u.current[k]
@@ -153,7 +153,7 @@ def _rates(k, s, relay, largest, u, bouc_wen, c, e, out):
     return force
 
 
-@njit(error_model="numpy")
+@njit(error_model="numpy", cache=True)
 def _run(u, bouc_wen, c, e):
     """Force at every second point, N: Kutta's third-order method."""
     n = (u.x.size + 1) // 2

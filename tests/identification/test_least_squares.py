@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from isolation_sim.identification.least_squares import levenberg_marquardt
+from isolation_sim.identification.least_squares import levenberg_marquardt, unit_columns
 
 T = np.linspace(0.0, 3.0, 60)
 NOISE = 0.02 * np.random.default_rng(1).standard_normal(T.size)
@@ -176,3 +176,11 @@ def test_a_search_along_a_flat_valley_ends_and_says_so():
     assert whole.converged and whole.x == pytest.approx([1, 1], abs=1e-5)
     assert not early.converged and early.iterations < 0.9 * whole.iterations
     assert early.cost < whole.cost * (1 + 1e-5)
+
+
+def test_columns_that_overflow_or_diverge_do_not_spoil_the_others():
+    columns = np.array([[3.0, 3e200, np.nan, np.inf, 0.0], [4.0, 4e200, 1e300, 1.0, 0.0]])
+    scaled, length = unit_columns(columns)
+    np.testing.assert_allclose(scaled[:, :2], [[0.6, 0.6], [0.8, 0.8]])
+    np.testing.assert_array_equal(scaled[:, 2:], 0.0)
+    np.testing.assert_allclose(length, [5.0, 5e200, 1.0, 1.0, 1.0])

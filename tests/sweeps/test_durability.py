@@ -85,7 +85,7 @@ def test_killed_at_random_moments(tmp_path, workers, uninterrupted):
                 break
             time.sleep(0.002)
         time.sleep(random.uniform(0, 0.06))
-        if kills < 4 - workers:
+        if kills < 3 - workers:
             process.kill()
             kills += process.wait() == -signal.SIGKILL
         else:

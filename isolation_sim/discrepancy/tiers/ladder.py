@@ -462,9 +462,8 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
         if estimate < attainable:
             attainable = estimate
             notes.append(
-                f"{other.title}, another law, leaves {100 * other.left_out:.3g} % of short data, "
-                f"where this one leaves {100 * own.left_out:.3g} %: a greater gain than that of "
-                "any tier."
+                f"{other.title}, another law, leaves {100 * other.left_out:.3g} % on short data, "
+                f"and this one {100 * own.left_out:.3g} %: a greater gain than that of any tier."
             )
     noise = ladder.noise_floor(diagnosis)
     floor = min(noise, attainable) if noise > 0 else 0.0
