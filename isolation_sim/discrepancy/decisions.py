@@ -243,6 +243,9 @@ EQUATION_TERMS = 6
 EQUATION_GAIN = 0.03
 """Share of the squared error on conditions left out that a term must remove. Blind (``outside``)
 and MR damper."""
+IMITATION = 0.25
+"""Share of the squared misfit left by causes below which an equation in their place says that they
+only imitated it. Convention; seen on blind cases (``outside:centred_bump``)."""
 EQUATION_STANDS_OUT = 0.2
 """Share of the squared residual that the strongest term must remove to be fitted through the
 simulation although the linear regression predicts no gain on conditions left out. Convention; seen

@@ -10,6 +10,7 @@ import pytest
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.archive import law_of, law_of_saved, text_of
+from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.tiers.equation import _Candidate, _next
 from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
@@ -77,6 +78,11 @@ def test_the_ladder_goes_down_to_the_noise_and_the_equation_is_offered(diagnosis
     assert abs(diagnosis.ladder.explainable) < 0.01
     assert abs(diagnosis.ladder.inexplicable) < 0.01
     assert diagnosis.to_dict()["ladder"]["equation"][0]["term"] == "x^2 v"
+    # the gain is that of the equation, and noise leaves no more than what is reached
+    decrease = 1 - diagnosis.error_after.held_out / diagnosis.error_before.held_out
+    low, high = diagnosis.gain
+    assert low < decrease < high and decrease > 0.8
+    assert diagnosis.noise_floor <= min(rungs["equation"].fit, rungs["equation"].held_out)
 
 
 def test_the_written_law_loads_fits_simulates_and_closes_the_ledger(diagnosis, campaign, tmp_path):
@@ -249,6 +255,32 @@ def test_a_rung_is_compared_with_those_below_it():
     assert _loses(Rung("equation", 0.06, float("nan"), 0.093), causes, 0.002)
     assert not _loses(Rung("equation", 0.06, 0.059, 0.091), causes, 0.002)
     assert not _loses(Rung("equation", 0.06, float("nan"), 0.08), causes, 0.002)
+
+
+def test_a_better_law_promises_its_gain_and_no_other_law_promises_any():
+    from isolation_sim.discrepancy.tiers.ladder import _attainable
+    from isolation_sim.identification.law_choice import LawRank
+
+    judged = {"law": 0.08, "causes": 0.06}
+    other, own = (LawRank(name, name, 2, e, e) for name, e in (("a", 0.02), ("b", 0.05)))
+    least, notes = _attainable(judged, (other, own))
+    assert least == pytest.approx(0.032) and "a, another law, leaves 2 % on short data" in notes[0]
+    assert _attainable({"law": 0.08, "learned": 0.03}, (other, own)) == (0.03, [])
+    assert _attainable(judged, None) == (0.06, [])
+
+
+def test_causes_that_only_imitated_an_equation_are_not_named(diagnosis):
+    from isolation_sim.discrepancy.diagnosis import Cause
+    from isolation_sim.discrepancy.tiers.ladder import _imitated
+
+    softening, outside = (
+        Cause(name, 0.5, 0.0, {}, "") for name in ("amplitude_softening", OUTSIDE)
+    )
+    blamed = replace(diagnosis, causes=(softening, outside))
+    judged = {"law": 0.08, "causes": 0.06, "equation": 0.015}
+    assert _imitated(blamed, judged, 0.01) == (softening,)
+    # what causes leave may be noise
+    assert _imitated(blamed, judged | {"causes": 0.017}, 0.014) == ()
 
 
 def test_causes_that_lose_do_not_extend_the_law(diagnosis):

@@ -311,16 +311,21 @@ class DeviceTests(Problem[FittedModel]):
         shown = (self.noise / data.weight[:, np.newaxis])[data.fitted]
         floor = np.sqrt(np.mean(shown**2) / np.mean(data.force[data.fitted] ** 2))
         floor = min(float(floor), *(e for e in (after.fit, after.held_out) if np.isfinite(e)))
+        return Evaluation(
+            before, after, floor, left, self._is_noise(self.law.force, data.fitted),
+            self._is_noise(self.after, self.judged), self.squared_blocks(self.after),
+            {} if self.choice is None else {"law_choice": self._choice_details(self.choice)},
+        )  # fmt: skip
+
+    def squared_blocks(self, after: NDArray) -> NDArray:
+        """Squared residual of quarters of the runs that judge, before and after, (n_blocks, 2)."""
+        data = self.data
+        residuals = self.before - data.force, after - data.force
         pieces = (
             at[self.judged[at]] for run in data.runs
             for at in np.array_split(np.arange(run.start, run.stop), 4)
         )  # fmt: skip
-        blocks = [[float(r[at] @ r[at]) for r in residuals] for at in pieces if at.size]
-        return Evaluation(
-            before, after, floor, left, self._is_noise(self.law.force, data.fitted),
-            self._is_noise(self.after, self.judged), np.array(blocks),
-            {} if self.choice is None else {"law_choice": self._choice_details(self.choice)},
-        )  # fmt: skip
+        return np.array([[float(r[at] @ r[at]) for r in residuals] for at in pieces if at.size])
 
     def _is_noise(self, force: NDArray, chosen: NDArray) -> bool:
         """Whether a force misses the chosen samples by noise, or by a negligible share of it."""

@@ -29,12 +29,13 @@ from ..decisions import (
     EQUATION_GAIN,
     EQUATION_PREFERRED,
     EQUATION_SIGNIFICANT,
+    IMITATION,
     TIER_SAMPLES,
 )
 from ..device.generic_terms import OUTSIDE
 from ..device.model import FittedModel, Model, fit_model
-from ..diagnosis import Diagnosis, Errors, Verdict
-from ..inference import at_bound, half_widths
+from ..diagnosis import Cause, Diagnosis, Errors, Verdict
+from ..inference import at_bound, gain_interval, half_widths
 from ..interval import Interval
 from .equation import select
 from .law_file import Chosen, Network, TermParameterisation, first_place, law_text, shown
@@ -418,10 +419,13 @@ class Climb(Tiers[_Rung]):
         data = self.problem.data
         force = data.bounded(rung.final.force)
         after = {name: force[run] for name, run in zip(data.names, data.runs, strict=True)}
+        reached = (e for e in (errors.fit, errors.held_out) if np.isfinite(e))
         return replace(
             diagnosis,
+            noise_floor=min(diagnosis.noise_floor, *reached),
             error_after=Errors(errors.fit, errors.held_out),
             extended=self.device(rung, diagnosis.judged),
+            gain=gain_interval(self.problem.squared_blocks(force), self.problem.seed),
             traces=tuple(replace(one, after=after[one.name]) for one in diagnosis.traces),
         )
 
@@ -452,19 +456,7 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     offered = _offered(allowed, ladder.has_generic_terms())
     judged = {name: _judging(one) for name, one in errors.items()}
     named = min(value for name, value in judged.items() if name != "learned")
-    attainable = min(judged.values())
-    notes = []
-    better = ladder.better_law()
-    if better is not None:
-        # both on short data, so that only their ratio can be compared with the rungs
-        other, own = better
-        estimate = judged["law"] * other.left_out / own.left_out
-        if estimate < attainable:
-            attainable = estimate
-            notes.append(
-                f"{other.title}, another law, leaves {100 * other.left_out:.3g} % on short data, "
-                f"and this one {100 * own.left_out:.3g} %: a greater gain than that of any tier."
-            )
+    attainable, notes = _attainable(judged, ladder.better_law())
     noise = ladder.noise_floor(diagnosis)
     floor = min(noise, attainable) if noise > 0 else 0.0
     misfit = max(judged["law"] ** 2 - floor**2, 1e-300)
@@ -481,6 +473,12 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     ]
     if equation is not None and ladder.replaces_causes(equation):
         notes.append("The equation stands in place of the causes.")
+        imitated = _imitated(diagnosis, judged, floor) if offered == "equation" else ()
+        if imitated:
+            labels = ", ".join(one.label for one in imitated)
+            notes.append(f"Not named, since they only imitated the equation: {labels}.")
+            kept = tuple(one for one in diagnosis.causes if one not in imitated)
+            diagnosis = replace(diagnosis, causes=kept, next_test=None)
     if equation is None:
         notes.append(ladder.NO_EQUATION)
     if tier == "learned":
@@ -513,6 +511,35 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     )
 
 
+def _attainable(
+    judged: dict[str, float], better: tuple[LawRank, LawRank] | None
+) -> tuple[float, list[str]]:
+    """Least error of the rungs, or that which a better law promises, and then a note."""
+    least = min(judged.values())
+    if better is None:
+        return least, []
+    # both on short data, so that only their ratio can be compared with the rungs
+    other, own = better
+    promised = judged["law"] * other.left_out / own.left_out
+    if promised >= least:
+        return least, []
+    note = (
+        f"{other.title}, another law, leaves {100 * other.left_out:.3g} % on short data, and this "
+        f"one {100 * own.left_out:.3g} %: a greater gain than that of any tier."
+    )
+    return promised, [note]
+
+
+def _imitated(
+    diagnosis: Diagnosis, judged: dict[str, float], floor: float
+) -> tuple[Cause, ...]:  # fmt: skip
+    """Causes of the catalogue, if an equation in their place leaves far less than they do."""
+    left = [judged[name] ** 2 - floor**2 for name in ("equation", "causes")]
+    if left[0] >= IMITATION * left[1]:
+        return ()
+    return tuple(one for one in diagnosis.causes if one.name != OUTSIDE)
+
+
 def _dissipation(share: float) -> str:
     """Whether the learned term dissipates by construction."""
     if share >= DISSIPATIVE_GAIN:
@@ -529,6 +556,7 @@ def _withheld(diagnosis: D, ladder: Ladder) -> D:
     return replace(
         diagnosis,
         ladder=replace(ladder, notes=(*ladder.notes, note)),
+        gain=None,
         verdict="partly_explained" if diagnosis.verdict == "explained" else diagnosis.verdict,
         error_after=diagnosis.error_before,
         extended=diagnosis.judged,
