@@ -88,7 +88,8 @@
 
     function advance(now) {
       if (!playing) return;
-      const passed = Math.min(now - before, calm.matches ? 5000 : 200) / 1000;
+      // a frame may have begun before the button was pressed
+      const passed = Math.min(Math.max(now - before, 0), calm.matches ? 5000 : 200) / 1000;
       // whoever wants little motion sees a picture a second
       if (!calm.matches || passed >= 1) {
         before = now;
