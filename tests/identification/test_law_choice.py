@@ -100,8 +100,8 @@ def test_a_law_whose_causes_leave_much_is_compared_with_others(damper, for_the_d
         return for_the_damper
 
     monkeypatch.setattr(device_tests, "choose_law", chosen)
-    # others than these causes explain no more
-    few = ("coulomb_friction", "weak_rate_dependence")
+    # others than this cause explain no more
+    few = ("weak_rate_dependence",)
     monkeypatch.setattr(device_tests, "EFFECTS", {cause: EFFECTS[cause] for cause in few})
     found = diagnose(damper, "bouc_wen", threads=1, tiers="causes")
     assert found.error_after.held_out > 0.03

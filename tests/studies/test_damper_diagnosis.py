@@ -15,8 +15,8 @@ from isolation_sim.laws import LAWS
 from studies.study import perform
 
 RIVALS = (
-    ("bouc_wen", "dahl", "rate_dependent_bouc_wen"),
-    ("coulomb_friction", "extra_relaxation", "inertia_force", "weak_rate_dependence"),
+    ("bouc_wen", "rate_dependent_bouc_wen"),
+    ("inertia_force", "weak_rate_dependence"),
 )
 ALL = tuple(LAWS), tuple(EFFECTS)
 
