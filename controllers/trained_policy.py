@@ -141,7 +141,7 @@ class TrainedPolicy(CompiledController):
         self._preview = Preview(self._ahead(context.period), context.ground or ())
         if self.preview:
             n_measured = len(context.outputs) + len(self._preview.times)
-            self._step = decision_step(self._decision, n_measured, len(context.low))
+            self.step = decision_step(self._decision, n_measured, len(context.low))
 
     def compiled(self, context: RunContext) -> CompiledDecision | None:
         """Decision in compiled code."""
@@ -154,7 +154,7 @@ class TrainedPolicy(CompiledController):
         """Decide; with preview in compiled code."""
         if not self.preview:
             return super().current(t, measurement)
-        return self._step(t, self._preview.known(t, measurement))
+        return self.step(t, self._preview.known(t, measurement))
 
     def _ahead(self, step: float) -> NDArray:
         """Times after a decision at which the ground motion is known, s."""
