@@ -26,13 +26,19 @@ EXAMPLE_AMPLITUDES = (2e-3, 4e-3, 8e-3)
 """Of the loops to which laws without published numbers are fitted, m."""
 
 
-def write_pages(folder: Path) -> list[str]:
+DRAWN_IN_SHORT = "strain_stiffening", "dahl"
+"""With published numbers, and without."""
+
+
+def write_pages(folder: Path, short: bool = False) -> list[str]:
     """Write the pages and their figures.
 
     Parameters
     ----------
     folder : pathlib.Path
         Where to.
+    short : bool, optional
+        Whether only two laws' loops are drawn.
 
     Returns
     -------
@@ -41,7 +47,7 @@ def write_pages(folder: Path) -> list[str]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     for name, one in LAWS.items():
-        caption = _draw(one, folder)
+        caption = _draw(one, folder) if not short or name in DRAWN_IN_SHORT else ""
         (folder / f"{name}.md").write_text(_page(one, caption), encoding="utf-8")
     here = f"/{folder.relative_to(folder.parents[1])}"
     rows = [

@@ -2,7 +2,7 @@
 
 Law pages, tables, figures and the API's pages go to ``docs/generated``, which is made anew by every
 build and is not kept under version control. With ``sphinx-build -t short`` the tables of studies
-have fewer cases.
+have fewer cases, and two laws have figures.
 """
 
 from __future__ import annotations
@@ -32,12 +32,13 @@ def write(app: Any) -> None:
     folder = Path(app.srcdir) / "generated"
     shutil.rmtree(folder, ignore_errors=True)
     figures.write_figures(folder / "figures")
-    catalogues.write_tables(folder, app.tags.has("short"))
+    short = app.tags.has("short")
+    catalogues.write_tables(folder, short)
     comparison.write_tables(folder)
     gallery.write_gallery(folder)
     iso.run_scenario().to_html(folder / "report.html")
     # the table of laws links to them already
-    _index(folder / "laws", law_pages.write_pages(folder / "laws"), ":hidden:")
+    _index(folder / "laws", law_pages.write_pages(folder / "laws", short), ":hidden:")
     _index(folder / "api", api_pages.write_pages(folder / "api"), ":maxdepth: 1")
 
 
