@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.python_source import parse
 from isolation_sim.errors import InputError
 from isolation_sim.generated import COMPILED, load_text, module_name
 from isolation_sim.laws.law import Law
@@ -273,7 +274,7 @@ def collect(
         raise InputError(f"{name} cannot be compiled: its source text is not in a file") from None
     used = inspect.getclosurevars(function).globals
     writer = _Given(dict(zip(_taken(function), given, strict=True)), used)
-    text = ast.unparse(writer.visit(ast.parse(source)))
+    text = ast.unparse(writer.visit(parse(source)))
     for needed, value in used.items():
         if isinstance(value, FunctionType):
             passed = writer.passed.get(value.__name__, ())

@@ -13,6 +13,7 @@ from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from ground_motions.errors import InputError
+from ground_motions.python_source import parse
 
 T = TypeVar("T", bound=Callable[..., Any])
 _HINTS = {
@@ -99,7 +100,7 @@ class _Names(dict[str, Any]):
         super().__init__(vars(self.module))
 
     def __missing__(self, name: str) -> Any:
-        for node in ast.walk(ast.parse(inspect.getsource(self.module))):
+        for node in ast.walk(parse(inspect.getsource(self.module))):
             if isinstance(node, ast.ImportFrom):
                 for each in node.names:
                     if name == (each.asname or each.name):

@@ -20,6 +20,8 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.python_source import parse
+
 from .effects.effect import Effect
 from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
 from .effects.registry import EFFECTS, effect
@@ -216,7 +218,7 @@ def text_of(law: Law) -> str:
 
 def law_of_saved(text: str) -> Law:
     """Load a law from the text in a saved result, if the text contains only its definition."""
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(parse(text)):
         if not _describes(node):
             raise InputError(
                 f"line {getattr(node, 'lineno', 1)} of a saved law is not valid; "

@@ -30,8 +30,7 @@ UNUSED_DAYS = 60.0
 """Days without use after which a generated module is removed."""
 _PACKAGE = Path(__file__).parent
 _PREFIX = "isolation_sim_"
-# Threads that fit one law ask for its module at the same time, and only one needs to write it. In
-# CPython 3.11 two threads may not even parse Python at once (python/cpython#106905).
+# Threads that fit one law ask for its module at the same time, and only one needs to write it.
 _LOADING = RLock()
 _NAME = re.compile(r"[a-z]+_[0-9a-f]{20}")
 # in code and in a writer's strings

@@ -11,6 +11,8 @@ import ast
 import operator
 from collections.abc import Mapping
 
+from ground_motions.python_source import parse
+
 _ARITHMETIC = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
     ast.FloorDiv: operator.floordiv,
@@ -28,7 +30,7 @@ def folded_constants(text: str, fields: Mapping[str, int] | None = None) -> str:
 
     ``fields`` are known fields of groups of arguments, such as ``sizes.n_elements``.
     """
-    tree = ast.parse(text)
+    tree = parse(text)
     constants: dict[str, object] = dict(fields or {})
     for node in tree.body:
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):

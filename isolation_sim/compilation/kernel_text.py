@@ -14,6 +14,8 @@ from importlib.util import resolve_name
 from pathlib import Path
 from types import ModuleType
 
+from ground_motions.python_source import parse
+
 from .folded_constants import folded_constants
 
 
@@ -25,7 +27,7 @@ def kernel_text(
     """Source of modules as one; ``case``: text in place of an imported module."""
     blocks, own = [*case.values()], {module.__name__ for module in (*modules, *case)}
     for module in modules:
-        for node in ast.parse(Path(str(module.__file__)).read_text()).body:
+        for node in parse(Path(str(module.__file__)).read_text()).body:
             if not isinstance(node, ast.ImportFrom) or not node.level:
                 blocks.append(ast.unparse(node))
                 continue

@@ -12,6 +12,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ground_motions.python_source import parse
+
 from ..errors import InputError
 
 Kind = Any
@@ -98,7 +100,7 @@ class CText:
         self.arrays: dict[str, str] = {}
         self.sources: dict[str, ast.FunctionDef] = {}
         self.constants: dict[str, Any] = {}
-        for node in ast.parse(text).body:
+        for node in parse(text).body:
             if isinstance(node, ast.FunctionDef):
                 self.sources[node.name] = node
             elif isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
@@ -590,7 +592,9 @@ class _Function:
 
 
 def _loaded(node: Any) -> ast.expr:
-    return ast.parse(ast.unparse(node), mode="eval").body
+    (statement,) = parse(ast.unparse(node)).body
+    assert isinstance(statement, ast.Expr)
+    return statement.value
 
 
 def _c(name: str) -> str:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ground_motions.python_source import parse
+
 from ..errors import InputError, unknown_name
 from ..simulation.control import CoilDriver, CompiledDecision, RunContext, Sensors
 from ..simulation.run import prepared, simulate
@@ -38,7 +40,7 @@ class Decided:
     @property
     def entered(self) -> str:
         """Function of the module that decides."""
-        functions = [n for n in ast.parse(self.text).body if isinstance(n, ast.FunctionDef)]
+        functions = [n for n in parse(self.text).body if isinstance(n, ast.FunctionDef)]
         call = functions[-1].body[-1]
         assert isinstance(call, ast.Expr) and isinstance(call.value, ast.Call)
         return ast.unparse(call.value.func)

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.python_source import parse
+
 from ..errors import InputError
 from .emit import symbols
 from .law import Law
@@ -110,7 +112,7 @@ def _suspect(function: Callable[..., Any]) -> tuple[str, str, str]:
     """Place, text and remedy of the first line with something that cannot be traced."""
     try:
         text, first = inspect.getsourcelines(function)
-        tree = ast.parse(textwrap.dedent("".join(text)))
+        tree = parse(textwrap.dedent("".join(text)))
     except (OSError, TypeError, SyntaxError):
         return "", "", ""
     file = inspect.getsourcefile(function) or "?"
