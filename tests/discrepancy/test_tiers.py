@@ -271,16 +271,21 @@ def test_a_better_law_promises_its_gain_and_no_other_law_promises_any():
 
 def test_causes_that_only_imitated_an_equation_are_not_named(diagnosis):
     from isolation_sim.discrepancy.diagnosis import Cause
-    from isolation_sim.discrepancy.tiers.ladder import _imitated
+    from isolation_sim.discrepancy.tiers.ladder import _only_imitated, _without_imitations
 
     softening, outside = (
         Cause(name, 0.5, 0.0, {}, "") for name in ("amplitude_softening", OUTSIDE)
     )
-    blamed = replace(diagnosis, causes=(softening, outside))
+    blamed = replace(diagnosis, causes=(softening, outside), next_test="one")
     judged = {"law": 0.08, "causes": 0.06, "equation": 0.015}
-    assert _imitated(blamed, judged, 0.01) == (softening,)
+    assert _only_imitated(judged, 0.01)
     # what causes leave may be noise
-    assert _imitated(blamed, judged | {"causes": 0.017}, 0.014) == ()
+    assert not _only_imitated(judged | {"causes": 0.017}, 0.014)
+    result, (note,) = _without_imitations(blamed, ("amplitude_softening", OUTSIDE))
+    assert result.causes == (outside,) and result.next_test is None
+    assert note.endswith("equation: amplitude_softening.")
+    # a wrong parameter that was given is no effect, and stays
+    assert _without_imitations(blamed, (OUTSIDE,)) == (blamed, [])
 
 
 def test_causes_that_lose_do_not_extend_the_law(diagnosis):

@@ -304,9 +304,9 @@ class BuildingTiers(Tiers[_Rung]):
         """File of the extended law; empty without terms."""
         return rung.text
 
-    def replaces_causes(self, rung: _Rung) -> bool:
-        """Whether an equation stands in place of causes."""
-        return bool(self.causes.causes) and not rung.causes
+    def replaced_causes(self, rung: _Rung) -> tuple[str, ...]:
+        """Causes of the catalogue in whose place an equation stands."""
+        return () if rung.causes else tuple(cause.name for cause, _ in self.causes.causes)
 
     def noise_floor(self, diagnosis: Diagnosis) -> float:
         """Error that noise alone leaves on the data that judge."""

@@ -34,7 +34,7 @@ from ..decisions import (
 )
 from ..device.generic_terms import OUTSIDE
 from ..device.model import FittedModel, Model, fit_model
-from ..diagnosis import Cause, Diagnosis, Errors, Verdict
+from ..diagnosis import Diagnosis, Errors, Verdict
 from ..inference import at_bound, gain_interval, half_widths
 from ..interval import Interval
 from .equation import select
@@ -104,8 +104,8 @@ class Tiers(ABC, Generic[R]):
         """File of the extended law; empty without terms."""
 
     @abstractmethod
-    def replaces_causes(self, rung: R) -> bool:
-        """Whether an equation stands in place of causes."""
+    def replaced_causes(self, rung: R) -> tuple[str, ...]:
+        """Causes of the catalogue in whose place an equation stands."""
 
     @abstractmethod
     def noise_floor(self, diagnosis: Diagnosis) -> float:
@@ -389,9 +389,9 @@ class Climb(Tiers[_Rung]):
         """File of the extended law; empty without terms."""
         return rung.text
 
-    def replaces_causes(self, rung: _Rung) -> bool:
-        """Whether an equation stands in place of causes."""
-        return bool(self.causes.final.effects) and not rung.final.effects
+    def replaced_causes(self, rung: _Rung) -> tuple[str, ...]:
+        """Causes of the catalogue in whose place an equation stands."""
+        return () if rung.final.effects else self.causes.final.causes
 
     def has_generic_terms(self) -> bool:
         """Whether causes include a term that no law file can hold."""
@@ -471,14 +471,12 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
         for one in shown_rungs
         if one.worse_than and not one.worse
     ]
-    if equation is not None and ladder.replaces_causes(equation):
+    replaced = ladder.replaced_causes(equation) if equation is not None else ()
+    if replaced:
         notes.append("The equation stands in place of the causes.")
-        imitated = _imitated(diagnosis, judged, floor) if offered == "equation" else ()
-        if imitated:
-            labels = ", ".join(one.label for one in imitated)
-            notes.append(f"Not named, since they only imitated the equation: {labels}.")
-            kept = tuple(one for one in diagnosis.causes if one not in imitated)
-            diagnosis = replace(diagnosis, causes=kept, next_test=None)
+        if offered == "equation" and _only_imitated(judged, floor):
+            diagnosis, said = _without_imitations(diagnosis, replaced)
+            notes += said
     if equation is None:
         notes.append(ladder.NO_EQUATION)
     if tier == "learned":
@@ -530,14 +528,21 @@ def _attainable(
     return promised, [note]
 
 
-def _imitated(
-    diagnosis: Diagnosis, judged: dict[str, float], floor: float
-) -> tuple[Cause, ...]:  # fmt: skip
-    """Causes of the catalogue, if an equation in their place leaves far less than they do."""
+def _without_imitations(diagnosis: D, replaced: Sequence[str]) -> tuple[D, list[str]]:
+    """A diagnosis without the causes that an equation replaces, and a note of their names."""
+    imitated = [c for c in diagnosis.causes if c.name in replaced and c.name != OUTSIDE]
+    if not imitated:
+        return diagnosis, []
+    labels = ", ".join(one.label for one in imitated)
+    kept = tuple(one for one in diagnosis.causes if one not in imitated)
+    note = f"Not named, since only an imitation of the equation: {labels}."
+    return replace(diagnosis, causes=kept, next_test=None), [note]
+
+
+def _only_imitated(judged: dict[str, float], floor: float) -> bool:
+    """Whether an equation in place of causes leaves far less than they do."""
     left = [judged[name] ** 2 - floor**2 for name in ("equation", "causes")]
-    if left[0] >= IMITATION * left[1]:
-        return ()
-    return tuple(one for one in diagnosis.causes if one.name != OUTSIDE)
+    return left[0] < IMITATION * left[1]
 
 
 def _dissipation(share: float) -> str:
