@@ -212,6 +212,11 @@ class Errors:
     fit: float
     held_out: float
 
+    @property
+    def least(self) -> float:
+        """The smaller one of those that exist."""
+        return float(np.fmin(self.fit, self.held_out))
+
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis(Printed):

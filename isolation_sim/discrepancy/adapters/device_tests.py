@@ -310,7 +310,7 @@ class DeviceTests(Problem[FittedModel]):
         )
         shown = (self.noise / data.weight[:, np.newaxis])[data.fitted]
         floor = np.sqrt(np.mean(shown**2) / np.mean(data.force[data.fitted] ** 2))
-        floor = min(float(floor), *(e for e in (after.fit, after.held_out) if np.isfinite(e)))
+        floor = min(float(floor), after.least)
         return Evaluation(
             before, after, floor, left, self._is_noise(self.law.force, data.fitted),
             self._is_noise(self.after, self.judged), self.squared_blocks(self.after),

@@ -419,11 +419,11 @@ class Climb(Tiers[_Rung]):
         data = self.problem.data
         force = data.bounded(rung.final.force)
         after = {name: force[run] for name, run in zip(data.names, data.runs, strict=True)}
-        reached = (e for e in (errors.fit, errors.held_out) if np.isfinite(e))
+        reached = Errors(errors.fit, errors.held_out)
         return replace(
             diagnosis,
-            noise_floor=min(diagnosis.noise_floor, *reached),
-            error_after=Errors(errors.fit, errors.held_out),
+            noise_floor=min(diagnosis.noise_floor, reached.least),
+            error_after=reached,
             extended=self.device(rung, diagnosis.judged),
             gain=gain_interval(self.problem.squared_blocks(force), self.problem.seed),
             traces=tuple(replace(one, after=after[one.name]) for one in diagnosis.traces),
