@@ -48,27 +48,52 @@ def in_this_process(tasks: Iterator[Task[Result]]) -> Iterator[Result]:
     return map(_run, tasks)
 
 
-def in_processes(tasks: Iterator[Task[Result]], count: int) -> Iterator[Result]:
-    """Run tasks in processes on this machine."""
-    workers = [Worker() for _ in range(count)]
-    idle: queue.SimpleQueue[Worker] = queue.SimpleQueue()
-    for worker in workers:
-        idle.put(worker)
+class Processes:
+    """Processes on this machine, which start on demand and serve until they are stopped."""
 
-    def run(task: Task[Result]) -> Result:
-        worker = idle.get()
-        try:
-            return worker.run(task)
-        finally:
+    def __init__(self, count: int) -> None:
+        self.count = count
+        self._workers = [Worker() for _ in range(count)]
+
+    def __enter__(self) -> Processes:
+        return self
+
+    def __exit__(self, *raised: object) -> None:
+        self.stop()
+
+    def run(self, tasks: Iterator[Task[Result]]) -> Iterator[Result]:
+        """Run tasks; whoever stops listening stops the processes."""
+        idle: queue.SimpleQueue[Worker] = queue.SimpleQueue()
+        for worker in self._workers:
             idle.put(worker)
 
-    pool = ThreadPoolExecutor(count)
-    try:
-        yield from _some_at_a_time(pool, run, tasks, 2 * count)
-    finally:
-        for worker in workers:
+        def run(task: Task[Result]) -> Result:
+            worker = idle.get()
+            try:
+                return worker.run(task)
+            finally:
+                idle.put(worker)
+
+        pool = ThreadPoolExecutor(self.count)
+        try:
+            yield from _some_at_a_time(pool, run, tasks, 2 * self.count)
+        except BaseException:
+            self.stop()
+            raise
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+    def stop(self) -> None:
+        """Stop the processes in any state; new ones start on demand."""
+        for worker in self._workers:
             worker.stop()
-        pool.shutdown(cancel_futures=True)
+        self._workers = [Worker() for _ in range(self.count)]
+
+
+def in_processes(tasks: Iterator[Task[Result]], count: int) -> Iterator[Result]:
+    """Run tasks in processes on this machine, which are stopped at the end."""
+    with Processes(count) as processes:
+        yield from processes.run(tasks)
 
 
 @contextmanager

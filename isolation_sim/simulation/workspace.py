@@ -173,7 +173,8 @@ class Workspace:
         self.forces = self._big("forces", (n_points * shape.n_elements * FORCES * lanes,))
         # a step's modes and, of each element, forces at its start and nodes, states at both
         per_step = 2 * n_pad + shape.n_elements * (4 + 4 * elements.n_states * self.record_steps)
-        n_steps = n_points + 256 if self.record_steps else 256
+        # memory that no step needs costs nothing
+        n_steps = 4 * n_points + 256 if self.record_steps else 256
         self.steps = self._big("steps", (n_steps, (per_step + STEP) * lanes))
         self.step_count = np.zeros(1, np.int64)
         # of each grid interval: into how many recorded steps it is cut and the first of them, or
@@ -261,7 +262,9 @@ class Workspace:
             status = compiled(*self.arguments)
             if status != BUFFER_FULL:
                 return status
-            self.steps = np.concatenate([self.steps, np.empty_like(self.steps)])
+            larger = np.empty((4 * len(self.steps), *self.steps.shape[1:]))
+            larger[: len(self.steps)] = self.steps
+            self.steps = larger
             *others, history, scratch = self.arguments
             self.arguments = (*others, history._replace(steps=self.steps), scratch)
 

@@ -19,7 +19,7 @@ from ..scenario.job import Job
 from ..simulation.batch import Batch, Case, run_cases
 from ..simulation.control import Control
 from ..simulation.run import prepared, simulate
-from ..workers import in_processes
+from ..workers import Processes
 
 
 class Candidate(NamedTuple):
@@ -51,9 +51,11 @@ class _Share:
         return f"runs of {self.runs[0].candidate.name}"
 
 
-def run_candidates(job: Job, scenario: str, runs: Sequence[CandidateRun], workers: int) -> Batch:
+def run_candidates(
+    job: Job, scenario: str, runs: Sequence[CandidateRun], processes: Processes
+) -> Batch:
     """Run candidates."""
-    name = runs[0].candidate.name
+    name, workers = runs[0].candidate.name, processes.count
     if workers == 1 or name in CONTROLLERS.only_here() or not _in_python(job, runs[0]):
         return _batch(job, runs, workers)
     bounds = np.linspace(0, len(runs), min(4 * workers, len(runs)) + 1).astype(int)
@@ -61,7 +63,7 @@ def run_candidates(job: Job, scenario: str, runs: Sequence[CandidateRun], worker
         _Share(k, scenario, tuple(runs[low:high]))
         for k, (low, high) in enumerate(pairwise(bounds.tolist()))
     )
-    return _joined([batch for _, batch in sorted(in_processes(shares, workers), key=_number)])
+    return _joined([batch for _, batch in sorted(processes.run(shares), key=_number)])
 
 
 def processors() -> int:

@@ -14,6 +14,7 @@ from ..registry import controller
 from ..scenario import Scenario
 from ..simulation.batch import Batch
 from ..simulation.run import simulate
+from ..workers import Processes
 from .candidate_runs import Candidate, CandidateRun, processors, run_candidates
 from .motions import MotionSet
 
@@ -40,12 +41,12 @@ class Trials:
         scenario: Scenario,  # Plant and options
         motions: MotionSet,  # Ground motions
         criteria: Mapping[str, float],  # Weights by criterion
-        # Threads for compiled decisions, processes for those in plain Python; as many as there are
+        # For decisions in plain Python, and as many threads for compiled ones; as many as there are
         # processors by default
-        workers: int | None = None,
+        processes: Processes | None = None,
     ):
         self.motions, self.criteria = motions, criteria
-        self.workers = processors() if workers is None else workers
+        self._processes = processes or Processes(processors())
         self._job, self._scenario = scenario.build(), scenario.to_toml()
         off = self._run([Candidate("passive_off", {})] * len(motions.records))
         for name in criteria:
@@ -65,7 +66,7 @@ class Trials:
         """Run candidates on every motion, sorted by candidate and motion."""
         records = self.motions.records
         runs = [CandidateRun(one, records[k % len(records)]) for k, one in enumerate(candidates)]
-        return run_candidates(self._job, self._scenario, runs, self.workers)
+        return run_candidates(self._job, self._scenario, runs, self._processes)
 
     def sums(self, candidates: Sequence[Candidate]) -> NDArray:
         """Weighted sums of criteria, each over its value without current."""

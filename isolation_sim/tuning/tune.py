@@ -18,7 +18,8 @@ from ..registry import CONTROLLERS, controller
 from ..scenario import Scenario
 from ..search_range import SearchRange
 from ..version import __version__
-from .candidate_runs import Candidate
+from ..workers import Processes
+from .candidate_runs import Candidate, processors
 from .motions import MIXTURE, Motions, motion_set
 from .search import Settings, Trial, search
 from .trials import CRITERIA, Trials
@@ -135,31 +136,32 @@ def tune(
         "code": code_files([name]),
     }, resume)  # fmt: skip
     progress("constant currents", 0)
-    trials = Trials(scenario, tuned_on, weights, workers)
+    with Processes(processors() if workers is None else workers) as processes:
+        trials = Trials(scenario, tuned_on, weights, processes)
 
-    def evaluate(candidates: Sequence[Settings], on: Trials = trials) -> NDArray:
-        return on.scores([Candidate(name, held | each) for each in candidates])
+        def evaluate(candidates: Sequence[Settings], on: Trials = trials) -> NDArray:
+            return on.scores([Candidate(name, held | each) for each in candidates])
 
-    def save(result: list[Trial]) -> None:
-        progress("searching", len(result) - len(tuning.trials))
-        tuning.trials = list(result)
-        if out is not None:
-            tuning.save_state(out)
+        def save(result: list[Trial]) -> None:
+            progress("searching", len(result) - len(tuning.trials))
+            tuning.trials = list(result)
+            if out is not None:
+                tuning.save_state(out)
 
-    progress("searching", len(tuning.trials))
-    tuning.trials = search(ranges, present, evaluate, evaluations, seed, tuning.trials, save)
-    best = tuning.best.settings
-    progress("sensitivity", 0)
-    for key, one in ranges.items():
-        values = [one.value(place) for place in np.linspace(0, 1, _PROFILE)]
-        scores = evaluate([best | {key: value} for value in values]).mean(axis=1)
-        tuning.sensitivity[key] = values, scores.tolist()
-    progress("evaluating", 0)
-    for key, group in sets.items():
-        on = trials if group is tuned_on else Trials(scenario, group, weights, workers)
-        before, after = evaluate([{}, best], on).tolist()
-        current, constant = (values.tolist() for values in on.constant)
-        tuning.judged.append(Judgement(key, group.names, current, constant, before, after))
+        progress("searching", len(tuning.trials))
+        tuning.trials = search(ranges, present, evaluate, evaluations, seed, tuning.trials, save)
+        best = tuning.best.settings
+        progress("sensitivity", 0)
+        for key, one in ranges.items():
+            values = [one.value(place) for place in np.linspace(0, 1, _PROFILE)]
+            scores = evaluate([best | {key: value} for value in values]).mean(axis=1)
+            tuning.sensitivity[key] = values, scores.tolist()
+        progress("evaluating", 0)
+        for key, group in sets.items():
+            on = trials if group is tuned_on else Trials(scenario, group, weights, processes)
+            before, after = evaluate([{}, best], on).tolist()
+            current, constant = (values.tolist() for values in on.constant)
+            tuning.judged.append(Judgement(key, group.names, current, constant, before, after))
     if out is not None:
         tuning.save(out)
     return tuning

@@ -54,22 +54,42 @@ def test_chunks_are_taken_as_there_is_room(design):
     finished.close()
 
 
-def test_a_worker_that_dies_is_replaced(design, expected, monkeypatch):
-    started = []
-    original = workers._started
+@pytest.fixture
+def started(monkeypatch):
+    """Processes of the workers, in the order in which they start."""
+    processes, original = [], workers._started
 
     def recorded():
-        process = original()
-        started.append(process)
-        return process
+        processes.append(original())
+        return processes[-1]
 
     monkeypatch.setattr(workers, "_started", recorded)
+    return processes
+
+
+def test_a_worker_that_dies_is_replaced(design, expected, started):
     finished = workers.in_processes(chunks_of(design), 1)
     found = [next(finished)]
     os.kill(started[0].pid, signal.SIGKILL)
     found += finished
     assert {each.number: each.table for each in found} == expected
     assert len(started) == 2
+
+
+def test_processes_serve_until_they_are_stopped(design, expected, started):
+    with workers.Processes(1) as processes:
+        for _ in range(2):
+            found = {each.number: each.table for each in processes.run(chunks_of(design))}
+            assert found == expected
+        assert len(started) == 1
+        # one who stops listening stops them; others start on demand
+        broken_off = processes.run(chunks_of(design))
+        next(broken_off)
+        broken_off.close()
+        assert started[0].poll() is not None
+        next(processes.run(chunks_of(design)))
+        assert len(started) == 2
+    assert started[1].poll() is not None
 
 
 def test_workers_that_die_again_and_again_stop_the_sweep(design, monkeypatch):
