@@ -4,6 +4,8 @@ import base64
 import json
 import re
 import shutil
+from contextlib import contextmanager
+from functools import lru_cache
 from html.parser import HTMLParser
 
 import numpy as np
@@ -157,9 +159,9 @@ def until():
     return wait
 
 
-@pytest.fixture
-def opened(browser, until):
-    """Open a file in a fresh window; at the end, nothing may have gone wrong in it."""
+@contextmanager
+def windows(browser, until):
+    """Open files, each in a window of its own; at the end, nothing may have gone wrong in them."""
     contexts, complaints, requests = [], [], []
 
     def open_file(path, width=1400, height=900, **options):
@@ -178,6 +180,20 @@ def opened(browser, until):
         context.close()
     assert not complaints
     assert all(url.startswith(("file:", "data:", "blob:")) for url in requests)
+
+
+@pytest.fixture
+def opened(browser, until):
+    """Open a file in a fresh window, to operate it."""
+    with windows(browser, until) as open_file:
+        yield open_file
+
+
+@pytest.fixture(scope="module")
+def shown(browser, until):
+    """Open a file in a window that all tests of a module share, which only read it or scroll."""
+    with windows(browser, until) as open_file:
+        yield lru_cache(maxsize=None)(open_file)
 
 
 @pytest.fixture(scope="session")

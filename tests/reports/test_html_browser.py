@@ -167,9 +167,9 @@ def test_everything_is_reached_by_keyboard(report, opened, until):
     all_show(until, page, 2, 6)
 
 
-@pytest.mark.parametrize(("width", "mobile"), [(1400, False), (390, True)])
-def test_nothing_is_cut_off_or_overlaps(report, opened, width, mobile, cut_off):
-    page = opened(report, width=width, is_mobile=mobile, has_touch=mobile)
+@pytest.mark.parametrize("window", [{}, {"width": 390, "is_mobile": True, "has_touch": True}])
+def test_nothing_is_cut_off_or_overlaps(report, shown, window, cut_off):
+    page = shown(report, **window)
     assert cut_off(page) == []
 
 
@@ -248,8 +248,8 @@ def test_the_first_screen_shows_the_trade_off_and_the_navigation_stays(report, o
         )
 
 
-def test_the_points_of_the_trade_off_are_the_runs_criteria(report, opened, runs):
-    page = opened(report)
+def test_the_points_of_the_trade_off_are_the_runs_criteria(report, shown, runs):
+    page = shown(report)
     found = page.evaluate(
         "document.querySelector('.plot').data.map(({meta, x, y}) => [meta, x[0], y[0]])"
     )
@@ -279,11 +279,11 @@ def test_a_dark_page_has_light_lines_and_paper_stays_light(report, opened, until
     assert first == "#000000"
 
 
-def test_a_chart_is_downloaded_as_data_and_as_a_figure(report, opened, runs):
+def test_a_chart_is_downloaded_as_data_and_as_a_figure(report, shown, runs):
     import csv
     import io
 
-    page = opened(report)
+    page = shown(report)
     figure = page.locator("figure.chart", has_text="Base displacement relative to the ground")
     figure.locator("summary").click()
     with page.expect_download() as waited:
@@ -303,8 +303,8 @@ def test_a_chart_is_downloaded_as_data_and_as_a_figure(report, opened, runs):
     assert waited.value.path().read_text().startswith("<svg")
 
 
-def test_toolbars_are_no_stops_of_the_keyboard(report, opened):
-    page = opened(report)
+def test_toolbars_are_no_stops_of_the_keyboard(report, shown):
+    page = shown(report)
     assert page.locator(".modebar-btn").count() > 10
     assert page.evaluate(
         "[...document.querySelectorAll('.modebar-btn')].every((each) => each.tabIndex === -1)"
@@ -318,8 +318,8 @@ def test_toolbars_are_no_stops_of_the_keyboard(report, opened):
     )
 
 
-def test_hover_texts_have_units_and_few_digits(report, opened):
-    page = opened(report)
+def test_hover_texts_have_units_and_few_digits(report, shown):
+    page = shown(report)
     texts = page.evaluate(f"{LINKED}.map((plot) => plot.data[0].hovertemplate)")
     assert texts[0] == "%{x:.4g} s, %{y:.4g} m/s²<extra>ground</extra>"
     assert texts[1] == "%{x:.4g} s, %{y:.4g} mm<extra>passive off</extra>"

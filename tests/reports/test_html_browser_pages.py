@@ -25,6 +25,8 @@ SECTIONS = {
     "tuning": ["Verdict", "Gain", "Settings", "Search", "Sensitivity", "Inputs and versions"],
     "study": ["Finding", "Numbers", "Figures", "Inputs and versions"],
 }
+PHONE = {"width": 390, "height": 600, "is_mobile": True, "has_touch": True}
+DARK = {"color_scheme": "dark"}
 
 
 @pytest.fixture(scope="module")
@@ -56,8 +58,8 @@ def pages(ground, runs, tmp_path_factory):
 
 @pytest.mark.parametrize("kind", SECTIONS)
 @pytest.mark.parametrize("width", [390, 1400])
-def test_a_page_fits_its_window_and_its_figures_do_not_scroll(pages, opened, cut_off, kind, width):
-    page = opened(pages[kind], width=width, is_mobile=width == 390, has_touch=width == 390)
+def test_a_page_fits_its_window_and_its_figures_do_not_scroll(pages, shown, cut_off, kind, width):
+    page = shown(pages[kind], **(PHONE if width == 390 else DARK))
     assert cut_off(page) == []
     assert page.evaluate(
         "[...document.querySelectorAll('.chart .scroll')].every("
@@ -69,8 +71,8 @@ def test_a_page_fits_its_window_and_its_figures_do_not_scroll(pages, opened, cut
 
 
 @pytest.mark.parametrize("kind", SECTIONS)
-def test_the_navigation_names_the_sections_and_stays(pages, opened, until, kind):
-    page = opened(pages[kind], width=390, height=600)
+def test_the_navigation_names_the_sections_and_stays(pages, shown, until, kind):
+    page = shown(pages[kind], **PHONE)
     links = page.locator("nav a").all_inner_texts()
     assert [name for name in links if name in SECTIONS[kind]] == SECTIONS[kind]
     page.evaluate("scrollTo({top: document.body.scrollHeight, behavior: 'instant'})")
@@ -78,8 +80,8 @@ def test_the_navigation_names_the_sections_and_stays(pages, opened, until, kind)
 
 
 @pytest.mark.parametrize("kind", SECTIONS)
-def test_a_dark_page_has_light_text(pages, opened, kind):
-    page = opened(pages[kind], color_scheme="dark")
+def test_a_dark_page_has_light_text(pages, shown, kind):
+    page = shown(pages[kind], **DARK)
     grey = """(key) => { const [r, g, b] = getComputedStyle(document.body)[key]
       .match(/[\\d.]+/g).map(Number); return 0.299 * r + 0.587 * g + 0.114 * b; }"""
     assert page.evaluate(grey, "backgroundColor") < 40
@@ -87,8 +89,8 @@ def test_a_dark_page_has_light_text(pages, opened, kind):
 
 
 @pytest.mark.parametrize("kind", SECTIONS)
-def test_the_keyboard_goes_from_top_to_bottom_past_the_toolbars(pages, opened, kind):
-    page = opened(pages[kind])
+def test_the_keyboard_goes_from_top_to_bottom_past_the_toolbars(pages, shown, kind):
+    page = shown(pages[kind], **DARK)
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.className") == "skip"
     stops = []
@@ -109,13 +111,13 @@ def test_the_keyboard_goes_from_top_to_bottom_past_the_toolbars(pages, opened, k
 
 
 @pytest.mark.parametrize("kind", ["suite", "study"])
-def test_tables_name_controllers_as_people_write_them(pages, opened, kind):
-    text = opened(pages[kind]).locator("main").inner_text()
+def test_tables_name_controllers_as_people_write_them(pages, shown, kind):
+    text = shown(pages[kind], **DARK).locator("main").inner_text()
     assert "passive off" in text and "passive_o" not in text
 
 
-def test_a_tunings_charts_tell_units_and_are_downloaded(pages, opened):
-    page = opened(pages["tuning"])
+def test_a_tunings_charts_tell_units_and_are_downloaded(pages, shown):
+    page = shown(pages["tuning"], **DARK)
     assert page.evaluate(
         "[...document.querySelectorAll('.plot')].flatMap((plot) => plot._fullData)"
         ".every((trace) => trace.hoverinfo !== 'skip')"
