@@ -51,7 +51,7 @@ def test_the_readme_has_two_set_up_lines():
     assert len(lines) == 2
     run, test = lines
     assert run.endswith("pip install . && .venv/bin/isolation-sim run")
-    assert "pip install '.[test]' && .venv/bin/pytest" in test
+    assert "-m uv pip install '.[test]' && .venv/bin/pytest" in test
 
 
 def test_ci_takes_the_test_line_from_the_readme():
