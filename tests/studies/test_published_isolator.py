@@ -26,16 +26,24 @@ def test_the_loops_of_the_second_paper_hardly_depend_on_frequency():
     assert stiffness[rows[-1]] / stiffness[rows[0]] == pytest.approx(1.52, abs=0.01)
 
 
-RIVALS = "amplitude_softening", "weak_rate_dependence"
+RIVALS = {
+    "amplitude_softening": ("power", "power_by_current"),
+    "weak_rate_dependence": ("spring_pot", "power"),
+}
+"""Forms of two causes that the table can hardly tell apart."""
 
 
 @pytest.mark.parametrize(
-    "names", [RIVALS, pytest.param(tuple(EFFECTS), marks=pytest.mark.slow)], ids=["rivals", "all"]
+    "names", [RIVALS, pytest.param(None, marks=pytest.mark.slow)], ids=["rivals", "all"]
 )
 def test_short_form(tmp_path, monkeypatch, names):
-    compared = {name: EFFECTS[name] for name in names}
-    monkeypatch.setattr(model, "EFFECTS", compared)
-    monkeypatch.setattr(loop_table, "EFFECTS", compared)
+    if names:
+        compared = {
+            cause: tuple(each for each in EFFECTS[cause] if each.form in forms)
+            for cause, forms in names.items()
+        }
+        monkeypatch.setattr(model, "EFFECTS", compared)
+        monkeypatch.setattr(loop_table, "EFFECTS", compared)
     found, path = perform("published_isolator", tmp_path / "study", True)
     published, fitted, extended = found.table
     # the errors of the paper's own numbers are known apart from this project
