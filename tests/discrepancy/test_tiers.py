@@ -12,9 +12,11 @@ from ground_motions import el_centro_1940
 from isolation_sim.archive import law_of, law_of_saved, text_of
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.discrepancy.interval import Interval
 from isolation_sim.discrepancy.tiers.equation import _Candidate, _next
 from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 from isolation_sim.discrepancy.tiers.regression import Regression
+from isolation_sim.discrepancy.tiers.result import EquationTerm, Ladder
 from isolation_sim.discrepancy.tiers.terms import Number, Term, along, library
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
@@ -51,6 +53,21 @@ def campaign():
 @pytest.fixture(scope="module")
 def diagnosis(campaign):
     return diagnose(campaign, "kelvin_voigt", tiers="learned")
+
+
+def test_an_equation_is_printed_with_its_signs():
+    minus, plus = Interval(-20.24, -22.0, -18.0, "N/m"), Interval(3.0, 2.0, 4.0, "N/m/A")
+    terms = (
+        EquationTerm("x", 1.0, {"c_1_0": minus}),
+        EquationTerm("s_2, play of x over r_2", 1.0, {
+            "c_2_0": minus, "c_2_1": plus, "r_2": Interval(0.01, 0.009, 0.011, "m"),
+        }),
+    )  # fmt: skip
+    assert Ladder((), terms).equation == (
+        "-20.24 (-22 to -18) N/m · (x)\n"
+        "+ (-20.24 (-22 to -18) N/m + 3 (2 to 4) N/m/A I) · (s_2, play of x over r_2), "
+        "r_2 = 0.01 (0.009 to 0.011) m"
+    )
 
 
 def test_the_equation_is_the_true_one(diagnosis, campaign):

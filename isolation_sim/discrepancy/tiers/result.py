@@ -65,8 +65,7 @@ class Ladder:
     def equation(self) -> str:
         """The equation with its numbers, one term a line; empty where none was found."""
         return "\n".join(
-            f"+ {' + '.join(_coefficients(term))} · ({term.text}){_inside(term)}"
-            for term in self.terms
+            f"{_coefficient(term)} · ({term.text}){_inside(term)}" for term in self.terms
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -99,13 +98,16 @@ class Ladder:
         }  # fmt: skip
 
 
-def _coefficients(term: EquationTerm) -> list[str]:
-    return [
-        f"{n.value:.4g} ({n.low:.3g} to {n.high:.3g}) {n.unit}"
+def _coefficient(term: EquationTerm) -> str:
+    """A polynomial of the current, with its sign."""
+    parts = [
+        ("+ " if n.value >= 0 else "")
+        + f"{n.value:.4g} ({n.low:.3g} to {n.high:.3g}) {n.unit}"
         + (f" I^{power}" if int(power) > 1 else " I" if power == "1" else "")
         for name, n in term.numbers.items()
         if name.startswith("c") and (power := name.rpartition("_")[2])
     ]
+    return parts[0] if len(parts) == 1 else f"+ ({' '.join(parts).removeprefix('+ ')})"
 
 
 def _inside(term: EquationTerm) -> str:
