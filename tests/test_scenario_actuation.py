@@ -75,3 +75,12 @@ MISTAKES = {
 def test_mistakes_are_answered_with_what_is_accepted(text):
     with pytest.raises(InputError, match=MISTAKES[text]):
         Scenario.from_toml(text).build()
+
+
+def test_coils_begin_at_the_current_nearest_to_none():
+    """Devices that were tested with current alone run as well."""
+    job = Scenario.from_toml(
+        '[isolator]\nlaw = "strain_stiffening"\ncurrent_range_A = [0.5, 3.0]\n'
+    ).build()
+    run = iso.simulate(job.isolated, job.records, "passive_off", **job.options)
+    assert np.all(run.current == 0.5)

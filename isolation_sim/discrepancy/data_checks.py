@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..identification.force_channel import averaging_note
 from ..identification.noise import white_noise
 from ..identification.run_table import TestRun
+from ..identification.spikes import spike_notes, without_spikes
 from ..identification.velocity import smooth
 from .decisions import (
     CLIPPED,
@@ -19,6 +20,7 @@ from .decisions import (
     DRIFT,
     GAIN_ERROR,
     LARGEST_DEFORMATION,
+    NOISY,
     NOT_DERIVATIVE,
     OFFSET,
     REPEATED,
@@ -44,7 +46,9 @@ _LOW, _HIGH = 0.2, 3.0
 
 def data_notes(runs: Sequence[TestRun], averaging: NDArray) -> list[str]:
     """Describe suspicious features of the runs; ``averaging`` of each run's force, (n_runs,), s."""
-    notes = [note for check in _CHECKS for note in check(runs)]
+    notes = spike_notes(runs)
+    runs = [without_spikes(run) for run in runs]
+    notes += [note for check in _CHECKS for note in check(runs)]
     return [*notes, *filter(None, [averaging_note(averaging)])]
 
 
@@ -56,6 +60,13 @@ def _clipped_channels(runs: Sequence[TestRun]) -> Iterator[str]:
                 f"{run.name}: {what} stands still at an extreme for {part} samples in a row, as a "
                 "clipped channel does"
             )
+
+
+def _noisy_channels(runs: Sequence[TestRun]) -> Iterator[str]:
+    for run, what, values in _channels(runs):
+        share = white_noise(values) / _rms(values)
+        if share > NOISY:
+            yield f"{run.name}: noise is {100 * share:.0f} % of the {what}: it can show little"
 
 
 def _coarse_channels(runs: Sequence[TestRun]) -> Iterator[str]:
@@ -91,9 +102,9 @@ def _drifting_channels(runs: Sequence[TestRun]) -> Iterator[str]:
 
 
 def _sampling(runs: Sequence[TestRun]) -> Iterator[str]:
-    gaps = {round(run.step, 9) for run in runs}
+    gaps = sorted({f"{1e3 * run.step:.3g}" for run in runs}, key=float)
     if len(gaps) > 1:
-        listed = ", ".join(f"{1e3 * g:.3g}" for g in sorted(gaps))
+        listed = ", ".join(gaps)
         yield f"sampling intervals differ: {listed} ms"
 
 
@@ -241,9 +252,9 @@ def _repeated(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, TestRun, int]]
 
 
 _CHECKS: tuple[Callable[[Sequence[TestRun]], Iterator[str]], ...] = (
-    _reversed_loops, _clipped_channels, _coarse_channels, _large_deformations, _drifting_channels,
-    _differing_offsets, _unit_of_force, _velocity_channel, _repeated_runs, _transient_ends,
-    _sampling,
+    _reversed_loops, _noisy_channels, _clipped_channels, _coarse_channels, _large_deformations,
+    _drifting_channels, _differing_offsets, _unit_of_force, _velocity_channel, _repeated_runs,
+    _transient_ends, _sampling,
 )  # fmt: skip
 
 

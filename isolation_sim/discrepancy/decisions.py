@@ -187,6 +187,8 @@ CLIPPED = 6
 """Equal extreme samples in a row from which a channel counts as clipped. Convention."""
 DRIFT = 0.1
 """Drift of a channel's middle, relative to its range, that is noted. Convention."""
+NOISY = 0.3
+"""White noise of a channel over its RMS from which it is noted. Convention."""
 LARGEST_DEFORMATION = 1.0
 """m. A larger deformation is asked for its unit. Convention."""
 COARSE = 0.02

@@ -258,6 +258,8 @@ class Diagnosis(Printed):
         More plain numbers, for the JSON.
     ladder : Ladder or None
         Errors with causes, with an equation and with a learned term; None if not requested.
+    data_notes : tuple of str
+        What looks wrong in the data, such as loops that run the wrong way round.
     """
 
     data: str
@@ -278,6 +280,7 @@ class Diagnosis(Printed):
     consequence: Consequence | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
     ladder: Ladder | None = None
+    data_notes: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but steps and traces as plain numbers and text.
@@ -321,6 +324,7 @@ class Diagnosis(Printed):
             "unexplained_share": number(self.unexplained_share),
             "depends_on": list(self.depends_on),
             "next_test": self.next_test,
+            "data_notes": list(self.data_notes),
             **({"consequence": self.consequence.to_dict()} if self.consequence else {}),
             **({"ladder": self.ladder.to_dict()} if self.ladder else {}),
             **self.details,

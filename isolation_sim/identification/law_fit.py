@@ -47,6 +47,8 @@ _AS_GOOD = 1.001
 state is scaled."""
 _STEADY = 0.02
 """Range of a run's current, A or relative, below which it is one current."""
+_NEARLY_OFF = 0.02
+"""Lowest current of the data over the highest up to which a law is for no current, too."""
 _UNDEFORMED = 0.1
 """First deformation over its RMS up to which a device without memory may have rested."""
 LARGEST_DERIVATIVE = 1e100
@@ -230,8 +232,9 @@ def parameterise(
             f"excite {law.name}"
         )
     currents = currents_of(campaign, campaign.fitted, degree)
-    # the law is evaluated at the currents of held-out runs, too
-    span = float(data.current.min()), float(data.current.max())
+    # the law is evaluated at the currents of held-out runs, too, and without current
+    least, most = float(data.current.min()), float(data.current.max())
+    span = 0.0 if 0 < least < _NEARLY_OFF * most else least, most
     held: dict[str, float | NDArray] = dict(fixed or {})
     redundancy = law.redundancy
     steady = all(

@@ -21,11 +21,14 @@ CAUSE_HEADINGS = (
     "cause", "form", "share, %", "p", "named again, %", "parameter", "value (95 %)", "unit",
 )  # fmt: skip
 """Named again: share of the repeated fits (one condition left out; runs resampled) with a cause."""
+_NOTES = 5
+"""Sentences about the data, at most."""
 
 
 def shown(diagnosis: Diagnosis) -> Iterator[Any]:
     """Tables and sentences of a diagnosis, for a terminal."""
     yield f"{diagnosis.model} against {diagnosis.data}\n"
+    yield from data_notes(diagnosis)
     verdict = f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}"
     choice = diagnosis.details.get("law_choice", {})
     lines = [verdict, *([choice["text"]] if choice else [])]
@@ -52,6 +55,13 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
             yield consequence_table(diagnosis.consequence)
             yield NOTE
         yield from consequence_text(diagnosis.consequence)
+
+
+def data_notes(diagnosis: Diagnosis) -> list[str]:
+    """What looks wrong in the data, not more than a few sentences."""
+    notes = [f"Suspicious data: {each}." for each in diagnosis.data_notes[:_NOTES]]
+    further = len(diagnosis.data_notes) - len(notes)
+    return notes + ([f"Suspicious data: {further} more in the step Data."] if further else [])
 
 
 def consequence_text(consequence: Consequence) -> list[str]:

@@ -67,7 +67,10 @@ class Driver(Section):
     high_A: Annotated[
         Number | None, Field(description="limit of the supply; that of the device by default")
     ] = None
-    initial_A: Annotated[Number, Field(description="current before the first command")] = 0.0
+    initial_A: Annotated[
+        Number | None,
+        Field(description="current before the first command; by default 0, or the nearest limit"),
+    ] = None
     step_A: Annotated[
         NonNegative, Field(description="commands are rounded to multiples of it; 0 for no rounding")
     ] = 0.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval
-from isolation_sim.reports.diagnosis import causes_table
+from isolation_sim.reports.diagnosis import causes_table, shown
 from isolation_sim.reports.tables import TextTable, as_text
 
 HEADINGS = ("run", "simulation.computation_delay_s", "95 % interval", "error, %", "what it is",
@@ -55,3 +55,17 @@ def test_intervals_of_causes_stay_whole():
         assert text.count("0.001021 (0.000983 to 0.00106)") == 2
         assert text.count("at its bound") == 2
         assert "power_by_current" in text and "< 1e-9" in text
+
+
+def test_suspicious_data_are_said_before_the_verdict():
+    nothing = Errors(np.nan, np.nan)
+    notes = ("all runs: the loops run the wrong way round", *(f"r{k}: clipped" for k in range(6)))
+    found = Diagnosis(
+        "tests", "law", "unexplained", 0.0, nothing, nothing, (), 0.0, (), None, (),
+        data_notes=notes,
+    )  # fmt: skip
+    lines = [line for line in shown(found) if isinstance(line, str)]
+    assert lines[1] == "Suspicious data: all runs: the loops run the wrong way round."
+    assert lines[6] == "Suspicious data: 2 more in the step Data."
+    assert lines[7].startswith("UNEXPLAINED.")
+    assert found.to_dict()["data_notes"] == list(notes)

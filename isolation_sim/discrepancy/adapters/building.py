@@ -185,6 +185,14 @@ class BuildingRecords(Problem[FittedBuilding]):
         """Each channel in each segment of a record."""
         return traces_of(self.space.comparison, (self.space.before, result.best))
 
+    def data_notes(self) -> tuple[str, ...]:
+        """Return suspicious features of the records."""
+        return tuple(
+            f"{record.name}: {problem}"
+            for record in self.records
+            for problem in record_problems(record)
+        )
+
     def data_text(self) -> Text:
         """Suspicious features of the records."""
         rows = tuple(

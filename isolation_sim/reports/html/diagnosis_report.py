@@ -25,6 +25,7 @@ from ..diagnosis import (
     cause_rows,
     cause_text,
     consequence_text,
+    data_notes,
     errors_table,
     ladder_table,
     ladder_text,
@@ -65,7 +66,7 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     traces = worst_first(diagnosis.traces)
     code = code_facts(diagnosis.details.get("code", {}))
     parts: list[tuple[str, Sequence[Block]]] = [
-        ("Verdict", [Prose(_verdict(diagnosis), "verdict")]),
+        ("Verdict", [Prose((*_verdict(diagnosis), *data_notes(diagnosis)), "verdict")]),
         ("Measured against simulated", [*_measured(traces)]),
         ("Errors by run", [*_where(diagnosis, traces)]),
         ("Steps of the diagnosis", [*_steps(diagnosis)]),

@@ -1,0 +1,79 @@
+"""Samples of a channel that lie far off their neighbours: spikes and short dropouts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .run_table import TestRun
+from .velocity import smooth
+
+_WINDOW = 15
+"""Samples of the running median; a spike or dropout is shorter than half of it."""
+_FAR = 0.3
+"""Distance from the running median over the channel's range from which a sample is wrong."""
+_USUAL = 20.0
+"""The same over the usual distance."""
+_BESIDE = 0.1
+"""Distance of the samples beside a spike over its own, at most: an impact rises and falls."""
+_MOST = 0.01
+"""Share of samples beyond which what stands out belongs to the signal."""
+
+
+def spikes(values: NDArray) -> NDArray:
+    """Places of wrong samples, (n,) int: single ones, or a few of one value."""
+    from scipy.ndimage import median_filter
+
+    median = median_filter(values, _WINDOW, mode="mirror")
+    off = np.abs(values - median)
+    low, high = np.quantile(median, (0.01, 0.99))
+    least = max(_FAR * float(high - low), _USUAL * float(np.median(off)))
+    far = np.flatnonzero(off > least) if least > 0 else np.zeros(0, int)
+    groups = np.split(far, np.flatnonzero(np.diff(far) > 1) + 1) if far.size else []
+    # the samples beside a spike may be far off the median, too, where the signal is steep
+    groups = [group[off[group] > _BESIDE * off[group].max()] for group in groups]
+
+    def is_wrong(group: NDArray) -> bool:
+        beside = [k for k in (group[0] - 1, group[-1] + 1) if 0 <= k < len(values)]
+        alike = bool(np.all(values[group] == values[group[0]]))
+        together = group[-1] - group[0] < len(group)
+        return alike and together and bool(np.all(off[beside] < _BESIDE * off[group].min()))
+
+    wrong = [group for group in groups if is_wrong(group)]
+    found = np.concatenate(wrong) if wrong else np.zeros(0, int)
+    return found if len(found) <= max(_MOST * len(values), 1) else np.zeros(0, int)
+
+
+def without_spikes(run: TestRun) -> TestRun:
+    """Interpolate wrong samples of displacement and force, if there are any."""
+    repaired = {}
+    for what in ("displacement", "force"):
+        values = getattr(run, what)
+        wrong = spikes(values)
+        if wrong.size:
+            places = np.arange(len(values))
+            right = np.delete(places, wrong)
+            repaired[what] = np.interp(places, right, values[right])
+    if not repaired:
+        return run
+    if "displacement" in repaired and not run.velocity_measured:
+        repaired["velocity"] = smooth(repaired["displacement"], run.step)[1]
+    return replace(run, **repaired)
+
+
+def spike_notes(runs: Sequence[TestRun]) -> list[str]:
+    """Describe wrong samples that are interpolated."""
+    notes = []
+    for run in runs:
+        for what in ("displacement", "force"):
+            wrong = spikes(getattr(run, what))
+            if wrong.size:
+                number = "1 sample lies" if len(wrong) == 1 else f"{len(wrong)} samples lie"
+                notes.append(
+                    f"{run.name}: {number} far off the others in the {what}, first at "
+                    f"{run.time[wrong[0]]:.4g} s; interpolated"
+                )
+    return notes
