@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ..identification.force_channel import averaging_note
 from ..identification.noise import white_noise
 from ..identification.run_table import TestRun
-from ..identification.spikes import spike_notes, without_spikes
 from ..identification.velocity import smooth
 from .decisions import (
     CLIPPED,
@@ -46,9 +45,7 @@ _LOW, _HIGH = 0.2, 3.0
 
 def data_notes(runs: Sequence[TestRun], averaging: NDArray) -> list[str]:
     """Describe suspicious features of the runs; ``averaging`` of each run's force, (n_runs,), s."""
-    notes = spike_notes(runs)
-    runs = [without_spikes(run) for run in runs]
-    notes += [note for check in _CHECKS for note in check(runs)]
+    notes = [note for check in _CHECKS for note in check(runs)]
     return [*notes, *filter(None, [averaging_note(averaging)])]
 
 

@@ -14,6 +14,7 @@ from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.law_choice import AUTO, choose_law
 from ..identification.measured_runs import hold_out_some, measured_runs
+from ..identification.spikes import repaired
 from ..identification.workers import workers
 from ..io.toml import read_toml
 from ..laws import Device
@@ -58,6 +59,9 @@ def diagnose(
     device = read_parameters(law, parameters) if isinstance(law, Law) else None
     if not isinstance(data, Campaign | LoopTable):
         data = read_loop_table(data) if kind_of(data) == "loops" else read_campaign(data)
+    wrong: list[str] = []
+    if isinstance(data, Campaign):
+        data, wrong = repaired(data)
     from .adapters.device_tests import DeviceTests
     from .adapters.loop_table import LoopTableTests
 
@@ -82,7 +86,7 @@ def diagnose(
             if tiers not in ("auto", "causes"):
                 raise InputError(f"tiers is {tiers!r}; expected of a loop table: auto or causes")
             return diagnose_problem(LoopTableTests(data, *options))[0]
-        problem = DeviceTests(data, *options, significance, choice, runs)
+        problem = DeviceTests(data, *options, significance, choice, runs, wrong)
         diagnosis = diagnose_problem(problem)[0]
         explained = diagnosis.verdict in ("adequate", "explained")
         # given numbers are judged as they are

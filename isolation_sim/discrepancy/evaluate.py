@@ -17,6 +17,7 @@ from ..identification.force_channel import averaging_note, find_averaging
 from ..identification.measured_runs import MeasuredRuns, measured_runs
 from ..identification.parameterisation import Parameterisation
 from ..identification.run_starts import start_note
+from ..identification.spikes import repaired
 from ..laws import Device
 from .device.model import Model
 
@@ -28,6 +29,7 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
     """Compute the errors of a law on measured runs; nothing is fitted."""
     if not isinstance(campaign, Campaign):
         campaign = read_campaign(campaign)
+    campaign, wrong = repaired(campaign)
     base, applied = separate(device)
     if len(base.current.coefficients) > 1:
         raise InputError(
@@ -52,7 +54,7 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
         RunError(run, force[a:b])
         for run, (a, b) in zip(campaign.runs, pairwise(data.starts), strict=True)
     )
-    own = (averaging_note(data.averaging), start_note(data.periods, base.law))
+    own = (*wrong, averaging_note(data.averaging), start_note(data.periods, base.law))
     notes = filter(None, (*_notes(device, campaign), *own))
     return LawEvaluation(device, campaign, errors, tuple(notes))
 

@@ -20,12 +20,13 @@ from .campaign import Campaign, read_campaign
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
 from .force_channel import averaging_note
 from .law_choice import AUTO, choose_law
-from .law_fit import LARGEST_DERIVATIVE, STARTS, LawModel, fit_law, parameterise
+from .law_fit import LARGEST_DERIVATIVE, STARTS, LawModel, fit_law, from_off, parameterise
 from .least_squares import Optimum
 from .measured_runs import LEAST_NOISE, hold_out_some, measured_runs
 from .noise import correlation_time
 from .parameterisation import Parameterisation
 from .run_starts import start_note
+from .spikes import repaired
 from .workers import workers
 
 _LACKING = 3.0
@@ -95,6 +96,7 @@ def fit(
         law = LAWS[law]
     if not isinstance(campaign, Campaign):
         campaign = read_campaign(campaign)
+    campaign, wrong = repaired(campaign)
     if starts < 1:
         raise InputError(f"starts is {starts}; expected: 1 or more")
     data = measured_runs(campaign.runs)
@@ -114,15 +116,15 @@ def fit(
     result = _result(campaign, model, best)
     chosen = "" if choice is None else choice.text
     begin = start_note(model.data.periods, law)
-    notes = filter(None, (chosen, averaging_note(data.averaging), begin))
+    notes = filter(None, (*wrong, chosen, averaging_note(data.averaging), begin))
     return replace(result, notes=(*notes, *result.notes))
 
 
 def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
     """Assemble the result."""
     p, runs = model.parameterisation, campaign.fitted
-    low = min(float(run.current.min()) for run in runs)
     high = max(float(run.current.max()) for run in runs)
+    low = from_off(min(float(run.current.min()) for run in runs), high)
     device = Device(
         law=p.law,
         current=p.dependence(best.x),

@@ -234,7 +234,7 @@ def parameterise(
     currents = currents_of(campaign, campaign.fitted, degree)
     # the law is evaluated at the currents of held-out runs, too, and without current
     least, most = float(data.current.min()), float(data.current.max())
-    span = 0.0 if 0 < least < _NEARLY_OFF * most else least, most
+    span = from_off(least, most), most
     held: dict[str, float | NDArray] = dict(fixed or {})
     redundancy = law.redundancy
     steady = all(
@@ -258,6 +258,11 @@ def parameterise(
                 name = next(constant, name)
                 held[name] = np.linalg.solve(np.vander(currents, increasing=True), values[name])
     return Parameterisation(law, currents, (force, x, x / v), held, span, scaling)
+
+
+def from_off(least: float, most: float) -> float:
+    """Lowest current of a law's range, A: 0 where the lowest of the data is nearly 0."""
+    return 0.0 if 0 < least < _NEARLY_OFF * most else least
 
 
 def _is_scaled(scaling: StateScaling, values: Mapping[str, NDArray]) -> bool:

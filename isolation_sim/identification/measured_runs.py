@@ -17,7 +17,6 @@ from .noise import white_noise
 from .run_starts import find_starts
 from .run_table import TestRun
 from .sensitivities import Motion
-from .spikes import without_spikes
 from .velocity import cycle_time, smooth
 
 LEAST_NOISE = 2e-3
@@ -196,8 +195,7 @@ class MeasuredRuns:
 
 def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -> MeasuredRuns:
     """Put runs together and estimate their noise; an average is sought if it is not known."""
-    # Runs with ``hold_out`` are held out; spikes are interpolated.
-    runs = [without_spikes(run) for run in runs]
+    # Runs with ``hold_out`` are held out.
     lengths = [len(run.time) for run in runs]
     force_noise = np.array([white_noise(run.force) for run in runs])
     starts = find_starts(runs, force_noise)

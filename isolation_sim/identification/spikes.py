@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .run_table import TestRun
 from .velocity import smooth
+
+if TYPE_CHECKING:
+    from .campaign import Campaign
 
 _WINDOW = 15
 """Samples of the running median; a spike or dropout is shorter than half of it."""
@@ -64,10 +67,10 @@ def without_spikes(run: TestRun) -> TestRun:
     return replace(run, **repaired)
 
 
-def spike_notes(runs: Sequence[TestRun]) -> list[str]:
-    """Describe wrong samples that are interpolated."""
+def repaired(campaign: Campaign) -> tuple[Campaign, list[str]]:
+    """Interpolate the wrong samples of a campaign's runs, and describe them."""
     notes = []
-    for run in runs:
+    for run in campaign.runs:
         for what in ("displacement", "force"):
             wrong = spikes(getattr(run, what))
             if wrong.size:
@@ -76,4 +79,4 @@ def spike_notes(runs: Sequence[TestRun]) -> list[str]:
                     f"{run.name}: {number} far off the others in the {what}, first at "
                     f"{run.time[wrong[0]]:.4g} s; interpolated"
                 )
-    return notes
+    return replace(campaign, runs=tuple(map(without_spikes, campaign.runs))), notes

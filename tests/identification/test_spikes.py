@@ -1,12 +1,17 @@
 """Wrong samples of a channel are found and interpolated; what a device does is not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from isolation_sim.discrepancy.data_checks import data_notes
-from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.discrepancy.evaluate import evaluate
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.fit import fit
 from isolation_sim.identification.run_table import TestRun
-from isolation_sim.identification.spikes import spikes, without_spikes
+from isolation_sim.identification.spikes import repaired, spikes, without_spikes
 
 TIME = 0.005 * np.arange(1200)
 X = 0.01 * np.sin(2 * np.pi * TIME)
@@ -27,13 +32,14 @@ def test_spikes_and_dropouts_are_found_and_interpolated(noise, places, value):
     force = clean.copy()
     force[places] = value if value else 1e3
     assert spikes(force).tolist() == places
-    repaired = without_spikes(run(force))
-    np.testing.assert_allclose(repaired.force, clean, atol=8.0 if noise == 0 else 15.0)
-    assert np.array_equal(repaired.displacement, X)
-    assert data_notes([run(force)], np.zeros(1))[0].startswith(
+    better = without_spikes(run(force))
+    np.testing.assert_allclose(better.force, clean, atol=8.0 if noise == 0 else 15.0)
+    assert np.array_equal(better.displacement, X)
+    _, notes = repaired(Campaign("rig", "made", (run(force),)))
+    assert notes == [
         f"one: {len(places)} sample{'s lie' if len(places) > 1 else ' lies'} far off the others in "
-        f"the force, first at {TIME[places[0]]:.4g} s"
-    )
+        f"the force, first at {TIME[places[0]]:.4g} s; interpolated"
+    ]
 
 
 def test_a_spike_where_the_force_is_steep():
@@ -47,11 +53,19 @@ def test_noise_as_large_as_the_force_is_said():
     assert any("noise is 94 % of the force" in each for each in noted), noted
 
 
-def test_a_fit_sees_the_repaired_channels():
-    force, displacement = 2e4 * X + 500 * V, X.copy()
+def test_fit_evaluate_and_diagnose_repair_and_say_so():
+    force, displacement = 2e4 * X + 500 * V + 2.0 * NOISE, X.copy()
     force[300], displacement[600] = 1e5, 0.05
-    data = measured_runs([run(force, displacement)])
-    assert np.max(np.abs(data.force)) < 400 and np.max(np.abs(data.x)) < 0.0101
+    runs = tuple(run(force, displacement, name) for name in ("one", "two"))
+    campaign = Campaign("rig", "made", (*runs, replace(runs[0], name="three", hold_out=True)))
+    fitted = fit(campaign, "kelvin_voigt", starts=2)
+    assert fitted.error < 0.02
+    assert fitted.device.parameters_at(0.0)[0] == pytest.approx(2e4, rel=0.01)
+    found = diagnose(campaign, "kelvin_voigt")
+    assert found.verdict == "adequate"
+    told = "one: 1 sample lies far off the others in the displacement, first at 3 s; interpolated"
+    assert told in found.data_notes and told in fitted.notes
+    assert told in evaluate(fitted.device, campaign).notes
 
 
 @pytest.mark.parametrize(

@@ -75,8 +75,9 @@ class DeviceTests(Problem[FittedModel]):
         significance: float = SIGNIFICANCE,
         choice: LawChoice | None = None,
         data: MeasuredRuns | None = None,
+        repaired: Sequence[str] = (),
     ):
-        self.choice, self.degree = choice, degree
+        self.choice, self.degree, self._repaired = choice, degree, repaired
         self.significance = significance
         self.negligible: list[str] = []
         self.unstable: list[str] = []
@@ -478,7 +479,7 @@ class DeviceTests(Problem[FittedModel]):
     def devices(self, result: SearchResult[FittedModel]) -> tuple[Device, Device]:
         """The evaluated law, and the law with the selected effects."""
         data, law, final = self.data, self.law, self.final.without_offsets
-        low, high = float(data.current.min()), float(data.current.max())
+        low, high = law.model.parameterisation.span
         evaluated = Device(
             law=law.model.parameterisation.law,
             current=law.model.parameterisation.dependence(law.values),
@@ -512,7 +513,7 @@ class DeviceTests(Problem[FittedModel]):
 
     def data_notes(self) -> tuple[str, ...]:
         """Return suspicious features of the runs."""
-        return tuple(data_notes(self.campaign.runs, self.data.averaging))
+        return (*self._repaired, *data_notes(self.campaign.runs, self.data.averaging))
 
     def data_text(self) -> Text:
         """Number, duration and range of the runs, and suspicious features."""
