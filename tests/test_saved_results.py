@@ -61,7 +61,7 @@ def diagnosis():
         steps=(Step("Fit", "It fits.", ("a",), (("1",),)),), judged=device,
         extended=extend(device, [(effect("coulomb_friction"), _numbers("coulomb_friction"))]),
         traces=(Trace("run", False, t, t, "x, mm", "F, N", np.sin(t), np.cos(t), np.sin(t)),),
-        details={"seed": 0},
+        details={"seed": 0}, data_notes=("run: force clipped",),
     )  # fmt: skip
 
 

@@ -59,13 +59,14 @@ def test_intervals_of_causes_stay_whole():
 
 def test_suspicious_data_are_said_before_the_verdict():
     nothing = Errors(np.nan, np.nan)
-    notes = ("all runs: the loops run the wrong way round", *(f"r{k}: clipped" for k in range(6)))
+    notes = ("all runs: the loops run the wrong way round", *(f"r{k}: clipped?" for k in range(6)))
     found = Diagnosis(
         "tests", "law", "unexplained", 0.0, nothing, nothing, (), 0.0, (), None, (),
         data_notes=notes,
     )  # fmt: skip
     lines = [line for line in shown(found) if isinstance(line, str)]
     assert lines[1] == "Suspicious data: all runs: the loops run the wrong way round."
+    assert lines[2] == "Suspicious data: r0: clipped?"
     assert lines[6] == "Suspicious data: 2 more in the step Data."
     assert lines[7].startswith("UNEXPLAINED.")
     assert found.to_dict()["data_notes"] == list(notes)
