@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.signal import butter, sosfiltfilt
+from scipy.signal import butter, lfilter, sosfiltfilt
 
 from isolation_sim.discrepancy.data_checks import clipped, data_notes
 from isolation_sim.identification.run_table import TestRun
@@ -134,6 +134,20 @@ def test_a_force_that_a_device_holds_at_rest_is_no_offset():
     )
     notes = data_notes([one, *runs[1:]], np.zeros(4))
     assert not any("offset" in note for note in notes), notes
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_a_deformation_that_is_held_is_not_clipped(held):
+    """A relaxation test, and a transducer at its limit: behind it the motion goes on."""
+    x = 0.01 * np.sin(2 * np.pi * 0.5 * TIME)
+    true, recorded = (np.clip(x, -0.007, 0.007),) * 2 if held else (x, np.clip(x, -0.007, 0.007))
+    rate = np.gradient(true, DT)
+    relaxing = lfilter([1.0], [1, -np.exp(-DT / 0.15)], rate) * DT
+    noise = np.random.default_rng(5).standard_normal(N)
+    force = 2e4 * true + 1e4 * relaxing + noise
+    run = TestRun("one", TIME, recorded, rate, force, np.zeros(N), velocity_measured=True)
+    notes = data_notes([run], np.zeros(1))
+    assert any("clipped" in note for note in notes) is not held, notes
 
 
 @pytest.mark.parametrize("limit", [None, 0.9])
