@@ -79,4 +79,6 @@ def repaired(campaign: Campaign) -> tuple[Campaign, list[str]]:
                     f"{run.name}: {number} far off the others in the {what}, first at "
                     f"{run.time[wrong[0]]:.4g} s; interpolated"
                 )
+    if not notes:
+        return campaign, notes
     return replace(campaign, runs=tuple(map(without_spikes, campaign.runs))), notes

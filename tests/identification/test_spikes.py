@@ -83,8 +83,9 @@ def test_fit_evaluate_and_diagnose_repair_and_say_so():
 )  # fmt: skip
 def test_what_a_device_does_is_left_alone(force):
     assert not spikes(force).size
-    one = run(force)
-    assert without_spikes(one) is one
+    campaign = Campaign("rig", "made", (run(force),))
+    same, notes = repaired(campaign)
+    assert same is campaign and not notes
 
 
 def test_a_channel_that_stands_still_has_no_spikes():
