@@ -40,7 +40,9 @@ def spikes(values: NDArray) -> NDArray:
     groups = [group[off[group] > _BESIDE * off[group].max()] for group in groups]
 
     def is_wrong(group: NDArray) -> bool:
-        beside = [k for k in (group[0] - 1, group[-1] + 1) if 0 <= k < len(values)]
+        beside = [group[0] - 1, group[-1] + 1]
+        if beside[0] < 0 or beside[1] == len(values):
+            return False  # a run may begin with a transient of the device
         alike = bool(np.all(values[group] == values[group[0]]))
         together = group[-1] - group[0] < len(group)
         return alike and together and bool(np.all(off[beside] < _BESIDE * off[group].min()))
