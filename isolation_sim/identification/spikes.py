@@ -52,35 +52,29 @@ def spikes(values: NDArray) -> NDArray:
     return found if len(found) <= max(_MOST * len(values), 1) else np.zeros(0, int)
 
 
-def without_spikes(run: TestRun) -> TestRun:
+def repaired(campaign: Campaign) -> tuple[Campaign, list[str]]:
+    """Interpolate the wrong samples of a campaign's runs, and describe them."""
+    every = [_without_spikes(run) for run in campaign.runs]
+    notes = [note for _, own in every for note in own]
+    return replace(campaign, runs=tuple(run for run, _ in every)) if notes else campaign, notes
+
+
+def _without_spikes(run: TestRun) -> tuple[TestRun, list[str]]:
     """Interpolate wrong samples of displacement and force, if there are any."""
-    repaired = {}
+    channels, notes = {}, []
     for what in ("displacement", "force"):
         values = getattr(run, what)
         wrong = spikes(values)
-        if wrong.size:
-            places = np.arange(len(values))
-            right = np.delete(places, wrong)
-            repaired[what] = np.interp(places, right, values[right])
-    if not repaired:
-        return run
-    if "displacement" in repaired and not run.velocity_measured:
-        repaired["velocity"] = smooth(repaired["displacement"], run.step)[1]
-    return replace(run, **repaired)
-
-
-def repaired(campaign: Campaign) -> tuple[Campaign, list[str]]:
-    """Interpolate the wrong samples of a campaign's runs, and describe them."""
-    notes = []
-    for run in campaign.runs:
-        for what in ("displacement", "force"):
-            wrong = spikes(getattr(run, what))
-            if wrong.size:
-                number = "1 sample lies" if len(wrong) == 1 else f"{len(wrong)} samples lie"
-                notes.append(
-                    f"{run.name}: {number} far off the others in the {what}, first at "
-                    f"{run.time[wrong[0]]:.4g} s; interpolated"
-                )
-    if not notes:
-        return campaign, notes
-    return replace(campaign, runs=tuple(map(without_spikes, campaign.runs))), notes
+        if not wrong.size:
+            continue
+        places = np.arange(len(values))
+        right = np.delete(places, wrong)
+        channels[what] = np.interp(places, right, values[right])
+        number = "1 sample lies" if len(wrong) == 1 else f"{len(wrong)} samples lie"
+        notes.append(
+            f"{run.name}: {number} far off the others in the {what}, first at "
+            f"{run.time[wrong[0]]:.4g} s; interpolated"
+        )
+    if "displacement" in channels and not run.velocity_measured:
+        channels["velocity"] = smooth(channels["displacement"], run.step)[1]
+    return replace(run, **channels) if channels else run, notes
