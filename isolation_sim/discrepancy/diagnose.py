@@ -165,7 +165,7 @@ def diagnose_problem(
         gain=gain_interval(evaluation.blocks, problem.seed) if causes else None,
         traces=problem.traces(result),
         details=evaluation.details | ({"code": code} if code else {}),
-        data_notes=problem.data_notes(),
+        data_notes=problem.data_notes,
     )
     return diagnosis, result
 

@@ -89,6 +89,7 @@ class Problem(ABC, Generic[H]):
     def traces(self, result: SearchResult[H]) -> tuple[Trace, ...]:
         """Return the data as measured and as simulated, to draw."""
 
+    @property
     def data_notes(self) -> tuple[str, ...]:
         """Return suspicious features of the data."""
         return ()

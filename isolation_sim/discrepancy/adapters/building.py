@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -185,19 +186,21 @@ class BuildingRecords(Problem[FittedBuilding]):
         """Each channel in each segment of a record."""
         return traces_of(self.space.comparison, (self.space.before, result.best))
 
+    @cached_property
+    def _problems(self) -> tuple[tuple[str, str], ...]:
+        """Names of records, and suspicious features."""
+        return tuple(
+            (record.name, problem) for record in self.records for problem in record_problems(record)
+        )
+
+    @property
     def data_notes(self) -> tuple[str, ...]:
         """Return suspicious features of the records."""
-        return tuple(
-            f"{record.name}: {problem}"
-            for record in self.records
-            for problem in record_problems(record)
-        )
+        return tuple(f"{name}: {problem}" for name, problem in self._problems)
 
     def data_text(self) -> Text:
         """Suspicious features of the records."""
-        rows = tuple(
-            (record.name, problem) for record in self.records for problem in record_problems(record)
-        )
+        rows = self._problems
         return Text(
             "Units, clipping, a start at rest, and the displacement against the accelerations: "
             + ("see below." if rows else "nothing amiss."),

@@ -511,6 +511,7 @@ class DeviceTests(Problem[FittedModel]):
             for name, dt, run in zip(data.names, data.dt, data.runs, strict=True)
         )
 
+    @cached_property
     def data_notes(self) -> tuple[str, ...]:
         """Return suspicious features of the runs."""
         return (*self._repaired, *data_notes(self.campaign.runs, self.data.averaging))
@@ -525,7 +526,7 @@ class DeviceTests(Problem[FittedModel]):
         duration = float(np.sum(data.lengths * data.dt))
         law = self.law.model.parameterisation.law
         notes = " ".join(
-            f"{note}." for note in (*self.data_notes(), start_note(data.periods, law)) if note
+            f"{note}." for note in (*self.data_notes, start_note(data.periods, law)) if note
         )
         return Text(
             f"{len(runs)} run{'s' * (len(runs) > 1)}, {duration:.0f} s in all, deformations up "
