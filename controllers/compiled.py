@@ -67,6 +67,9 @@ def entry(t, measured, settings, memory, command, sizes):
     )"""
 
 
+_DURATIONS = {"controllers.predictive.state_seen": "; about 40 s"}
+"""Time to compile, by the module of the decision, where it is long."""
+
 Model = Any
 """Class of device models; mypy takes no class for hashable, as caches of functions need it."""
 
@@ -116,7 +119,7 @@ class CompiledController(Controller):
         """Decision in compiled code."""
         if self._run_context is not context:
             self.reset(context)
-        return compile_decision(self._decision, len(context.low))
+        return compile_decision(self._decision, len(context.low), self.name)
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Decide, by the same function in plain Python."""
@@ -129,7 +132,7 @@ class CompiledController(Controller):
 class DecisionStep:
     """A decision that is called from Python, one measurement after another."""
 
-    def __init__(self, decision: Decision, n_measured: int, n_commands: int):
+    def __init__(self, decision: Decision, n_measured: int, n_commands: int, name: str = ""):
         self._decision, self.memory = decision, decision.memory.copy()
         self._command = np.zeros(n_commands)
 
@@ -143,9 +146,9 @@ class DecisionStep:
 class CompiledStep(DecisionStep):
     """The same, compiled."""
 
-    def __init__(self, decision: Decision, n_measured: int, n_commands: int):
+    def __init__(self, decision: Decision, n_measured: int, n_commands: int, name: str = ""):
         super().__init__(decision, n_measured, n_commands)
-        compiled = compile_decision(decision, n_commands)
+        compiled = compile_decision(decision, n_commands, name)
         pointer, double = ctypes.POINTER(ctypes.c_double), ctypes.c_double
         kind = ctypes.CFUNCTYPE(None, double, *[pointer] * 4, ctypes.POINTER(ctypes.c_int64))
         self._entry, self._keep = kind(compiled.address), compiled
@@ -164,9 +167,11 @@ class CompiledStep(DecisionStep):
         return self._command.copy()
 
 
-def decision_step(decision: Decision, n_measured: int, n_commands: int) -> DecisionStep:
+def decision_step(
+    decision: Decision, n_measured: int, n_commands: int, name: str = ""
+) -> DecisionStep:
     """Compile a decision to call it from Python; with ``NUMBA_DISABLE_JIT=1`` it stays Python."""
-    return (CompiledStep if COMPILED else DecisionStep)(decision, n_measured, n_commands)
+    return (CompiledStep if COMPILED else DecisionStep)(decision, n_measured, n_commands, name)
 
 
 def _alike(one: RunContext, other: RunContext | None) -> bool:
@@ -184,12 +189,12 @@ def _alike(one: RunContext, other: RunContext | None) -> bool:
     return True
 
 
-def compile_decision(decision: Decision, n_channels: int) -> CompiledDecision:
-    """Compile a decision, or load it from the cache folder."""
+def compile_decision(decision: Decision, n_channels: int, name: str = "") -> CompiledDecision:
+    """Compile a decision, or load it from the cache folder; the name is that of the controller."""
     devices = decision.devices
     model: Any = type(devices) if devices else None
     given = decision.function, model, devices.laws if devices else (), n_channels
-    module = _module(*given)
+    module = _module(*given, name)
     return CompiledDecision(
         module.entry.address, decision.settings, decision.memory, module, partial(_text, *given)
     )
@@ -197,10 +202,11 @@ def compile_decision(decision: Decision, n_channels: int) -> CompiledDecision:
 
 @lru_cache(maxsize=64)
 def _module(
-    function: Callable, model: Model | None, laws: tuple[Law, ...], n_channels: int
+    function: Callable, model: Model | None, laws: tuple[Law, ...], n_channels: int, name: str
 ) -> ModuleType:
     text = _text(function, model, laws, n_channels, partial(_shared, model, laws))
-    notice = "compiling the controller for this law (once; mpc: about 40 s) ..." if laws else ""
+    what, time = name or "a controller", _DURATIONS.get(function.__module__, "")
+    notice = f"compiling {what} for this law (once{time}) ..." if laws else ""
     return load_text("decision", text, notice)
 
 

@@ -20,12 +20,13 @@ name sets of them in ``presets``, which are chosen by ``Outwards(preset="...")``
 from __future__ import annotations
 
 import copy
+import functools
 from collections.abc import Callable, Mapping
 from inspect import Parameter, Signature, signature
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from isolation_sim.errors import unknown_name
-from isolation_sim.simulation.control import CompiledDecision, RunContext, Schedule
+from isolation_sim.errors import InputError, unknown_name
+from isolation_sim.simulation.control import CompiledDecision, RunContext, Schedule, Sensors
 from isolation_sim.structures import IsolatedStructure
 
 from .settings import Number, Optional, Setting
@@ -59,6 +60,9 @@ class Controller:
         Interval between decisions; None for the ground motion's sampling interval.
     preview_time : float, s
         Preview time of the ground motion; 0 for none.
+    predicts_switching : bool
+        Whether it predicts by the isolators' own switching rule. By default the nominal model of
+        others has the instantaneous rule: they compute the current for a force.
     report : object or None
         What its decisions were like in the last run, for those that count something; printed as
         ``str`` after a run.
@@ -88,6 +92,7 @@ class Controller:
     presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
     period: float | None = None
     preview_time: float = 0.0
+    predicts_switching: ClassVar[bool] = False
     report: Any = None
     __signature__: ClassVar[Signature]
     """Signature for editors: every setting with its type, unit and default."""
@@ -108,6 +113,8 @@ class Controller:
         cls.settings = settings
         for name, declared in settings.items():
             setattr(cls, name, declared.default)
+        if "__init__" in own:
+            cls.__init__ = _without_losses(own["__init__"])  # type: ignore[method-assign]
         cls.__signature__ = _signature(cls)
 
     def __init__(self, **settings: Any) -> None:
@@ -214,6 +221,32 @@ class Controller:
             Information about the run.
         """
 
+    def cautions(self, context: RunContext, sensors: Sensors) -> list[str]:
+        """Warn about its use under the conditions of a run.
+
+        Parameters
+        ----------
+        context : RunContext
+            Information about the run.
+        sensors : Sensors
+            Noise and delay of the measurements.
+
+        Returns
+        -------
+        list of str
+            One line each, without its name. By default one where it could have an observer, by the
+            setting ``filter``, and takes displacements or velocities with noise or delay instead.
+        """
+        motion = ("_displacement_m", "_velocity_m_s")
+        measured = any(name.endswith(motion) for name in context.outputs)
+        degraded = any(context.delays) or any(sensors.noise.values())
+        if getattr(self, "filter", None) != "none" or not (measured and degraded):
+            return []
+        return [
+            "it takes displacements and velocities as they are measured, with noise or delay, and "
+            'may be worse than no current; filter="kalman" estimates them by an observer'
+        ]
+
     def current(self, t: float, measurement: Any) -> Any:
         """Decide, in plain Python.
 
@@ -230,6 +263,22 @@ class Controller:
             One current for all coils, or one per coil.
         """
         raise NotImplementedError(f"{self.name} has no method current(t, measurement)")
+
+
+def _without_losses(init: Callable[..., None]) -> Callable[..., None]:
+    """An ``__init__`` that refuses to lose a setting."""
+
+    @functools.wraps(init)
+    def with_check(self: Controller, *args: Any, **settings: Any) -> None:
+        init(self, *args, **settings)
+        for name in settings:
+            if name in self.settings and name not in vars(self):
+                raise InputError(
+                    f"{self.name}: __init__ loses the setting {name}; expected: "
+                    "super().__init__(**settings) in it"
+                )
+
+    return with_check
 
 
 def _signature(kind: type[Controller]) -> Signature:

@@ -35,11 +35,13 @@ class Estimating(Controller):
         """All levels' accelerations and all elements' deformations."""
         return Observer.measures(nominal)
 
-    def observer(self, context: RunContext, kind: str = "kalman") -> Observer:
+    def observer(
+        self, context: RunContext, kind: str = "kalman", measured_ground: bool = False
+    ) -> Observer:
         """Build the observer that the settings describe."""
         return {"kalman": KalmanFilter, "extended": ExtendedKalmanFilter}[kind](
             context.nominal, context.period,
             GroundNoise(self.ground_intensity, self.ground_frequency, self.ground_damping),
             Noise(self.acceleration_noise, self.deformation_noise),
-            limits=(lowest(context), highest_tested(context)),
+            limits=(lowest(context), highest_tested(context)), measured_ground=measured_ground,
         )  # fmt: skip

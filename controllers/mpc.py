@@ -18,6 +18,7 @@ from .clairvoyant import coil_table
 from .compiled import CompiledController, Decision, decision_step
 from .device_model import FORCE_SCALE
 from .estimating import Estimating
+from .observers.observer import ground_outputs
 from .preview import Preview
 from .settings import Integer, Number, OneOf, Optional, SearchRange, setting
 
@@ -83,10 +84,10 @@ class MPC(Estimating, CompiledController):
     recognised too late otherwise. With ``preview`` the known ground motion counts, and from 0.5 s
     on each programme starts from the highest current but may lower it.
 
-    With ``filter`` an observer estimates displacements and velocities from accelerations and
-    isolator deformations. With ``learning`` the isolator force is multiplied by an estimated
-    factor, for which it balances the measured inertia forces. The state is predicted over the
-    ``delay`` of the measurements, with the commands given in the meantime.
+    With ``filter`` an observer estimates displacements and velocities from accelerations, also of
+    the ground, and isolator deformations. With ``learning`` the isolator force is multiplied by an
+    estimated factor, for which it balances the measured inertia forces. The state is predicted over
+    the ``delay`` of the measurements, with the commands given in the meantime.
 
     If a programme has no solution within its constraints, or a decision takes longer than
     ``deadline``, ``report`` counts it, and the previous plan, which is within all limits, is
@@ -104,6 +105,7 @@ class MPC(Estimating, CompiledController):
     name = "mpc"
     title = "Model predictive control"
     source = "real-time iteration: Diehl, Bock and Schlöder 2005; QP: Goldfarb and Idnani 1983"
+    predicts_switching = True
 
     period: float | None = 0.02
     filter: str = setting(
@@ -222,7 +224,6 @@ class MPC(Estimating, CompiledController):
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Displacements and velocities, or an observer's inputs, and the ground acceleration."""
         structure = nominal.structure
-        one = len(structure.directions) == 1
         seen = super().measures(nominal)
         if self.filter == "none":
             seen = (
@@ -230,10 +231,7 @@ class MPC(Estimating, CompiledController):
                 *(f"{dof}_displacement_m" for dof in structure.names),
                 *(f"{dof}_velocity_m_s" for dof in structure.names),
             )
-        return (
-            *seen,
-            *(f"ground_{'' if one else d + '_'}acceleration_m_s2" for d in structure.directions),
-        )
+        return (*seen, *ground_outputs(nominal))
 
     def decision(self, context: RunContext) -> Decision:
         """Assemble the prediction, its settings and its memory."""
@@ -261,7 +259,7 @@ class MPC(Estimating, CompiledController):
         observer, scales = None, np.zeros(0)
         function: Callable[..., None] = state_seen.decide
         if self.filter != "none":
-            own = self.observer(context, self.filter)
+            own = self.observer(context, self.filter, measured_ground=True)
             observer, model = own.decision(), own.tracking.model
             scales = model.numbers.reshape(-1, model.n_numbers)[:, FORCE_SCALE]
             extended = self.filter == "extended"
@@ -363,7 +361,7 @@ class MPC(Estimating, CompiledController):
         super().reset(context)
         ahead = self._ahead(context)
         n_measured = len(context.outputs) + len(context.nominal.structure.directions) * len(ahead)
-        self.step = decision_step(self._decision, n_measured, len(context.low))
+        self.step = decision_step(self._decision, n_measured, len(context.low), self.name)
         self._preview = Preview(ahead, context.ground or ())
         self.report = Report()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
-from isolation_sim.simulation.control import CompiledDecision, RunContext
-from isolation_sim.structures import IsolatedStructure
+from isolation_sim.simulation.control import CompiledDecision, RunContext, Sensors
+from isolation_sim.structures import (
+    IsolatedStructure,
+    reference_building,
+    reference_isolators,
+)
 
 from .clairvoyant import coil_table
 from .compiled import CompiledController, Decision, decision_step
@@ -28,6 +33,9 @@ LAYERS = ("Wg", "Ug", "bg", "W1", "b1", "W2", "b2", "W3", "b3")
 """Arrays of a file of weights: gates from inputs and from hidden units, gate offsets; layers."""
 SUBSTEP = 0.01
 """Longest integration step of the nominal model, s."""
+TOLERANCE = 0.15
+"""Largest relative difference from the periods of the reference building. The training had isolator
+forces of 0.8 to 1.25 times the nominal ones, which change the isolated period by up to 14 %."""
 
 
 class TrainedPolicy(CompiledController):
@@ -135,13 +143,26 @@ class TrainedPolicy(CompiledController):
             arrays |= dict(enumerate(group, first))
         return Decision(at.decide, flat_arrays(settings), flat_arrays(arrays), p.model)
 
+    def cautions(self, context: RunContext, sensors: Sensors) -> list[str]:
+        """Warn about another building than that of the training."""
+        reference = _reference()
+        own, trained = _periods(context.nominal), _periods(reference)
+        if self.weights is not None or np.allclose(own, trained, rtol=TOLERANCE, atol=0.0):
+            return []
+        return [
+            f"its network was trained for the {reference.structure.name}, and "
+            f"{context.nominal.structure.name} has other periods (isolated at 0 and 3 A, fixed "
+            f"base: {_listed(own)} s; expected: {_listed(trained)} s): train another one with "
+            "python -m studies.train_policy"
+        ]
+
     def reset(self, context: RunContext) -> None:
         """Assemble the decision and clear the memory; with preview, compile it."""
         super().reset(context)
         self._preview = Preview(self._ahead(context.period), context.ground or ())
         if self.preview:
             n_measured = len(context.outputs) + len(self._preview.times)
-            self.step = decision_step(self._decision, n_measured, len(context.low))
+            self.step = decision_step(self._decision, n_measured, len(context.low), self.name)
 
     def compiled(self, context: RunContext) -> CompiledDecision | None:
         """Decision in compiled code."""
@@ -193,3 +214,28 @@ class TrainedPolicy(CompiledController):
                 f"preview of this number of inputs: {trained:g} s"
             )
         return arrays
+
+
+@lru_cache(maxsize=1)
+def _reference() -> IsolatedStructure:
+    return reference_building().on(reference_isolators())
+
+
+@lru_cache(maxsize=256)
+def _periods(isolated: IsolatedStructure) -> tuple[float, ...]:
+    """First periods: isolated at 0 and 3 A, and on a fixed base, s; NaN where there is none."""
+    periods = []
+    for period in (
+        lambda: isolated.periods(0.0),
+        lambda: isolated.periods(3.0),
+        lambda: isolated.fixed_base().periods(),
+    ):
+        try:
+            periods.append(float(period()[0]))
+        except InputError:
+            periods.append(np.nan)
+    return tuple(periods)
+
+
+def _listed(periods: tuple[float, ...]) -> str:
+    return ", ".join(f"{period:.3g}" for period in periods)

@@ -136,7 +136,9 @@ def _misfit(place: str, value: Any, kind: Any) -> tuple[str, Any, Any] | None:
         deepest = max(found, key=lambda each: len(each[0]) if each else 0)
         return deepest if deepest and deepest[0] != place else wrong
     if origin is Annotated:
-        return _misfit(place, value, get_args(kind)[0])
+        # the annotation describes the kind as a whole, and not the parts of a value
+        inside = _misfit(place, value, get_args(kind)[0])
+        return wrong if inside and inside[0] == place else inside
     if origin in _LISTS:
         return wrong if not _is_list(value) else _misfit_inside(place, value, kind)
     return None if _is_a(value, kind, origin) else wrong
@@ -224,6 +226,8 @@ def _described(kind: Any) -> str:
     if origin in (Union, UnionType):
         parts = dict.fromkeys(_described(each) for each in _alternatives(kind))
         return " or ".join(parts)
+    if origin is Annotated:
+        return str(get_args(kind)[1])
     if origin is Literal:
         return " or ".join(repr(each) for each in get_args(kind))
     if origin in _LISTS:

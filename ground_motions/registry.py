@@ -239,6 +239,11 @@ def code_files(names: Iterable[str]) -> dict[str, str]:
     return result
 
 
+def has_changed(file: Path, digest: str) -> bool:
+    """Whether a file is another than that of a digest; a missing file is not."""
+    return file.is_file() and _digest(file.read_bytes()) != digest
+
+
 @cache
 def checkout_entries() -> dict[str, dict[str, str]]:
     """Entry points of a checkout that runs in place, where the installed ones may be older."""

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from .discrepancy.diagnosis import Diagnosis
     from .errors import (
         AccuracyWarning,
+        ControllerError,
+        ControllerWarning,
         Diverged,
         InputError,
         PlausibilityWarning,
@@ -99,6 +101,8 @@ _HOMES = {
     "CoilDriver": ".simulation.control",
     "Comparison": ".comparison",
     "Controller": "controllers",
+    "ControllerError": ".errors",
+    "ControllerWarning": ".errors",
     "Device": ".laws",
     "DeviceSimulator": ".simulation.substructure",
     "Diagnosis": ".discrepancy.diagnosis",
@@ -168,6 +172,8 @@ __all__ = [
     "CoilDriver",
     "Comparison",
     "Controller",
+    "ControllerError",
+    "ControllerWarning",
     "Device",
     "DeviceSimulator",
     "Diagnosis",

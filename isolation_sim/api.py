@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Literal
 from ground_motions import Record
 from ground_motions.argument_types import checked
 
-from .errors import InputError, PlausibilityWarning, TestedRangeWarning, warn
+from .errors import ControllerWarning, InputError, PlausibilityWarning, TestedRangeWarning, warn
 from .registry import controller as named_controller
 from .simulation.control import CoilDriver, Control, Sensors
-from .simulation.result import Run
-from .simulation.tested_range import of_runs
+from .simulation.plausibility import at_end
+from .simulation.result import Run, cautions_of
+from .simulation.tested_range import beyond_of
 from .structures import IsolatedStructure
 
 if TYPE_CHECKING:
@@ -79,13 +80,18 @@ def simulate(
         If a name or an argument cannot be used, or a current is refused.
     Diverged
         If the response leaves the range of numbers or of the law; with the time and the cause.
+    ControllerError
+        If the controller raises an error, which is its ``__cause__``.
 
     Warns
     -----
     TestedRangeWarning
         If a deformation or a current exceeds those of the device tests.
     PlausibilityWarning
-        If a period of the structure is implausible for a building.
+        If the structure, its isolators or the ground motion are implausible for a building, or if
+        the building moves or is displaced at the end.
+    ControllerWarning
+        If the controller was not made for these conditions.
     AccuracyWarning
         If some integration steps missed the tolerance.
     """
@@ -95,7 +101,7 @@ def simulate(
         isolated, ground, _controller(controller), nominal=nominal, driver=driver, sensors=sensors,
         computation_delay=computation_delay, tolerance=tolerance, current_outside=current_outside,
     )  # fmt: skip
-    _warn(result.implausible, of_runs({result.controller: result}))
+    _warn({result.controller: result})
     return result
 
 
@@ -140,14 +146,18 @@ def compare(
         If a name or an argument cannot be used, two controllers share a name, or a current is
         refused.
     Diverged
-        If every response leaves the range of numbers or of the law; with the time and the cause.
+        If every response leaves the range of numbers or of the law, or every controller raises an
+        error; with the time and the cause.
 
     Warns
     -----
     TestedRangeWarning
         If a deformation or a current is beyond those at which the devices were tested.
     PlausibilityWarning
-        If the structure has a period that no building has.
+        If the structure, its isolators or the ground motion are implausible for a building, or if
+        the building moves or is displaced at the end.
+    ControllerWarning
+        If a controller was not made for these conditions.
     """
     from .comparison import simulated
     from .simulation.run import fixed_base_run
@@ -173,7 +183,7 @@ def compare(
         ),
         lambda: fixed_base_run(isolated, ground, tolerance) if fixed_base else None,
     )  # fmt: skip
-    _warn(next(iter(result.runs.values())).implausible, of_runs(result.runs))
+    _warn(result.runs)
     return result
 
 
@@ -249,7 +259,7 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
     job = scenario.build()
     with compiled_meanwhile(scenario, job) as run:
         result = simulated(job.controllers, run, job.run_fixed_base)
-    _warn(next(iter(result.runs.values())).implausible, of_runs(result.runs))
+    _warn(result.runs)
     return result
 
 
@@ -398,8 +408,13 @@ def _controller(controller: str | Control) -> Control:
     return named_controller(controller) if isinstance(controller, str) else controller
 
 
-def _warn(implausible: Sequence[str], beyond: Sequence[str]) -> None:
+def _warn(runs: Mapping[str, Run]) -> None:
     """Warn the user, once for each line."""
-    for lines, kind in ((implausible, PlausibilityWarning), (beyond, TestedRangeWarning)):
+    for lines, kind in (
+        (next(iter(runs.values())).implausible, PlausibilityWarning),
+        (beyond_of(runs), TestedRangeWarning),
+        (at_end(runs), PlausibilityWarning),
+        (cautions_of(runs), ControllerWarning),
+    ):
         for line in lines:
             warn(line, kind)

@@ -2,7 +2,8 @@
 
 Reading the file executes no code from it. It contains names of classes of this project with their
 fields, and registered names of laws and effects. The only exception is the law file of a diagnosis;
-its text may contain only the definition of a law. ``pickle`` uses the same reductions.
+its text may contain only the definition of a law. A law or an effect in a file of the user's own is
+named by its place: that file is run, as in a scenario. ``pickle`` uses the same reductions.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import json
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
+from functools import lru_cache
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
@@ -21,11 +23,12 @@ from typing import Any
 import numpy as np
 
 from ground_motions.python_source import parse
+from ground_motions.registry import code_files, has_changed
 
 from .effects.effect import Effect
 from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
 from .effects.registry import EFFECTS, effect
-from .errors import Diverged, InputError
+from .errors import ControllerError, Diverged, InputError, warn
 from .generated import cache_folder, load_text
 from .io.atomic_write import atomic_write
 from .laws.law import Law
@@ -40,11 +43,13 @@ FILE = "result.npz"
 _LAW = "LAW"
 _LAW_MODULES = {"typing", "numpy", "isolation_sim.laws", "isolation_sim.laws.law"}
 _LAW_CALLS = {"Law", "Quantity", "len", "zip", "enumerate", "tuple", "limited", "learned"}
-_LAW_NUMPY = {"abs", "arcsinh", "cosh", "exp", "fabs", "log", "log1p", "max", "min", "sign", "sinh",
-          "sqrt", "tanh", "where"}  # fmt: skip
+_LAW_NUMPY = {"abs", "arcsinh", "cos", "cosh", "exp", "fabs", "log", "log1p", "max", "min", "sign",
+          "sin", "sinh", "sqrt", "tanh", "where"}  # fmt: skip
 _TREE = "tree.json"
 _PACKAGES = ("isolation_sim", "ground_motions", "controllers")
-_ERRORS: dict[str, type[Exception]] = {"Diverged": Diverged, "InputError": InputError}
+_ERRORS: dict[str, type[Exception]] = {
+    each.__name__: each for each in (Diverged, ControllerError, InputError)
+}
 
 
 def save_archive(result: Any, path: str | Path) -> Path:
@@ -191,14 +196,40 @@ def _law_recipe(law: Law) -> tuple:
             f"law {law.name!r} cannot be saved, since it has no registered name; expected: "
             f"register('law', ...), or a place such as file.py:NAME"
         )
+    for file, digest in code_files([name]).items():
+        return "file", name, file, digest, law.name, law.title, law.parameters, law.states
     return "named", name
+
+
+def _law_in_file(place: str, file: str, digest: str, *description: Any) -> Law:
+    """Law at a place, or its description if the file is missing."""
+    if not Path(file).is_file():
+        warn(
+            f"{file}: no such file; the result is loaded without its law: histories, criteria and "
+            "plots are complete, new simulations are not possible",
+            UserWarning,
+        )
+        return _without_file(file, *description)
+    if has_changed(Path(file), digest):
+        warn(f"{file} has changed since the result was saved; its law is the new one", UserWarning)
+    return LAWS[place]
+
+
+@lru_cache
+def _without_file(file: str, name: str, title: str, parameters: tuple, states: tuple) -> Law:
+    """Law that can be described, but not computed."""
+
+    def missing(*_: Any) -> Any:
+        raise InputError(f"{file}: no such file; expected: the file of law {name!r}")
+
+    return Law(name, title, parameters, missing, states, missing)
 
 
 def law_of_recipe(kind: str, *parts: Any) -> Law:
     """Find or rebuild a law from its recipe."""
     makers: dict[str, Callable[..., Law]] = {
         "extended": _extended_law, "passive": _passive_law, "named": LAWS.__getitem__,
-        "unit": of_file, "text": law_of_saved,
+        "unit": of_file, "text": law_of_saved, "file": _law_in_file,
     }  # fmt: skip
     return makers[kind](*parts)
 

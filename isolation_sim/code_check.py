@@ -13,6 +13,7 @@ from ground_motions import STANDARD_GRAVITY
 
 from .errors import InputError
 from .structures import IsolatedStructure
+from .structures.sizing import isolation_elements
 
 if TYPE_CHECKING:
     from .laws.law import Law
@@ -76,15 +77,6 @@ class CheckRow(NamedTuple):
     value: str
     limit: str = ""
     passes: bool | None = None  # None without a requirement
-
-
-def isolation_elements(isolated: IsolatedStructure) -> list[int]:
-    """Indices of the isolators: the elements at the base, without moat walls."""
-    return [
-        e
-        for e, name in enumerate(isolated.element_names)
-        if np.any(isolated.holding[e]) and not name.startswith("moat_wall")
-    ]
 
 
 def with_factors(

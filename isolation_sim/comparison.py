@@ -13,6 +13,7 @@ from .criteria import criteria
 from .errors import Diverged, InputError, unknown_name
 from .named_values import Criteria
 from .rendering import Printed, render
+from .simulation.result import cautions_of, decisions_of
 from .simulation.tested_range import of_runs
 from .written_names import as_written
 
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from .simulation.result import Run
 
 UNCONTROLLED = "passive_off"
-"""Default name of the reference run of J1 to J9."""
+"""Controller of the reference run of J1 to J9."""
 
 OPTIMUM = "clairvoyant"
 """Registered name of the full-information optimum: a bound, never the best controller."""
@@ -52,10 +53,10 @@ class Comparison(Printed):
     runs : mapping of str to Run
         Runs by the name to print.
     reference : str, optional
-        Name of the reference run of J1 to J9; ``"passive_off"`` by default. Without such a run
-        there are no J1 to J9.
+        Name of the reference run of J1 to J9; that of the controller ``"passive_off"`` by default.
+        Without such a run there are no J1 to J9.
     diverged : mapping of str to Diverged, optional
-        Errors of the diverged runs, by the name to print.
+        Errors of the runs that diverged or whose controller failed, by the name to print.
     fixed_base : Run, optional
         The building without isolation under the same ground motion, for comparison.
 
@@ -64,7 +65,7 @@ class Comparison(Printed):
     runs : dict of str to Run
         The runs.
     diverged : dict of str to Diverged
-        Time and cause of the runs that diverged.
+        Time and cause of the runs that diverged or whose controller failed (`ControllerError`).
     reference : str or None
         Name of the reference run of J1 to J9.
 
@@ -87,7 +88,7 @@ class Comparison(Printed):
         if reference is not None and reference not in runs:
             raise unknown_name("reference run", reference, runs)
         self.runs, self.diverged = dict(runs), dict(diverged or {})
-        self.reference = UNCONTROLLED if reference is None and UNCONTROLLED in runs else reference
+        self.reference = _without_current(runs) if reference is None else reference
         self.fixed_base = fixed_base
         (first, like), *others = self.runs.items()
         if fixed_base is not None and fixed_base.records != like.records:
@@ -139,7 +140,7 @@ class Comparison(Printed):
         return f"{run.isolated.structure.name}, {motion}"
 
     def failures(self) -> list[str]:
-        """Return the names of the runs that diverged.
+        """Return the names of the runs that diverged or whose controller failed.
 
         Returns
         -------
@@ -157,15 +158,26 @@ class Comparison(Printed):
         -------
         list of str
             Elements beyond the tested deformation, coils beyond the tested current, clamped
-            commands, and implausible periods.
+            commands, implausible periods, and cautions of the controllers.
         """
         sentences = [*next(iter(self.runs.values())).implausible, *of_runs(self.runs)]
+        sentences += cautions_of(self.runs)
         sentences += [
             f"{as_written(name)}: {run.clamped} commands were clamped to the supply's limits"
             for name, run in self.runs.items()
             if run.clamped
         ]
         return sentences
+
+    def verdict(self) -> list[str]:
+        """Describe the best controllers, and what controllers report on their decisions.
+
+        Returns
+        -------
+        list of str
+            Two sentences, then such as the current that ``best_constant`` found.
+        """
+        return [*render("verdict:verdict", self), *decisions_of(self.runs)]
 
     def table(self) -> RenderableType:
         """Build the table of criteria and energies in engineering units.
@@ -257,6 +269,7 @@ class Comparison(Printed):
         isolated = next(iter(self.runs.values())).isolated
         yield from (f"{key}: {value}" for key, value in isolated.facts().items())
         yield from (f"warning: {each}" for each in self.warnings())
+        yield from self.verdict()
 
     @checked
     def save(self, folder: str | Path, scenario: str = "", figures: bool = False) -> Path:
@@ -321,7 +334,7 @@ def simulated(
     run: Callable[[str], Run],
     fixed_base: Callable[[], Run | None] = lambda: None,
 ) -> Comparison:
-    """Compare runs; a diverged run does not stop the others."""
+    """Compare runs; a diverged run or a failed controller does not stop the others."""
     runs: dict[str, Run] = {}
     diverged: dict[str, Diverged] = {}
     for name in names:
@@ -332,6 +345,12 @@ def simulated(
     if diverged and not runs:
         raise next(iter(diverged.values()))
     return Comparison(runs, diverged=diverged, fixed_base=fixed_base())
+
+
+def _without_current(runs: Mapping[str, Run]) -> str | None:
+    """Name of the run without current, which may have another label."""
+    alike = (name for name, run in runs.items() if run.controller == UNCONTROLLED)
+    return UNCONTROLLED if UNCONTROLLED in runs else next(alike, None)
 
 
 @checked
@@ -349,7 +368,7 @@ def json_report(comparison: Comparison) -> dict[str, Any]:
         ``{"runs": [{"controller": ..., "criteria": {...}, "energy": {...}}, ...]}`` with the
         criteria of `isolation_sim.criteria.criteria` and, in ``energy``, ``closure_error`` and the
         energies at the end of the run (J); plain floats. ``"diverged": [{"controller": ...,
-        "reason": ...}, ...]`` lists the runs that have no result.
+        "reason": ...}, ...]`` lists the runs that have no result, of failed controllers too.
     """
     return {
         "runs": [

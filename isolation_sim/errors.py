@@ -11,6 +11,10 @@ class Diverged(RuntimeError):
     """A simulation left the range of floating-point numbers or of the law; with time and cause."""
 
 
+class ControllerError(Diverged):
+    """A controller raised an error, which ends its run alone; with the time and the place."""
+
+
 class TestedRangeWarning(UserWarning):
     """A response exceeds the deformations or currents of the device tests."""
 
@@ -18,7 +22,11 @@ class TestedRangeWarning(UserWarning):
 
 
 class PlausibilityWarning(UserWarning):
-    """Masses, stiffnesses or scales with implausible periods, such as values in a wrong unit."""
+    """Implausible structures, isolators, ground motions or ends of runs, as by a wrong unit."""
+
+
+class ControllerWarning(UserWarning):
+    """A controller under conditions for which it was not made."""
 
 
 class AccuracyWarning(UserWarning):

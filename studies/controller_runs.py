@@ -66,7 +66,8 @@ class Case:
     switching : {"instantaneous", "passive"}
         Rule by which the isolators stiffen.
     nominal_force : float
-        Nominal force of the isolators over the true one.
+        Nominal force of the isolators over the true one; at 1 each controller has the nominal model
+        that it has by default.
     sensors : Sensors
         What the controllers are given.
     """
@@ -172,9 +173,9 @@ def run_candidates(candidates: Mapping[str, Controller], record: Record, case: C
 
 
 def _run(one: Controller, record: Record, case: Case) -> Run:
-    assumed = plant("instantaneous", case.nominal_force)
+    wrong = plant("instantaneous", case.nominal_force) if case.nominal_force != 1.0 else None
     return simulate(
-        plant(case.switching), record, one, nominal=assumed, driver=DRIVER, sensors=case.sensors
+        plant(case.switching), record, one, nominal=wrong, driver=DRIVER, sensors=case.sensors
     )
 
 

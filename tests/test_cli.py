@@ -191,6 +191,20 @@ def test_divergence_keeps_the_other_results(here, call, monkeypatch):
     assert (here / "results" / "short" / "passive_off.nc").exists()
 
 
+def test_an_error_of_a_controller_keeps_the_other_results(here, call):
+    (here / "boom.py").write_text(
+        "from controllers import Controller\n\n\nclass Boom(Controller):\n"
+        "    def current(self, t, m):\n        return 1 / 0 if t >= 1 else 0.0\n"
+    )
+    (here / "job.toml").write_text(SHORT + '[[controller]]\nname = "boom.py:Boom"\n')
+    code, _, err = call("run", "job.toml", "--no-figures")
+    assert code == 1 and "Traceback" not in err
+    assert "Boom failed at t = 1 s: ZeroDivisionError: division by zero (boom.py:6)" in err
+    assert (here / "results" / "job" / "passive_off.nc").exists()
+    kept = isolation_sim.load(here / "results" / "job").diverged
+    assert [type(error) for error in kept.values()] == [isolation_sim.ControllerError]
+
+
 def test_divergence_of_all_is_one_line_and_exit_code_1(here, call):
     # a kick that no isolator was made for
     text = SHORT.replace("stop_s", "scale_factor = 1e4\nstop_s")
@@ -261,7 +275,7 @@ BAD_INPUT = {
     "missing file": (
         '[ground]\nfile = "motion.csv"',
         {},
-        "job.toml: ground: {here}/motion.csv: given a file that does not exist; expected: ",
+        "job.toml: ground: {here}/motion.csv: no such file",
     ),
     "missing time": (
         '[ground]\nfile = "motion.csv"',
@@ -318,7 +332,7 @@ BAD_INPUT = {
     "current out of range": (
         '[[controller]]\nname = "constant"\namperes = 6.0',
         {},
-        "job.toml: controller 'constant': current 6 A at t = 0 s is outside 0 to 5.203 A",
+        "job.toml: controller 'constant': constant: current 6 A at t = 0 s is outside 0 to 5.203 A",
     ),
     "supply out of range": (
         "[driver]\nhigh_A = 6.0",
@@ -328,7 +342,8 @@ BAD_INPUT = {
     "noise of nothing": (
         '[sensors]\nnoise = { velocity_mm_s = 1.0 }\n[[controller]]\nname = "on_off"',
         {},
-        "job.toml: controller 'on_off': unknown output or quantity with sensor noise 'velocity_mm",
+        "job.toml: controller 'on_off': sensors: noise: given 'velocity_mm_s'; expected: "
+        "velocity_m_s (did you mean it?), displacement_m, ",
     ),
 }
 

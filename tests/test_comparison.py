@@ -55,6 +55,30 @@ def test_without_passive_off_there_are_no_ratios(comparison):
     assert "*" not in str(alone)
 
 
+def test_the_reference_is_recognised_under_another_label(comparison):
+    other = Comparison({"on": comparison.runs["passive_on"], "off": comparison.runs["passive_off"]})
+    assert other.reference == "off"
+    assert other.criteria["on"]["J3"] == comparison.criteria["passive_on"]["J3"]
+
+
+def test_a_missing_ratio_says_what_it_needs(comparison):
+    alone = Comparison({"passive_on": comparison.runs["passive_on"]})
+    for values in (alone.criteria["passive_on"], comparison.runs["on_off"].criteria):
+        with pytest.raises(iso.InputError, match="'J1' is a ratio to the run without current"):
+            values["J1"]
+    with pytest.raises(iso.InputError, match="unknown criterion 'J10'"):
+        comparison.criteria["on_off"]["J10"]
+
+
+def test_it_prints_the_verdict_and_the_best_current(isolated):
+    found = iso.compare(isolated, GROUND, ["passive_off", "best_constant"])
+    *sentences, last = found.verdict()
+    assert len(sentences) == 2 and "together" in sentences[0]
+    assert re.fullmatch(r"best constant: \S+ A, found by trial runs of this motion", last)
+    assert str(found).endswith("\n".join([*sentences, last]))
+    assert str(found.runs["best_constant"]).endswith(last)
+
+
 def test_refusals(comparison, isolated):
     run = comparison.runs["passive_off"]
     with pytest.raises(iso.InputError, match="one run or more"):

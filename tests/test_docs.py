@@ -21,6 +21,7 @@ from typer.main import get_command
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940, write_csv
+from ground_motions.readers import READERS
 from isolation_sim.cli import app, main
 from isolation_sim.effects import extend
 from isolation_sim.identification.campaign import Campaign, TestRun, write_campaign
@@ -140,7 +141,8 @@ def test_commands_named_in_passing_exist():
         "docs/guide/step_by_step.md"))],
 )  # fmt: skip
 def test_the_python_of_a_page_runs(page, desk, monkeypatch):
-    monkeypatch.setattr(CONTROLLERS, "_given", {})  # what a page registers is forgotten
+    for registry in (CONTROLLERS, READERS):  # what a page registers is forgotten
+        monkeypatch.setattr(registry, "_given", {})
     blocks = _blocks(TEXTS[page], "python")
     isolated = iso.reference_building().on(iso.reference_isolators())
     ground = el_centro_1940()
@@ -204,6 +206,14 @@ def test_the_example_controller_is_stiff_on_the_way_out(example):
     assert run.command[away, 0].mean() > 10 * run.command[~away, 0].mean()
     with pytest.raises(iso.InputError, match="full_speed"):
         kind(full_speed=0)
+
+
+def test_the_example_with_memory_forgets_the_last_run(example):
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    one, ground = example("near_peak").NearPeak(), el_centro_1940().cut(0, 4)
+    first, again = (iso.simulate(isolated, ground, one) for _ in range(2))
+    assert set(first.command.ravel()) == {0.0, 3.0}
+    np.testing.assert_array_equal(first.command, again.command)
 
 
 @pytest.mark.parametrize("name", ["use_a_law", "use_an_effect", "use_a_controller"])

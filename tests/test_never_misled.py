@@ -6,13 +6,14 @@ import subprocess
 import sys
 import textwrap
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import isolation_sim as iso
-from ground_motions import el_centro_1940
+from ground_motions import el_centro_1940, near_fault
 from isolation_sim.cli import main
 from isolation_sim.errors import Diverged, InputError, PlausibilityWarning, TestedRangeWarning
 from isolation_sim.io.output_place import check_new_files, check_writable
@@ -52,7 +53,7 @@ def command(capsys, *arguments):
 
 
 def test_deformation_beyond_the_tests_is_told_once_in_python(shake, isolated):
-    strong = shake.scaled(3.0)
+    strong = shake.scaled(3.0).padded(after=10.0)
     lines, run = told(TestedRangeWarning, lambda: iso.simulate(isolated, strong))
     peak = 1e3 * run.criteria["peak_base_displacement_m"]
     assert lines == run.warnings()
@@ -122,7 +123,9 @@ def test_a_wrong_unit_of_masses_is_told_with_the_period(shake):
     building = iso.shear_building([250.0] * 3, [5e8] * 3, base_mass=300.0)
     lines, run = told(
         PlausibilityWarning,
-        lambda: iso.simulate(building.on(iso.reference_isolators()), shake.scaled(0.1)),
+        lambda: iso.simulate(
+            building.on(iso.reference_isolators()), shake.scaled(0.1).padded(after=10.0)
+        ),
     )
     assert len(lines) == 1
     assert "fixed-base period of 0.00998 s" in lines[0] and "masses in t" in lines[0]
@@ -375,3 +378,65 @@ def test_a_fixed_base_stands_beside_the_runs(shake, isolated):
     text = str(found)
     assert "fixed" in text and f"{1e3 * found.fixed_base.criteria['peak_drift_m']:#.4g}" in text
     assert "J1" in str(iso.Comparison(found.runs)) and "fixed base" not in found.criteria
+
+
+@pytest.mark.parametrize(
+    ("change", "part"),
+    [
+        (
+            lambda record: record.scaled(9.80665),
+            "3.13 g; records rarely exceed 2 g: check its unit",
+        ),
+        (lambda record: replace(record, dt=2.0), "a step of 2 s; records have 0.1 s at most"),
+    ],
+)
+def test_an_implausible_motion_is_told(shake, change, part):
+    rigid = iso.reference_building().on(iso.law("linear", {"k": 6e7}))
+    record = change(shake)
+    lines, run = told(PlausibilityWarning, lambda: iso.simulate(rigid, record))
+    (line,) = (each for each in lines if "ground motion" in each)
+    assert part in line and line in run.warnings()
+
+
+def friction(stiffness):
+    """A damper that slides at 300 kN, with a spring parallel to it."""
+    numbers = {"k": stiffness, "c": 1e3, "alpha": 3e5, "A": 1e3, "beta": 5e2, "gamma": 5e2}
+    return iso.law("bouc_wen", numbers | {"n": 1.0, "F0": 0.0})
+
+
+def test_isolators_that_do_not_return_the_base_are_told(shake):
+    building = iso.reference_building()
+    quiet = shake.padded(after=8.0)
+    lines, run = told(PlausibilityWarning, lambda: iso.simulate(building.on(friction(0.0)), quiet))
+    assert "no restoring stiffness along x" in lines[0] and "isolated period at rest" in lines[0]
+    assert "the base does not return: it ends displaced" in lines[1]
+    assert "passive off" in lines[1] and len(lines) == 2
+    assert lines == iso.Comparison({"passive_off": run}).warnings()
+    # a bearing beside the damper returns it
+    together = building.on(friction(0.0)).with_element(iso.law("linear", {"k": 1.5e7}), "base")
+    assert told(PlausibilityWarning, lambda: iso.simulate(together, quiet))[0] == []
+    assert "isolated period at rest" in repr(together)
+
+
+def test_isolators_that_return_the_base_at_some_currents_alone_are_told(shake):
+    spring = iso.law("linear", {"k": [2e7, -2e7]}, current_range=(0.0, 1.0))
+    held = iso.reference_building().on(friction(0.0)).with_element(spring, "base", channel=0)
+    lines, _ = told(PlausibilityWarning, lambda: iso.simulate(held, shake, "passive_off"))
+    assert [" at 1 A: " in line for line in lines if "no restoring" in line] == [True]
+
+
+def test_a_building_that_still_moves_at_the_end_is_told(isolated, tmp_path):
+    pulse = near_fault.ricker_pulse(0.3, 1.5, dt=0.01, before=0.5, after=0.5)
+    lines, run = told(PlausibilityWarning, lambda: iso.simulate(isolated, pulse))
+    assert len(lines) == 1 and lines[0].startswith("the building still moves at the end")
+    assert lines[0].endswith("quiet_after_s: passive off")
+    assert lines[0] in run.warnings()
+    assert iso.load(run.save(tmp_path / "run")).warnings() == run.warnings()
+    quiet = pulse.padded(after=10.0)
+    assert told(PlausibilityWarning, lambda: iso.simulate(isolated, quiet))[0] == []
+
+
+def test_el_centro_in_the_main_job_is_not_implausible(isolated):
+    names = ["passive_off", "passive_on", "on_off", "clipped_lqr"]
+    lines, _ = told(PlausibilityWarning, lambda: iso.compare(isolated, el_centro_1940(), names))
+    assert lines == []

@@ -272,6 +272,35 @@ def test_a_law_without_a_name_says_what_to_do(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_result_whose_law_file_is_gone_shows_its_numbers(tmp_path):
+    file = tmp_path / "my_laws.py"
+    file.write_text(
+        "from dataclasses import replace\n"
+        "from isolation_sim.laws.kelvin_voigt import LAW\n\n"
+        'OWN = replace(LAW, name="own")\n'
+    )
+    device = iso.law(f"{file}:OWN", {"k": 1.5e7, "c": 5e5})
+    isolated = iso.reference_building().on(device)
+    run = iso.simulate(isolated, iso.el_centro_1940().cut(0, 1))
+    comparison = iso.Comparison({"passive_off": run})
+    run.save(tmp_path / "run")
+    comparison.save(tmp_path / "comparison")
+    file.write_text(file.read_text() + "# changed\n")
+    with pytest.warns(UserWarning, match=r"my_laws.py has changed since the result was saved"):
+        iso.load(tmp_path / "run")
+    file.unlink()
+    with pytest.warns(UserWarning, match=r"my_laws.py: no such file; the result is loaded without"):
+        found = iso.load(tmp_path / "run")
+        both = iso.load(tmp_path / "comparison")
+    assert found.criteria == run.criteria and found.warnings() == run.warnings()
+    np.testing.assert_array_equal(found.history["displacement"], run.history["displacement"])
+    assert found.plot() and both.plot("loops") and found.isolated.elements[0].device.name == "own"
+    assert "own" in repr(both.runs["passive_off"].isolated.elements[0].device)
+    assert both.to_html(tmp_path / "report.html").is_file() and str(both.table())
+    with pytest.raises(InputError, match=r"my_laws.py: no such file; expected: the file of law"):
+        iso.simulate(found.isolated, found.records)
+
+
 @pytest.mark.parametrize("tree", [
     {"$object": "os:system", "state": {}},
     {"$object": "isolation_sim.io.atomic_write:write_text", "state": {}},

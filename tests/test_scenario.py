@@ -336,6 +336,10 @@ REFUSED = {
     "true for a number": ("[driver]\nlag_s = true", "driver.lag_s is True; expected: a number"),
     "not a table": ("driver = 3", "driver is 3; expected: a table"),
     "not a list": ("controller = 3", "controller is 3; expected: a list"),
+    "single brackets": (
+        "[controller]\nname = 'on_off'",
+        "controller is a table; expected: a list (of tables: [[controller]], double brackets)",
+    ),
     "no controllers": ("controller = []", "controller is []; expected: a list of 1 or more"),
     "NaN": ("[driver]\nlag_s = nan", "driver.lag_s is nan; expected: a finite number"),
     "negative mass": (

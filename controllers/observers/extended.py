@@ -18,11 +18,14 @@ from .observer import N_DOFS, N_ELEMENTS, N_Y, N_Z, Estimate, Observer
 from .small_matrices import conjugate, step_matrices
 from .tangent import TangentModel
 
-# settings: every observer's; these; the linear equations; the noise; elements' directions; how many
-# states each device has; the force tracking
+# settings: every observer's; these; the linear equations; the noise; the measured ground
+# accelerations; elements' directions; how many states each device has; the force tracking
 EACH, WIDTH, PERIOD, ACCELERATION, DEFORMATION, DEVICES, FIRST = range(4, 11)
 # memory: whether it has begun; the state, the rates, the last currents; normalised innovations;
 # covariance, dynamics, transition, added covariance; rows of the measurements; a tangent; scratch
+WAYS = (1 / 4, 2 / 3)
+"""Steps of an interval: its halves, with the current at the middle of each. The numbers are shares
+of the way to the present current. A field that lags by less than an interval needs both."""
 
 
 def equations(
@@ -36,7 +39,7 @@ def equations(
     size = n_all + 1
     at = FIRST
     a, on_force = settings[at : at + n_z * n_z], settings[at + n_z * n_z :]
-    at += n_z * (n_z + m) + n_all * n_all
+    at += n_z * (n_z + m) + n_all * n_all + (int(settings[N_Y]) - n - m) * n_z
     rows, counts = settings[at : at + m * n], settings[at + m * n : at + m * (n + 1)]
     tracking = settings[int(settings[DEVICES]) :]
     numbers = tracking[COILS + m :]
@@ -84,7 +87,9 @@ def extended_update(
     size, area = n_all + 1, (n_all + 1) * (n_all + 1)
     n_coils = len(measured) - n_y
     at = FIRST + n_z * (n_z + m)
-    noise, rows = settings[at : at + n_all * n_all], settings[at + n_all * n_all :]
+    noise, at = settings[at : at + n_all * n_all], at + n_all * n_all
+    n_ground = n_y - n - m
+    on_ground, rows = settings[at : at + n_ground * n_z], settings[at + n_ground * n_z :]
     z, rates, at = memory[1 : 1 + n_all], memory[1 + n_all : 1 + 2 * n_all], 1 + 2 * n_all
     currents, at = memory[at : at + n_coils], at + n_coils
     innovations, at = memory[at : at + n_y], at + n_y
@@ -96,24 +101,24 @@ def extended_update(
     work = memory[at:]
 
     if memory[0] == 1.0:
-        # with the coil lag, the current of the interval is about the mean of its ends
-        for c in range(n_coils):
-            currents[c] = 0.5 * (currents[c] + measured[n_y + c])
-        equations(z, currents, settings, dynamics, rates, work, tangent)
-        density = work[3 * area : 4 * area]
-        for i in range(area):
-            dynamics[i] *= h
-            density[i] = 0.0
-        for i in range(n_all):
-            for j in range(n_all):
-                density[i * size + j] = h * noise[i * n_all + j]
-        step_matrices(size, dynamics, density, transition, added, work)
-        for i in range(n_all):
-            z[i] += transition[i * size + n_all]
-            transition[i * size + n_all] = 0.0
-        conjugate(size, transition, p, p, work)
-        for i in range(area):
-            p[i] += added[i]
+        for way in WAYS:
+            for c in range(n_coils):
+                currents[c] += way * (measured[n_y + c] - currents[c])
+            equations(z, currents, settings, dynamics, rates, work, tangent)
+            density = work[3 * area : 4 * area]
+            for i in range(area):
+                dynamics[i] *= h / len(WAYS)
+                density[i] = 0.0
+            for i in range(n_all):
+                for j in range(n_all):
+                    density[i * size + j] = h / len(WAYS) * noise[i * n_all + j]
+            step_matrices(size, dynamics, density, transition, added, work)
+            for i in range(n_all):
+                z[i] += transition[i * size + n_all]
+                transition[i * size + n_all] = 0.0
+            conjugate(size, transition, p, p, work)
+            for i in range(area):
+                p[i] += added[i]
     memory[0] = 1.0
     for c in range(n_coils):
         currents[c] = measured[n_y + c]
@@ -134,9 +139,13 @@ def extended_update(
         for i in range(n):
             innovations[n + e] -= rows[e * n + i] * z[i]
             on_state[(n + e) * n_all + i] = rows[e * n + i]
+    for g in range(n_ground):
+        for i in range(n_z):
+            innovations[n + m + g] -= on_ground[g * n_z + i] * z[i]
+            on_state[(n + m + g) * n_all + i] = on_ground[g * n_z + i]
     for k in range(n_y):
         row = on_state[k * n_all : (k + 1) * n_all]
-        deviation = settings[ACCELERATION] if k < n else settings[DEFORMATION]
+        deviation = settings[DEFORMATION] if n <= k < n + m else settings[ACCELERATION]
         variance = deviation * deviation
         for i in range(n_all):
             rates[i] = 0.0
@@ -216,8 +225,10 @@ class ExtendedKalmanFilter(Observer):
         (a, b, noise), rows, tracking = self.linear, self.nominal.element_rows, self.tracking
         model, (m, n) = tracking.model, rows.shape
         counts = [len(element.device.law.states) for element in self.nominal.elements]
-        own = np.concatenate([a.ravel(), b.ravel(), noise.ravel(), rows.ravel(), counts])
-        n_all, n_y = len(a) + m * model.n_states, n + m
+        on_ground = self.ground_rows()
+        arrays = (a, b, noise, on_ground, rows)
+        own = np.concatenate([*(array.ravel() for array in arrays), counts])
+        n_all, n_y = len(a) + m * model.n_states, n + m + len(on_ground)
         head = [
             n, len(a), n_y, m, model.n_states, model.n_numbers, self.period,
             self.noise.acceleration, self.noise.deformation, FIRST + len(own),
@@ -229,7 +240,7 @@ class ExtendedKalmanFilter(Observer):
 
     def _sizes(self) -> tuple[int, int]:
         n_all = len(self.linear[0]) + len(self.nominal.elements) * self.tracking.model.n_states
-        return n_all, self.nominal.structure.n_dofs + len(self.nominal.elements)
+        return n_all, len(self.outputs) - self.nominal.n_channels
 
     def width(self) -> int:
         """Length of a row."""

@@ -68,7 +68,7 @@ def kalman_update(
         v = 0.0
         for i in range(n):
             v += rows[e * n + i] * predicted[n + i]
-        x = measured[n_y - m + e]
+        x = measured[n + e]
         follow_device(e, x, v, h, tracking, devices, currents, state_rates)
         amperes = coil_current(e, tracking, currents)
         present = device_force(e, amperes, tracking, devices, combined_force)
@@ -139,12 +139,16 @@ class KalmanFilter(Observer):
         a, b, g, c, d = structure_and_ground(self.nominal.structure, rows, self.ground)
         density = self.ground.density * g @ g.T
         transition, at_start, at_end, added = sampled(a, b, density, self.period)
-        on_state = np.vstack([c, np.pad(rows, ((0, 0), (0, len(a) - n)))])
-        on_force = np.pad(d, ((0, len(rows)), (0, 0)))
+        on_ground = self.ground_rows()
+        on_state = np.vstack([c, np.pad(rows, ((0, 0), (0, len(a) - n))), on_ground])
+        on_force = np.pad(d, ((0, len(rows) + len(on_ground)), (0, 0)))
         forces = self._force_noise()
         added += (at_start * forces) @ (at_start * forces).T
         added += (at_end * forces) @ (at_end * forces).T
-        noise = np.diag([self.noise.acceleration**2] * n + [self.noise.deformation**2] * len(rows))
+        accelerations, deformations = self.noise.acceleration**2, self.noise.deformation**2
+        noise = np.diag(
+            [accelerations] * n + [deformations] * len(rows) + [accelerations] * len(on_ground)
+        )
         noise += (on_force * forces) @ (on_force * forces).T
         # measurements made independent and of unit variance keep the Riccati equation well scaled
         scaled = np.linalg.solve(np.linalg.cholesky(noise), on_state)

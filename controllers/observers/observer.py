@@ -88,6 +88,14 @@ class Estimate:
     covariance: NDArray
 
 
+def ground_outputs(nominal: IsolatedStructure) -> tuple[str, ...]:
+    """Names of the measured ground accelerations, one a direction."""
+    directions = nominal.structure.directions
+    return tuple(
+        f"ground_{'' if len(directions) == 1 else d + '_'}acceleration_m_s2" for d in directions
+    )
+
+
 @checked
 class Observer(ABC):
     """Estimates the state from accelerometers and the isolators' displacement.
@@ -107,6 +115,9 @@ class Observer(ABC):
     limits : array_like, shape (2, n_channels), optional
         Lowest and highest current of each coil, A; by default those at which the devices are
         meaningful and, at most, were tested.
+    measured_ground : bool, optional
+        Whether the ground acceleration is measured too. White noise has no acceleration that could
+        be measured: it is ignored then.
 
     Raises
     ------
@@ -126,6 +137,7 @@ class Observer(ABC):
         noise: Noise | None = None,
         reference: float | None = None,
         limits: ArrayLike | None = None,
+        measured_ground: bool = False,
     ):
         if not (np.isfinite(period) and period > 0):
             raise InputError(f"observer: period is {period} s; expected: above 0")
@@ -137,6 +149,7 @@ class Observer(ABC):
             tested[:] = np.inf
         self.nominal, self.period = nominal, float(period)
         self.ground, self.noise = ground or GroundNoise(), noise or Noise()
+        self.measured_ground = measured_ground and self.ground.frequency is not None
         low, high = np.asarray(limits, float)
         context = RunContext(nominal, self.period, 0.0, low, high, tested, self.outputs)
         self.tracking = force_tracking(nominal.elements, context, self.devices)
@@ -163,9 +176,16 @@ class Observer(ABC):
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Columns of the measurements: its measured outputs, then the coil currents."""
+        """Columns: its measured outputs, ground accelerations if measured, coil currents."""
         coils = (f"coil{c}_current_A" for c in range(self.nominal.n_channels))
-        return (*self.measures(self.nominal), *coils)
+        ground = ground_outputs(self.nominal) if self.measured_ground else ()
+        return (*self.measures(self.nominal), *ground, *coils)
+
+    def ground_rows(self) -> NDArray:
+        """Ground accelerations, if measured, from the state of structure and filters."""
+        n, directions = self.nominal.structure.n_dofs, self.nominal.structure.directions
+        along = np.kron(np.eye(len(directions)), self.ground.filter()[2])
+        return np.pad(along, ((0, 0), (2 * n, 0)))[: self.measured_ground * len(directions)]
 
     @abstractmethod
     def decision(self) -> Decision:

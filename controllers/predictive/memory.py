@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..compiled import Decision
 from ..device_states import SCRATCH
+from ..observers.observer import N_Y
 from . import decision as at
 from .flat_arrays import flat_arrays
 from .ground_kernel import PRIOR
@@ -38,7 +39,7 @@ def initial_memory(
     n_d, n_a = p.n_displacements, p.n_accelerations
     n_peaks, n_outputs, width = n_d + n_a, 2 * n_d + n_a, n_blocks * n_channels
     rest, (n_samples, n_rates) = p.initial_states(), slow_lengths(step)
-    n_seen = n_dofs + n_devices if observer else 0
+    n_seen = int(observer.settings[N_Y]) if observer else 0
     zeros = {
         at.Z_THEN: n_z, at.CURRENT_THEN: n_channels, at.Z_NOW: n_z, at.CURRENT_NOW: n_channels,
         at.GROUND_MOTION: (n_directions, 2), at.GROUND_PAST: (n_directions, order),

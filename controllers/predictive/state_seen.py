@@ -13,6 +13,7 @@ from ..device_model import FORCE_SCALE
 from ..force_tracking import COILS, N_NUMBERS
 from ..observers.extended import DEVICES, extended_update
 from ..observers.kalman import TRACKING, kalman_update
+from ..observers.observer import N_DOFS, N_ELEMENTS, N_Y
 from .decision import (
     COIL_TABLE,
     FORCE_SCALES,
@@ -52,8 +53,8 @@ def decide_kalman(
     device_side: Callable, state_rates: Callable, combined_force: Callable,
 ) -> None:  # fmt: skip
     """Decide by a Kalman filter's estimate."""
-    # Measured, here and with the extended filter: accelerations (m/s^2), deformations (m), then as
-    # without a filter
+    # Measured, here and with the extended filter: accelerations (m/s^2), deformations (m), then
+    # ground accelerations and the rest as without a filter
     rest = put_observed(measured, settings, memory)
     kalman_update(
         t, array1(memory, OBSERVED), array1(memory, OBSERVER_SETTINGS),
@@ -84,15 +85,16 @@ def decide_extended(
 
 
 def put_observed(measured: NDArray, settings: NDArray, memory: NDArray) -> int:
-    """Assemble the observer's inputs; the other measurements begin at the result."""
-    observed = array1(memory, OBSERVED)
+    """Assemble the observer's inputs; the ground accelerations begin at the result."""
+    observed, observer = array1(memory, OBSERVED), array1(memory, OBSERVER_SETTINGS)
     n_channels = array2(settings, COIL_TABLE).shape[0]
-    n_ground, n_seen = array2(memory, PATH).shape[0], len(observed) - n_channels
-    for k in range(n_seen):
+    ground, n_y = int(observer[N_DOFS] + observer[N_ELEMENTS]), int(observer[N_Y])
+    coils = ground + array2(memory, PATH).shape[0]
+    for k in range(n_y):
         observed[k] = measured[k]
     for c in range(n_channels):
-        observed[n_seen + c] = measured[n_seen + n_ground + c]
-    return n_seen
+        observed[n_y + c] = measured[coils + c]
+    return ground
 
 
 def take_estimate(memory: NDArray) -> None:

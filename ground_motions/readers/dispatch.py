@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from ground_motions.argument_types import checked
 from ground_motions.errors import InputError
@@ -56,8 +57,8 @@ def read(
     Raises
     ------
     InputError
-        If the suffix is unknown, an option does not belong to the format, or the file is refused
-        by its reader.
+        If the suffix is unknown, an option does not belong to the format, the file is refused by
+        its reader, or the reader returns something other than a `Record`.
     """
     suffix = Path(path).suffix.lower()
     name = reader or suffix.removeprefix(".")
@@ -80,4 +81,11 @@ def read(
         raise InputError(
             f"{path}, option unit", "nothing", "the unit of the accelerations, for example unit='g'"
         )
-    return chosen(path, **specified)
+    record: Any = chosen(path, **specified)
+    if not isinstance(record, Record):
+        raise InputError(
+            f"reader {name!r}",
+            f"a {type(record).__name__} of {path}",
+            "a Record, such as Record(acceleration_m_s2, dt_s)",
+        )
+    return record

@@ -15,7 +15,7 @@ def read_lines(path: str | Path) -> list[str]:
     try:
         raw = Path(path).read_bytes()
     except FileNotFoundError:
-        raise InputError(str(path), "a file that does not exist", accepted) from None
+        raise InputError(f"{path}: no such file") from None
     except (OSError, ValueError) as error:  # ValueError: a path with a NUL in it
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(str(path), f"unreadable ({reason})", accepted) from None
@@ -60,12 +60,18 @@ def table_cells(path: str | Path) -> list[tuple[int, list[str]]]:
     ]
 
 
+def is_number(cell: str) -> bool:
+    """Whether a cell is written as a number, finite or not."""
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
 def parse_number(cell: str, place: str) -> float:
     """Return the finite number in a cell."""
-    try:
-        value = float(cell)
-    except ValueError:
-        value = math.nan
+    value = float(cell) if is_number(cell) else math.nan
     if not math.isfinite(value):
         raise InputError(place, shown(cell), "a finite number")
     return value

@@ -9,7 +9,7 @@ import numpy as np
 from ground_motions.argument_types import checked
 from ground_motions.checks import positive
 from ground_motions.errors import InputError
-from ground_motions.readers.lines import parse_number, read_lines, require_two
+from ground_motions.readers.lines import is_number, parse_number, read_lines, require_two
 from ground_motions.readers.time_column import uniform_step
 from ground_motions.record import Record
 from ground_motions.units import to_m_s2
@@ -25,13 +25,14 @@ def read_text(
     ----------
     path : str or Path
         Text, UTF-8 or Latin-1; columns parted by blanks, commas or semicolons. Blank lines and
-        lines that start with ``#`` or ``%`` are skipped.
+        lines that start with ``#`` or ``%`` are skipped, and so is a header: the lines before the
+        first one that begins with a number.
     unit : str
         Unit of the accelerations: ``m/s2``, ``g``, ``cm/s2``, ``gal`` or ``mm/s2``.
     dt : float, optional
         Sampling step, s; needed for one column, refused for two.
     skip_lines : int
-        Lines to pass over at the top, for files with a header.
+        Lines to pass over at the top, for a header with lines that begin with a number.
 
     Returns
     -------
@@ -52,6 +53,8 @@ def read_text(
         if number <= skip_lines or not line.strip() or line.lstrip()[0] in "#%":
             continue
         cells = line.replace(",", " ").replace(";", " ").split()
+        if not rows and not (cells and is_number(cells[0])):
+            continue
         width = len(rows[0]) if rows else len(cells)
         if len(cells) not in (1, 2) or len(cells) != width:
             raise InputError(

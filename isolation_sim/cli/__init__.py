@@ -1,7 +1,7 @@
 """The command line ``isolation-sim``: one module per command.
 
-Exit codes: 0 for success; 1 if a run diverged (the results of the other runs are written); 2 for
-unusable input, with one line on standard error.
+Exit codes: 0 for success; 1 if a run diverged or its controller failed (the results of the other
+runs are written); 2 for unusable input, with one line on standard error.
 """
 
 from __future__ import annotations
@@ -20,7 +20,13 @@ from ..errors import Diverged, InputError
 from ..registry import COMMANDS
 from ..version import __version__
 from . import check, cite, diagnose, evaluate, export, fit, list_names, new, run, suite, sweep, tune
-from .common_options import TABLE_WIDTH, examples, print_error, print_warning
+from .common_options import (
+    TABLE_WIDTH,
+    examples,
+    print_error,
+    print_warning,
+    printed_warnings,
+)
 
 
 class _Commands(TyperGroup):
@@ -122,6 +128,7 @@ def main(arguments: list[str] | None = None) -> None:
         signal.signal(signal.SIGTERM, _stop)
         sys.unraisablehook = _stop_again
     warnings.showwarning = _print_warning
+    printed_warnings.clear()
     try:
         code = get_command(app).main(arguments, "isolation-sim", standalone_mode=False)
         sys.exit(code if isinstance(code, int) else 0)

@@ -51,9 +51,15 @@ def print_error(problem: Exception | str) -> None:
     _errors.print(f"isolation-sim: {problem}", style="red", markup=False)
 
 
+printed_warnings: set[str] = set()
+"""Warnings that the command has printed."""
+
+
 def print_warning(text: str) -> None:
-    """Print one line in yellow on standard error."""
-    _errors.print(f"warning: {text}", style="yellow", markup=False)
+    """Print one line in yellow on standard error, once in a command."""
+    if text not in printed_warnings:
+        printed_warnings.add(text)
+        _errors.print(f"warning: {text}", style="yellow", markup=False)
 
 
 def print_results(folder: Path, as_json: bool, quiet: bool, requested: Path | None = None) -> None:

@@ -49,10 +49,8 @@ def run(
     from ..io.results_folder import ResultsFolder, file_name
     from ..reports.comparison_files import json_text, write_comparison
     from ..reports.console import standard_console
-    from ..reports.verdict import verdict
     from ..scenario import Scenario, main_job
     from ..scenario.compilation import compiled_meanwhile
-    from ..written_names import as_written
 
     check_exports(export)
     described = main_job() if scenario is None else Scenario.read(scenario)
@@ -77,12 +75,8 @@ def run(
     elif not quiet:
         console = standard_console()
         console.print(comparison.table())
-        for sentence in verdict(comparison) if comparison.runs else ():
+        for sentence in comparison.verdict():
             console.print(sentence)
-        for label in comparison.runs:
-            said = getattr(job.controllers[label], "report", None)
-            if said is not None:
-                print(f"{as_written(label)}: {said}")
     for warning in comparison.warnings():
         print_warning(warning)
     for divergence in comparison.diverged.values():

@@ -59,6 +59,12 @@ ADEQUATE = 1.25
 SIGNIFICANCE = 0.002
 """Share of the force, RMS, below which an effect or a remainder is negligible in practice; a user
 may set another. Convention."""
+MINOR = 0.05
+"""Share of what all causes explain below which one of them only mends the form of another.
+Convention, seen on a third family of effects."""
+LOST = 0.1
+"""Squared error that worse held-out runs add, over that which other ones lose, above which causes
+do not hold: their forms are never exact. Convention, seen on a third family of effects."""
 WORSE = 1.1
 """Factor on the error of a held-out run above which the extended law counts as worse there. Blind
 and the MR damper."""
@@ -273,5 +279,8 @@ construction is preferred. Convention."""
 BEYOND_TESTS = 1.5
 """Factor on the tests' motion up to which an extended law must dissipate and stay finite.
 Convention."""
+NEGLIGIBLE_LOSS = 0.03
+"""Share of the law's error on all conditions left out by which a tier may lose on one of them.
+Convention; as ``EQUATION_GAIN``."""
 EQUATION_PREFERRED = 1.05
 """Factor on the learned term's left-out error up to which the equation is offered. Convention."""

@@ -41,7 +41,7 @@ def device_section(device: Device, *comments: str, law_place: str = "") -> str:
     -------
     str
         TOML; the scales say that one device of the tested size carries the building, which is
-        what to change.
+        what to change. ``[code]`` has the SHA-256 of files of a user's own law and effects.
 
     Raises
     ------
@@ -60,8 +60,6 @@ def device_section(device: Device, *comments: str, law_place: str = "") -> str:
     section = tomlkit.table()
     names = {effect: EFFECTS.called(effect, effect.cause) for effect, _ in applied}
     places = [*names.values()] if law_place else [data["law"], *names.values()]
-    for path, digest in code_files(places).items():
-        comments = (*comments, f"code: {path}, SHA-256 {digest}")
     left_out = [effect.name for effect, _ in applied if not effect.of_device]
     if left_out:
         comments = (*comments, f"without the effects of the instruments: {', '.join(left_out)}")
@@ -85,4 +83,7 @@ def device_section(device: Device, *comments: str, law_place: str = "") -> str:
         section["effect"] = tables
     document = tomlkit.document()
     document["isolator"] = section
+    if code := code_files(places):
+        document["code"] = tomlkit.item(code)
+        document["code"].comment("SHA-256 of files of code; a change is told")
     return tomlkit.dumps(document)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Self
@@ -66,6 +66,9 @@ class MeasuredRuns:
     return_times: NDArray
     n_steps: NDArray  # (n_runs,) int: Integration steps a sample of a law under each run
     stiff: NDArray  # (n_runs,) bool: Whether these are steps for stiff laws, see ``Simulator``
+    # (n_runs, 2), m: Largest deformation and path length of all runs before each, in the order of
+    # the campaign; None where that is unknown
+    past: NDArray | None = field(default=None, kw_only=True)
 
     @property
     def motion(self) -> Motion:
@@ -190,6 +193,7 @@ class MeasuredRuns:
             starts=np.concatenate([[0], np.cumsum(lengths[runs])]),
             **{name: getattr(self, name)[runs] for name in by_run},
             **{name: getattr(self, name)[self.fitted] for name in _BY_SAMPLE},
+            past=None if self.past is None else self.past[runs],
         )
 
 
@@ -233,8 +237,19 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
         return_times=starts.return_times,
         n_steps=np.ones(len(runs), np.int64),
         stiff=np.zeros(len(runs), bool),
+        past=_past(runs),
     )
     return replace(data, sigma=data.assumed_noise)
+
+
+def _past(runs: Sequence[TestRun]) -> NDArray:
+    """Largest deformation and path length before each run, (n_runs, 2), m."""
+    largest = [float(np.max(np.abs(run.displacement))) for run in runs]
+    travel = [float(np.sum(np.abs(run.velocity))) * run.step for run in runs]
+    before = np.zeros((len(runs), 2))
+    before[1:, 0] = np.maximum.accumulate(largest)[:-1]
+    before[1:, 1] = np.cumsum(travel)[:-1]
+    return before
 
 
 def hold_out_some(data: MeasuredRuns, runs: Sequence[TestRun]) -> MeasuredRuns:

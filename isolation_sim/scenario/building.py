@@ -106,13 +106,13 @@ class PlanBuilding(Section):
 
 
 class MatricesFile(Section):
-    """Matrices in a NumPy .npz file: M (kg), C (N s/m), K (N/m), base included."""
+    """Matrices in a .npz or MATLAB .mat file: M (kg), C (N s/m), K (N/m), base included."""
 
     kind: Literal["matrices"] = "matrices"
     file: Annotated[
         InputPath,
         Field(
-            description=".npz; optional arrays: influence, base, storey_heights_m, "
+            description=".npz or .mat; optional arrays: influence, base, storey_heights_m, "
             "isolator_positions_m"
         ),
     ]

@@ -98,7 +98,10 @@ class SensorSet(Section):
     ] = 0.0
     noise: Annotated[
         dict[str, NonNegative],
-        Field(description="standard deviation by output or quantity, such as acceleration_m_s2"),
+        Field(
+            description="standard deviation by output, or by quantity: displacement_m, "
+            "velocity_m_s, acceleration_m_s2, drift_m, deformation_m, force_N"
+        ),
     ] = Field(default_factory=dict)
 
     def build(self) -> Sensors:

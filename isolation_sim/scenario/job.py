@@ -105,18 +105,21 @@ class Job:
         InputError
             If a current is refused or an option does not fit the controller.
         Diverged
-            If the response leaves the range of floating-point numbers or of the law.
+            If the response leaves the range of floating-point numbers or of the law, or the
+            controller raises an error.
         """
         from ..simulation.run import simulate
 
         try:
             run = simulate(self.isolated, self.records, self.controllers[label], **self.options)
         except (InputError, Diverged) as error:
-            raise with_place(error, self.source, f"controller {label!r}") from None
+            place = with_place(error, self.source, f"controller {label!r}")
+            # the error of a user's controller
+            raise place from error.__cause__
         return run
 
 
 def with_place(error: Exception, *places: str) -> Exception:
     """Insert places before an error's text."""
     text = ": ".join([place for place in places if place] + [str(error)])
-    return Diverged(text) if isinstance(error, Diverged) else InputError(text)
+    return type(error)(text) if isinstance(error, Diverged) else InputError(text)

@@ -77,6 +77,8 @@ def _message(place: str, details: list[ErrorDetails]) -> str:
         return f"{place}: {context['error']}" if place else str(context["error"])
     if first["type"] == "missing":
         return f"{place} is missing; it has no default"
+    if first["type"] == "list_type" and isinstance(first["input"], Mapping):
+        return f"{place} is a table; expected: a list (of tables: [[{place}]], double brackets)"
     value = _shown(first["input"])
     if first["type"] == "union_tag_invalid":
         place, value = f"{place}.kind", repr(context["tag"])

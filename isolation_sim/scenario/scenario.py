@@ -9,8 +9,10 @@ from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
+from ground_motions.registry import has_changed
+
 from ..code_check import CheckRow, check_building
-from ..errors import InputError
+from ..errors import InputError, warn
 from ..io.toml import parse_toml, read_toml
 from ..old_names import renamed_keys
 from ..structures import IsolatedStructure, Structure
@@ -154,6 +156,11 @@ class Scenario(Section):
 
     @classmethod
     def _of(cls, data: dict[str, Any], folder: str | Path, source: str) -> Scenario:
+        data = dict(data)
+        try:
+            changed = _changed_code(data.pop("code", {}), folder)
+        except InputError as error:
+            raise with_place(error, source) from None
         # the default name of a scenario is that of its file
         if source:
             data = {"name": Path(source).stem} | data
@@ -162,6 +169,12 @@ class Scenario(Section):
         except ValidationError as error:
             raise with_place(InputError(one_line(error, data)), source) from None
         scenario._source = source
+        for file in changed:
+            warn(
+                f"{file} has changed since {source or 'the scenario'} was written: results may "
+                "differ",
+                UserWarning,
+            )
         return scenario
 
     def to_toml(self, comments: bool = False) -> str:
@@ -301,6 +314,15 @@ class Scenario(Section):
             return build()
         except InputError as error:
             raise with_place(error, self._source, section) from None
+
+
+def _changed_code(code: Any, folder: str | Path) -> list[str]:
+    """Files of code that differ from those of a scenario's digests."""
+    if not (isinstance(code, dict) and all(isinstance(digest, str) for digest in code.values())):
+        raise InputError(f"code is {code!r}; expected: a table of files with their SHA-256")
+    return [
+        file for file, digest in code.items() if has_changed(Path(folder, file).resolve(), digest)
+    ]
 
 
 def _check_rotation(isolated: IsolatedStructure) -> None:

@@ -26,9 +26,6 @@ _HEADER = """\
 def written(scenario: Section, comments: bool) -> str:
     """Write a scenario."""
     blocks = [[_HEADER]] if comments else []
-    own = code_files(names_in(scenario.model_dump(mode="json")))
-    if own:
-        blocks.append([f"# code: {path}, SHA-256 {digest}" for path, digest in own.items()])
     for key, field in type(scenario).model_fields.items():
         value = getattr(scenario, key)
         if not isinstance(value, Section | list) and value is not None:
@@ -46,6 +43,10 @@ def written(scenario: Section, comments: bool) -> str:
                 blocks += _tables_within(key, section)
         if comments:
             blocks.append(_absent(title, field, sections))
+    own = code_files(names_in(scenario.model_dump(mode="json")))
+    if own:
+        lines = [_line(path, digest) for path, digest in own.items()]
+        blocks.append(["# SHA-256 of files of code; a change is told", "[code]", *lines])
     return "\n".join(line for block in blocks for line in block).rstrip("\n") + "\n"
 
 

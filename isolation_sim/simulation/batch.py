@@ -78,7 +78,8 @@ class Batch:
     failure : list of str or None
         Reason and time of a failure; None for a successful run.
     diverged : (n_cases,) bool array
-        Whether the response left the range of floating-point numbers or of the law.
+        Whether the response left the range of floating-point numbers or of the law, or the
+        controller raised an error.
     clamped : (n_cases,) int array
         Number of commands clamped to the driver's limits.
     unresolved : (n_cases,) int array

@@ -70,8 +70,9 @@ class Sensors:
     ----------
     noise : mapping of str to float
         Standard deviation of white noise, by output name (``"floor5_acceleration_m_s2"``) or by
-        quantity (``"acceleration_m_s2"``), in its unit. Noise of outputs that a controller does
-        not measure has no effect.
+        quantity, in its unit: ``"displacement_m"``, ``"velocity_m_s"``, ``"acceleration_m_s2"``,
+        ``"drift_m"``, ``"deformation_m"`` or ``"force_N"``. Noise of outputs that a controller
+        does not measure has no effect.
     delay : float
         Age of a measurement when it reaches the controller, s.
     sampling : float or None

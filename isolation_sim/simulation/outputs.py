@@ -23,6 +23,12 @@ class Outputs:
     rows: NDArray
 
 
+QUANTITIES = (
+    "displacement_m", "velocity_m_s", "acceleration_m_s2", "drift_m", "deformation_m", "force_N",
+)  # fmt: skip
+"""Quantities of outputs: the end of their names."""
+
+
 def output_names(isolated: IsolatedStructure) -> tuple[str, ...]:
     """Names of all outputs, in the order of ``Outputs.rows``."""
     structure = isolated.structure

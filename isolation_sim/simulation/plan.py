@@ -23,7 +23,7 @@ from .kernel.loading import Kernel, Shape, compiling, load
 from .kernel.slots import ALIVE, CURRENT_REFUSED
 from .modal import Modes, modes_of
 from .outputs import Outputs, outputs_of
-from .sensing import arrived, measured_motion, noise_of
+from .sensing import arrived, check_noise, measured_motion, noise_of
 from .workspace import Sensing, Tables, Workspace
 
 STRONGEST = 30.0
@@ -123,6 +123,7 @@ class Lane:
     schedule: Schedule | None  # Commands known before the run
     # The controller in compiled code; without this and a schedule it decides in Python
     compiled: CompiledDecision | None
+    controller: str  # Name of the controller
 
     @property
     def key(self) -> tuple:
@@ -165,6 +166,7 @@ class Plan:
         pairs = [modes_for(lane.isolated) for lane in lanes]
         self.modes = [modes for modes, _ in pairs]
         self.outputs = [outputs for _, outputs in pairs]
+        check_noise(self.outputs[0].names, sensors)
         self.sensing = Sensing.none(len(lanes))
         n, dt = len(first.records[0].acceleration), first.records[0].dt
         width = len(first.coils)
@@ -281,18 +283,18 @@ class Plan:
         k = int(self.grid.events[: window + 1, 2].max())
         commands = work.chosen[k, lane, : len(context.low)]
         channel = int(np.argmax(~((commands >= context.low) & (commands <= context.high))))
-        return refused(float(commands[channel]), time, context, channel)
+        return refused(float(commands[channel]), time, self.lanes[lane], channel)
 
 
-def refused(current: float, time: float, context: RunContext, channel: int) -> InputError:
-    """Error for a refused current, with its time and the limits."""
-    low, high = context.low[channel], context.high[channel]
+def refused(current: float, time: float, lane: Lane, channel: int) -> InputError:
+    """Error for a refused current, with its controller, its time and the limits."""
+    low, high = lane.context.low[channel], lane.context.high[channel]
     remedy = (
         "" if np.isnan(current) else "; current_outside='clamp' clamps and counts such commands"
     )
     return InputError(
-        f"current {current:.5g} A at t = {time:.4g} s is outside {low:.4g} to {high:.4g} A, where "
-        f"the device on channel {channel} is meaningful{remedy}"
+        f"{lane.controller}: current {current:.5g} A at t = {time:.4g} s is outside {low:.4g} to "
+        f"{high:.4g} A, where the device on channel {channel} is meaningful{remedy}"
     )
 
 

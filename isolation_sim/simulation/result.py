@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from ..named_values import Criteria
 from ..rendering import Printed, render
 from ..structures.sizing import implausible
 from ..written_names import as_written
+from .plausibility import implausible_motion, not_restoring, of_end
 from .tested_range import Reached, of_runs, peak_currents, reached
 from .trajectory import Trajectory
 
@@ -32,9 +33,19 @@ if TYPE_CHECKING:
 _SAVED = (
     "isolated", "records", "controller", "source", "clamped", "steps", "unresolved", "reached",
     "outputs", "values", "states", "current", "command", "criteria", "energy", "peaks",
-    "reached_of_tests", "implausible",
+    "reached_of_tests", "implausible", "decisions", "cautions", "end",
 )  # fmt: skip
 """Saved and pickled attributes of a run."""
+
+
+def cautions_of(runs: Mapping[str, Run]) -> list[str]:
+    """Warnings of the controllers about their use, by the name to print."""
+    return [f"{as_written(name)}: {each}" for name, run in runs.items() for each in run.cautions]
+
+
+def decisions_of(runs: Mapping[str, Run]) -> list[str]:
+    """Reports of the controllers on their decisions, by the name to print."""
+    return [f"{as_written(name)}: {run.decisions}" for name, run in runs.items() if run.decisions]
 
 
 class Run(Printed, Trajectory):
@@ -52,6 +63,11 @@ class Run(Printed, Trajectory):
         Name of the controller.
     source : str
         Source of the controller, for citations.
+    decisions : str
+        The controller's report on its decisions, such as the current that ``best_constant`` found;
+        empty for most.
+    cautions : tuple of str
+        The controller's warnings about its use under these conditions.
     clamped : int
         Number of commands clamped to the driver's limits.
     steps : int
@@ -63,7 +79,10 @@ class Run(Printed, Trajectory):
         Tolerance met by all steps: the target, or a larger value if some are unresolved.
     """
 
-    source = ""  # runs saved by older versions have no source
+    # runs saved by older versions have none of these
+    source = ""
+    decisions = ""
+    cautions: tuple[str, ...] = ()
 
     def __getstate__(self) -> dict[str, Any]:
         """Data for all reports, without the simulation's working memory."""
@@ -81,6 +100,7 @@ class Run(Printed, Trajectory):
     def _shown(self) -> Iterator[Any]:
         yield render("tables:run_table", self)
         yield from (f"warning: {each}" for each in self.warnings())
+        yield from decisions_of({self.controller: self})
 
     @checked
     def save(self, folder: str | Path) -> Path:
@@ -89,7 +109,8 @@ class Run(Printed, Trajectory):
         Parameters
         ----------
         folder : str or pathlib.Path
-            Created if it is missing; contains ``result.npz`` and ``history.nc``.
+            Created if it is missing; contains ``result.npz`` and ``history.nc``, which replace
+            earlier ones. Other files in it stay.
 
         Returns
         -------
@@ -165,10 +186,17 @@ class Run(Printed, Trajectory):
 
     @cached_property
     def implausible(self) -> tuple[str, ...]:
-        """Return warnings about implausible periods."""
+        """Return warnings about implausible structures, isolators and ground motions."""
         values = self.modes.eigenvalues
         swinging = np.abs(values[np.abs(values.imag) > 1e-6 * np.abs(values)])
-        return implausible(self.isolated, 2 * np.pi / float(np.min(swinging, initial=np.inf)))
+        period = 2 * np.pi / float(np.min(swinging, initial=np.inf))
+        of_plant = implausible(self.isolated, period) or not_restoring(self.isolated)
+        return *of_plant, *implausible_motion(self.records)
+
+    @cached_property
+    def end(self) -> tuple[bool, float]:
+        """Whether the building still moves at the end, and the displacement where it stays."""
+        return of_end(self)
 
     def warnings(self) -> list[str]:
         """Return warnings about the validity of the results.
@@ -177,9 +205,11 @@ class Run(Printed, Trajectory):
         -------
         list of str
             Elements beyond the tested deformation, coils beyond the tested current, clamped
-            commands, and implausible periods.
+            commands, implausible structures and ground motions, a building that moves or is
+            displaced at the end, and cautions of the controller.
         """
         sentences = [*self.implausible, *of_runs({self.controller: self})]
+        sentences += cautions_of({self.controller: self})
         if self.clamped:
             sentences.append(
                 f"{as_written(self.controller)}: {self.clamped} commands were clamped to the "

@@ -20,6 +20,7 @@ from ..laws.passive_switching import papers_rule
 from ..old_names import renamed_arguments
 from ..structures import IsolatedStructure
 from .control import CoilDriver, Control, RunContext, Schedule, Sensors
+from .controller_calls import calling, current_of
 from .inputs import one_per_direction, traceable
 from .kernel.loading import compiling
 from .kernel.slots import DECIDE
@@ -66,7 +67,7 @@ def simulate(
     lane = prepared(isolated, ground, controller, nominal, driver, delays, trial, alone=True)
     refuse = current_outside == "refuse"
     if lane.schedule is not None and refuse:
-        _check_schedule(lane.schedule, lane.context)
+        _check_schedule(lane.schedule, lane)
     plan = Plan([lane], sensors, computation_delay, alike=True)
     with compiling(plan.kernel):
         work = plan.workspace(tolerance, not refuse, record_steps=True)
@@ -77,6 +78,11 @@ def simulate(
         raise failure
     run = Run(isolated, lane.records, controller.name, plan.modes[0], plan.outputs[0], work)
     run.source = getattr(controller, "source", "")
+    report, cautions = (getattr(controller, name, None) for name in ("report", "cautions"))
+    if report is not None:
+        run.decisions = str(report)
+    if cautions is not None:
+        run.cautions = tuple(cautions(lane.context, sensors))
     if run.unresolved:
         warn(
             f"{run.unresolved} integration steps missed the tolerance {tolerance:.3g}; all of them "
@@ -155,21 +161,32 @@ def prepared(
     tested = _check_plant(isolated, alone)
     records = _checked(isolated, ground)
     coils = _coils(isolated, driver)
-    nominal = _by_papers_rule(isolated) if nominal is None else traceable(nominal)
+    if nominal is not None:
+        nominal = traceable(nominal)
+    elif getattr(controller, "predicts_switching", False):
+        nominal = isolated
+    else:
+        nominal = _by_papers_rule(isolated)
     context = _run_context(nominal, records, controller, coils, tested, driver, delays)
     # a controller with its own period decides during the run
     _check_memory(isolated, records, controller.period, controller.name)
-    controller.prepare(context, trial)
-    controller.reset(context)
-    schedule = controller.schedule(context)
+    with calling(controller, "prepare"):
+        controller.prepare(context, trial)
+    with calling(controller, "reset"):
+        controller.reset(context)
+    with calling(controller, "schedule"):
+        schedule = controller.schedule(context)
     # with NUMBA_DISABLE_JIT=1 nothing is compiled
-    compiled = None if not COMPILED or schedule is not None else controller.compiled(context)
+    compiled = None
+    if COMPILED and schedule is None:
+        with calling(controller, "compiled"):
+            compiled = controller.compiled(context)
     # decisions with a report or with further inputs are made outside the kernel
     if compiled is not None and (
         compiled.inputs or (alone and getattr(controller, "report", None))
     ):
         compiled = None
-    return Lane(isolated, records, coils, context, schedule, compiled)
+    return Lane(isolated, records, coils, context, schedule, compiled, controller.name)
 
 
 @lru_cache(maxsize=1024)
@@ -289,6 +306,13 @@ def _run_context(
     period = record.dt if controller.period is None else controller.period
     if not period > 0:
         raise InputError(f"{controller.name}: period is {period} s; expected: above 0")
+    with calling(controller, "measures"):
+        measures = controller.measures(nominal)
+    if measures is None or isinstance(measures, str):
+        raise InputError(
+            f"{controller.name}: measures() gave {measures!r}; expected: a tuple of names, such as "
+            f"({measures or 'base_displacement_m'!r},)"
+        )
     return RunContext(
         nominal=nominal,
         period=period,
@@ -296,7 +320,7 @@ def _run_context(
         low=coils[:, 2],
         high=coils[:, 3],
         tested=tested,
-        outputs=(*controller.measures(nominal), *(f"coil{c}_current_A" for c in range(len(coils)))),
+        outputs=(*measures, *(f"coil{c}_current_A" for c in range(len(coils)))),
         driver=driver,
         delays=delays,
         # a controller without this information cannot use it
@@ -316,7 +340,7 @@ def _drive(work: Workspace, plan: Plan, controller: Control, advance: Callable[[
     while True:
         k = events[position[0]]
         measurement = measurement_type._make(work.measured[rows[k], 0, :n_measures].tolist())
-        currents = np.atleast_1d(controller.current(times[k], measurement))
+        currents = current_of(controller, times[k], measurement)
         if currents.shape not in ((width,), (1,)):
             raise InputError(
                 f"{controller.name}: current() gave {currents.size} numbers at t = "
@@ -327,8 +351,9 @@ def _drive(work: Workspace, plan: Plan, controller: Control, advance: Callable[[
             return
 
 
-def _check_schedule(schedule: Schedule, context: RunContext) -> None:
-    outside = ~((schedule.current >= context.low) & (schedule.current <= context.high))
+def _check_schedule(schedule: Schedule, lane: Lane) -> None:
+    low, high = lane.context.low, lane.context.high
+    outside = ~((schedule.current >= low) & (schedule.current <= high))
     if outside.any():
         k, c = np.argwhere(outside)[0]
-        raise refused(schedule.current[k, c], schedule.time[k], context, int(c))
+        raise refused(schedule.current[k, c], schedule.time[k], lane, int(c))

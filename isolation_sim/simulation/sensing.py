@@ -7,9 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import unknown_name
+from ground_motions.errors import nearest
+
+from ..errors import InputError, unknown_name
 from ..structures import IsolatedStructure
 from .control import Sensors
+from .outputs import QUANTITIES
 
 
 def arrived(n_samples: int, sensors: Sensors) -> NDArray:
@@ -21,6 +24,17 @@ def arrived(n_samples: int, sensors: Sensors) -> NDArray:
     return np.maximum.accumulate(np.where(lost, 0, np.arange(n_samples)))
 
 
+def check_noise(known: Sequence[str], sensors: Sensors) -> None:
+    """Refuse noise of an unknown output or quantity, whether it is measured or not."""
+    for key in sensors.noise:
+        if not any(_concerns(key, name) for name in known):
+            raise InputError("sensors: noise", repr(key), nearest(key, (*QUANTITIES, *known)))
+
+
+def _concerns(key: str, name: str) -> bool:
+    return name == key or name.endswith("_" + key)
+
+
 def noise_of(
     names: Sequence[str], known: Sequence[str], n_samples: int, sensors: Sensors
 ) -> NDArray:
@@ -30,10 +44,7 @@ def noise_of(
     size = np.zeros(len(known))
     # the name of an output has priority over that of its quantity
     for key, value in sorted(sensors.noise.items(), key=lambda item: item[0] in known):
-        concerned = [name == key or name.endswith("_" + key) for name in known]
-        if not any(concerned):
-            raise unknown_name("output or quantity with sensor noise", key, known)
-        size[concerned] = value
+        size[[_concerns(key, name) for name in known]] = value
     random = np.random.default_rng(sensors.seed)
     measured = [list(known).index(name) for name in dict.fromkeys(names)]
     others = [k for k in range(len(known)) if k not in measured]

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..structures import IsolatedStructure
 from ..written_names import as_written
 from .modal import Modes
+from .plausibility import at_end
 from .workspace import Workspace, padded
 
 OVER_TESTED = ("deformation_over_tested", "current_over_tested")
@@ -149,7 +150,12 @@ def _listed(values: Mapping[str, float], form: str, unit: str) -> str:
 
 
 def of_runs(runs: Mapping[str, Any]) -> list[str]:
-    """Warnings for several runs (``Run``) of one plant."""
+    """Warnings for several runs (``Run``) of one plant: beyond the tests, and at the end."""
+    return [*beyond_of(runs), *at_end(runs)]
+
+
+def beyond_of(runs: Mapping[str, Any]) -> list[str]:
+    """Warnings about deformations and currents beyond the tests, of several runs of one plant."""
     first = next(iter(runs.values()))
     return exceeded({name: run.reached_of_tests for name, run in runs.items()}, first.isolated)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,9 @@ from numpy.typing import ArrayLike
 
 from ground_motions.argument_types import checked
 
-from ..errors import InputError
+from ..errors import InputError, PlausibilityWarning, warn
 from .checks import matrix, numbers
+from .sizing import implausible_matrices
 from .structure import Structure
 
 _REQUIRED = ("M", "C", "K")
@@ -77,6 +79,12 @@ def from_matrices(
     ------
     InputError
         If shapes disagree, a number is not finite, or the mass is not positive definite.
+
+    Warns
+    -----
+    PlausibilityWarning
+        If the first mode on a fixed base has a damping ratio above 1, as with C and K exchanged, or
+        if rigid motion has a stiffness or damping, as with a spring between base and ground.
     """
     n = _size(mass)
     bases = tuple(int(i) for i in numbers("base", base).ravel())
@@ -96,7 +104,7 @@ def from_matrices(
     else:
         drift_rows = numbers("drift_rows", drift_rows)
         default_storeys = [f"storey{i + 1}" for i in range(len(drift_rows))]
-    return Structure(
+    structure = Structure(
         mass=numbers("mass", mass),
         damping=numbers("damping", damping),
         stiffness=numbers("stiffness", stiffness),
@@ -114,6 +122,9 @@ def from_matrices(
         ),
         name=name,
     )
+    for line in implausible_matrices(structure):
+        warn(line, PlausibilityWarning)
+    return structure
 
 
 @checked
@@ -211,7 +222,7 @@ def read_matrices(
     isolator_positions: ArrayLike | None = None,
     name: str | None = None,
 ) -> Structure:
-    """Structure from a NumPy ``.npz`` file.
+    """Structure from a NumPy ``.npz`` or a MATLAB ``.mat`` file.
 
     Parameters
     ----------
@@ -219,7 +230,8 @@ def read_matrices(
         File with the arrays ``M`` (kg), ``C`` (N s/m) and ``K`` (N/m), each (n, n), and optionally
         ``influence`` (n, n_directions), ``base`` (dof numbers), ``storey_heights_m`` (n_storeys)
         and ``isolator_positions_m`` (n_isolators, 2); see ``from_matrices``. Other arrays are
-        ignored.
+        ignored. A ``.mat`` file has the same variables and MATLAB's format up to version 7;
+        ``base`` counts dofs from 0 there, too.
     names, drift_rows, storeys, directions, heights, isolator_positions
         As in `from_matrices`; heights and positions in place of the file's.
     name : str, optional
@@ -234,7 +246,7 @@ def read_matrices(
     InputError
         With the file, the array and the expected contents.
     """
-    arrays = _read_npz(Path(path))
+    arrays = _read_mat(Path(path)) if Path(path).suffix == ".mat" else _read_npz(Path(path))
     accepted = (*_OPTIONAL, *_GEOMETRY)
     for key in _REQUIRED:
         if key not in arrays:
@@ -270,6 +282,38 @@ def _read_npz(path: Path) -> dict[str, np.ndarray]:
         raise InputError(f"{path}: no such file") from None
     except (OSError, ValueError, TypeError, AttributeError, EOFError, BadZipFile):
         raise InputError(f"{path}: not a NumPy .npz file of plain number arrays") from None
+
+
+def _read_mat(path: Path) -> dict[str, np.ndarray]:
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        with path.open("rb") as file:
+            content = loadmat(file)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except NotImplementedError:
+        raise InputError(
+            f"{path}: MATLAB's format 7.3 is HDF5; expected: save('{path.name}', 'M', 'C', 'K', "
+            "'-v7')"
+        ) from None
+    except (OSError, ValueError, TypeError, EOFError, MatReadError, zlib.error):
+        raise InputError(f"{path}: not a MATLAB .mat file of full number arrays") from None
+    # MATLAB has no vectors: heights and base dofs are matrices of one row or column
+    vectors = ("influence", "base", "storey_heights_m")
+    return {
+        key: value.ravel() if key in vectors and 1 in value.shape else _full(value)
+        for key, value in content.items()
+        if not key.startswith("__")
+    }
+
+
+def _full(value: Any) -> np.ndarray:
+    """Array of a matrix that MATLAB may have saved as sparse."""
+    from scipy.sparse import issparse
+
+    return value.toarray() if issparse(value) else value
 
 
 def _size(mass: ArrayLike) -> int:

@@ -25,6 +25,8 @@ FIXED_BASE_PERIODS = (0.03, 10.0)
 """Plausible first fixed-base periods, s: from a stiff single storey to a tall tower."""
 ISOLATED_PERIODS = (0.15, 20.0)
 """Plausible first periods of isolated buildings, s."""
+LEAST_RIGID_DAMPING = 0.0628
+"""Damping of rigid motion over the mass that is said, 1/s: a ratio of 1 % at a period of 2 s."""
 _MOST_REFINED = 50
 
 
@@ -146,6 +148,15 @@ def with_damping(isolated: Any, device: Device, damping: float) -> Any:
     return isolated
 
 
+def isolation_elements(isolated: Any) -> list[int]:
+    """Indices of the isolators: the elements at the base, without moat walls."""
+    return [
+        e
+        for e, name in enumerate(isolated.element_names)
+        if np.any(isolated.holding[e]) and not name.startswith("moat_wall")
+    ]
+
+
 def facts(isolated: Any) -> dict[str, str]:
     """Masses, periods and tested range as texts, as far as they can be computed."""
     structure = isolated.structure
@@ -166,7 +177,7 @@ def facts(isolated: Any) -> dict[str, str]:
                 f"{modes.periods[0]:.3g} s{at} (damping {100 * modes.damping_ratios[0]:.2g} %)"
             )
     if sentences and structure.base:
-        result["Isolated period"] = ", ".join(sentences)
+        result["Isolated period at rest"] = ", ".join(sentences)
     tested = [
         f"{element.name} {1e3 * element.device.length * element.device.tested_deformation:.3g} mm"
         for element in isolated.elements
@@ -184,10 +195,46 @@ def facts(isolated: Any) -> dict[str, str]:
     return result
 
 
+def implausible_matrices(structure: Any) -> tuple[str, ...]:
+    """Warnings about damping in place of stiffness, and about springs and dampers to the ground."""
+    above = np.ix_(structure.superstructure, structure.superstructure)
+    with suppress(InputError):
+        omega, shapes = undamped_modes(structure.mass[above], structure.stiffness[above])
+        ratios = np.einsum("ik,ij,jk->k", shapes, structure.damping[above], shapes) / (2 * omega)
+        if ratios.size and ratios[0] > 1:
+            return (
+                f"{structure.name} has a damping ratio of {100 * ratios[0]:.3g} % in the first "
+                "mode on a fixed base: check the order of the matrices, M, C, K, and the unit of C "
+                "(N s/m)",
+            )
+    if not structure.base:
+        return ()
+    lines = []
+    slow = (2 * np.pi / ISOLATED_PERIODS[1]) ** 2
+    for name, rigid in zip(structure.directions, structure.above_foundation.T, strict=True):
+        mass = rigid @ structure.mass @ rigid
+        for what, each, unit, least in (
+            ("stiffness", structure.stiffness, "N/m", slow),
+            ("damping", structure.damping, "N s/m", LEAST_RIGID_DAMPING),
+        ):
+            if rigid @ each @ rigid > least * mass > 0:
+                held = each @ rigid
+                dof = int(np.argmax(np.abs(held)))
+                lines.append(
+                    f"{structure.name}: rigid motion along {name} has a {what} of "
+                    f"{rigid @ each @ rigid:.3g} {unit}, at {structure.names[dof]} "
+                    f"{held[dof]:.3g} {unit}; expected: none without the isolators; check the "
+                    f"{what} for parts to the ground, and influence"
+                )
+    return tuple(lines)
+
+
 @lru_cache(maxsize=256)
 def implausible(isolated: Any, isolated_period: float) -> tuple[str, ...]:
     """Warnings about implausible periods; ``isolated_period``: of the first mode, s."""
     structure = isolated.structure
+    if wrong := implausible_matrices(structure):
+        return wrong
     fixed = 0.0
     if structure.base and structure.superstructure:
         try:

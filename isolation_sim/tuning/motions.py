@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
+from typing import Annotated, TypeAlias
 
 from ground_motions import STANDARD_GRAVITY, Record, motion_mixture, read_folder
 
@@ -18,10 +18,12 @@ SCENARIO = "scenario"
 COUNT = 32
 """Default number of motions of a mixture."""
 
-Motions: TypeAlias = str | Path | Sequence[Record | Sequence[Record]]
-"""``"mixture"`` or ``"mixture:40"``, ``"scenario"``, a folder, or records."""
+_ACCEPTED = (
+    f"{MIXTURE}, {MIXTURE}:COUNT, {SCENARIO}, a folder of ground motions, a record, or records"
+)
 
-_ACCEPTED = f"{MIXTURE}, {MIXTURE}:COUNT, {SCENARIO}, a folder of ground motions, or records"
+Motions: TypeAlias = Annotated[str | Path | Record | Sequence[Record | Sequence[Record]], _ACCEPTED]
+"""``"mixture"`` or ``"mixture:40"``, ``"scenario"``, a folder, a record, or records."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +67,9 @@ def motion_set(motions: Motions, job: Job, seed: int = 0, pga_g: float | None = 
         name = Path(motions).name
         each: tuple[tuple[Record, ...], ...] = tuple((record,) for record in records)
     else:
-        each = tuple((one,) if isinstance(one, Record) else tuple(one) for one in motions)
-        name = f"{len(each)} records"
+        several = [motions] if isinstance(motions, Record) else motions
+        each = tuple((one,) if isinstance(one, Record) else tuple(one) for one in several)
+        name = f"{len(each)} record{'s' * (len(each) != 1)}"
     if not each:
         raise InputError("motions", "none", _ACCEPTED)
     for records in each:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, TestedRangeWarning, unknown_name
+from ..errors import Diverged, InputError, TestedRangeWarning, unknown_name
 from ..registry import controller
 from ..scenario import Scenario
 from ..simulation.batch import Batch
@@ -76,7 +76,7 @@ class Trials:
                 # warn once, for the runs without current
                 warnings.simplefilter("ignore", TestedRangeWarning)
                 batch = self._run(candidates)
-        except InputError:
+        except (InputError, Diverged):
             # a failed design stops the other runs of the batch, too
             if len(candidates) > n:
                 alone = (candidates[k : k + n] for k in range(0, len(candidates), n))
@@ -93,7 +93,7 @@ class Trials:
     def _sums_or_failed(self, candidates: Sequence[Candidate]) -> NDArray:
         try:
             return self.sums(candidates)
-        except InputError:
+        except (InputError, Diverged):
             return np.full((1, len(candidates)), FAILED)
 
     def scores(self, candidates: Sequence[Candidate]) -> NDArray:

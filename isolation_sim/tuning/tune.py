@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,11 @@ _PROFILE = 7
 
 @checked
 def tune(
-    name: str,
+    name: Annotated[
+        str,
+        "a name, a place such as my_controllers.py:Outwards, or the name of a class after "
+        'iso.register("controller", Outwards)',
+    ],
     scenario: Scenario | str | Path | None = None,
     *,
     motions: Motions = MIXTURE,
@@ -57,13 +61,14 @@ def tune(
     Parameters
     ----------
     name : str
-        Name of a controller, or a place such as ``"my_controllers.py:Outwards"``.
+        Name of a controller, a place such as ``"my_controllers.py:Outwards"``, or the name of a
+        class of your own after ``isolation_sim.register("controller", Outwards)``.
     scenario : Scenario, str or pathlib.Path, optional
         Plant, nominal model, sensors and driver; the main job's by default. Its controllers are not
         used. Its ground motion is used only with ``"scenario"`` as motions.
-    motions : str, pathlib.Path or sequence of Record, default "mixture"
+    motions : str, pathlib.Path, Record or sequence of Record, default "mixture"
         Motions for tuning: ``"mixture"``, or ``"mixture:40"`` for another number of motions;
-        ``"scenario"``; a folder of records; or records, each one per direction.
+        ``"scenario"``; a folder of records; a record; or records, each one per direction.
     unseen : as ``motions``, or a mapping of names to motions
         Motions for evaluation. A mixture has another seed than that of ``motions``.
     criteria : mapping of str to float, optional

@@ -13,6 +13,7 @@ from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
 from ..io.results_folder import write_contents
 from ..rendering import Printed, render
+from ..search_range import SearchRange
 from .intervals import MARGIN, MeanInterval, mean_interval
 from .search import Trial
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 _STATE = "tuning.json"
+_AT_BOUND = 0.01
+"""Distance from a bound that counts as at the bound, as a share of the range."""
 
 
 @dataclass(frozen=True)
@@ -90,13 +93,34 @@ class Tuning(Printed):
         Returns
         -------
         list of str
-            One or two sentences for each set of motions.
+            Among them one or two for each set of motions, and one for each setting at a bound of
+            its search range.
         """
         if not self.best.settings:
             first = "No candidate was better than the initial controller."
         else:
             first = f"Tuned on {self.judged[0].name}, in {len(self.trials)} trials."
-        return [first, *map(_sentences, self.judged)]
+        return [first, *self.at_bounds(), *map(_sentences, self.judged)]
+
+    def at_bounds(self) -> list[str]:
+        """Name the tuned settings at a bound of their search range.
+
+        Returns
+        -------
+        list of str
+            One sentence each.
+        """
+        sentences = []
+        for name, value in self.best.settings.items():
+            one = self.content["settings"][name]
+            place = SearchRange(one["low"], one["high"], one["scale"]).place(value)
+            if min(place, 1 - place) < _AT_BOUND:
+                bound = "lower" if place < 0.5 else "upper"
+                sentences.append(
+                    f"{name} = {value:g} is at the {bound} bound of its search range, "
+                    f"{one['low']:g} to {one['high']:g}: the optimum may lie beyond it."
+                )
+        return sentences
 
     def _shown(self) -> Iterator[Any]:
         yield from self.tables()
@@ -319,13 +343,17 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
 def _sentences(evaluated: Judgement) -> str:
     """Gain on one set of motions, in one or two sentences."""
     before, after, gain = evaluated.means.values()
+    name = evaluated.name[:1].upper() + evaluated.name[1:]
+    if len(evaluated.motions) == 1:
+        return (
+            f"{name}: score {before} before, {after} after, gain {gain}; one motion: no interval."
+        )
     if after.high < 0:
         beats = "It beats the best constant current of each motion"
     elif after.low > 0:
         beats = "It does not beat the best constant current of each motion"
     else:
         beats = "It does not differ significantly from the best constant current of each motion"
-    name = evaluated.name[:1].upper() + evaluated.name[1:]
     return (
         f"{name}: mean score {before} before, {after} after, gain {gain}. "
         f"{beats}; it is better in {evaluated.better} of {len(evaluated.motions)}."

@@ -13,6 +13,7 @@ from ground_motions import mavroeidis_papageorgiou_pulse
 from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.run import simulate
+from isolation_sim.structures import reference_building, reference_isolators, shear_building
 from studies.train_policy import (
     SAMPLES,
     Training,
@@ -83,6 +84,18 @@ def test_preview_reaches_as_far_as_it_says(isolated, record):
     )
     apart = one.time[np.any(one.command != same.command, axis=1)][0]
     assert change - 0.8 < apart <= change - 0.8 + 0.04
+
+
+def test_another_building_than_that_of_the_training_is_said(isolated, record):
+    one, short = controller("trained_policy"), record.cut(0.0, 1.0)
+    alike = reference_building().on(reference_isolators().scaled(force=1.25))
+    taller = shear_building([2.5e5] * 10, [3e8] * 10, base_mass=3e5).on(reference_isolators())
+    for plant_, n in ((isolated, 0), (alike, 0), (taller, 1)):
+        run = simulate(plant_, short, one, driver=DRIVER)
+        assert len(run.cautions) == n
+    assert "trained for the reference building, and shear building has other" in run.cautions[0]
+    own = controller("trained_policy", weights=str(WEIGHTS))
+    assert not simulate(taller, short, own, driver=DRIVER).cautions
 
 
 def test_weights_for_another_preview_are_refused(isolated, record):

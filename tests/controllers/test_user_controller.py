@@ -1,13 +1,18 @@
 """A controller of one's own."""
 
+import pickle
 import time
 
 import numpy as np
 import pytest
 
-from controllers import Controller
+import isolation_sim as iso
+from controllers import Controller, compiled, setting
 from controllers.compiled import CompiledController, Decision
-from isolation_sim.errors import InputError
+from controllers.predictive import state_seen
+from controllers.settings import Number, OneOf
+from isolation_sim.errors import ControllerError, InputError
+from isolation_sim.simulation.control import Sensors
 from isolation_sim.simulation.run import simulate
 
 from .conftest import both_forms, context_of
@@ -129,5 +134,136 @@ def uses_a_class(t, measured, settings, memory, command):
 
 
 def test_a_controller_without_a_decision_says_so(isolated, record):
-    with pytest.raises(NotImplementedError, match="Empty has no method current"):
+    with pytest.raises(ControllerError, match=r"Empty failed at t = 0 s: .*Empty has no method"):
         simulate(isolated, record, type("Empty", (Controller,), {})())
+
+
+class Failing(Outwards):
+    """Fails in one of its methods, at 1 s or before the run."""
+
+    name = "failing"
+
+    def __init__(self, place="current"):
+        super().__init__()
+        self.place = place
+
+    def measures(self, nominal):
+        return self.fail("measures") or super().measures(nominal)
+
+    def reset(self, context):
+        self.fail("reset")
+
+    def current(self, t, m):
+        return self.fail("current") if t >= 1.0 else 0.0
+
+    def fail(self, place):
+        if place == self.place:
+            raise ZeroDivisionError("division by zero")
+
+
+@pytest.mark.parametrize(
+    ("place", "when"),
+    [("current", "at t = 1 s"), ("measures", r"in measures\(\)"), ("reset", r"in reset\(\)")],
+)
+def test_an_error_names_the_controller_the_time_and_the_line(isolated, record, place, when):
+    message = rf"^failing failed {when}: ZeroDivisionError: division by zero \(test_user_\w+.py:\d"
+    with pytest.raises(ControllerError, match=message) as raised:
+        simulate(isolated, record, Failing(place))
+    assert isinstance(raised.value.__cause__, ZeroDivisionError)
+
+
+def test_the_other_controllers_go_on(isolated, record):
+    found = iso.compare(isolated, record, ["passive_off", Failing()])
+    assert list(found.runs) == ["passive_off"]
+    assert found.failures()[0].startswith("failing has no result: failing failed at t = 1 s: Zero")
+    again = pickle.loads(pickle.dumps(found))
+    assert isinstance(again.diverged["failing"], ControllerError)
+    batch = iso.simulate_many([iso.Case(isolated, record, c) for c in (Failing(), Outwards())])
+    assert batch.diverged.tolist() == [True, False] and "failing failed" in batch.failure[0]
+
+
+def deciding(value, measured=("base_displacement_m",)):
+    """A controller that returns a value, or what a function makes of the measurement."""
+
+    class Own(Controller):
+        name = "own"
+
+        def measures(self, nominal):
+            return measured
+
+        def current(self, t, m):
+            return value(m) if callable(value) else value
+
+    return Own()
+
+
+@pytest.mark.parametrize(
+    ("controller", "message"),
+    [
+        (deciding(None), r"own: current\(\) gave None at t = 0 s; expected: a current, A, after"),
+        (deciding(np.nan), r"own: current nan A at t = 0 s"),
+        (deciding("a"), r"own failed at t = 0 s: ValueError: could not convert"),
+        (
+            deciding(lambda m: m.base_velocity_m_s),
+            r"the measurement has no base_velocity_m_s; expected: base_displacement_m, "
+            r"coil0_current_A, or base_velocity_m_s among the names of measures\(\) \(test_",
+        ),
+        (
+            deciding(0.0, "base_displacement_m"),
+            r"own: measures\(\) gave 'base_displacement_m'; expected: a tuple of names, such as "
+            r"\('base_displacement_m',\)",
+        ),
+        (deciding(0.0, None), r"own: measures\(\) gave None; expected: a tuple of names"),
+    ],
+)
+def test_a_wrong_answer_is_said(isolated, record, controller, message):
+    with pytest.raises((InputError, ControllerError), match=message):
+        simulate(isolated, record, controller)
+
+
+def test_an_init_that_loses_settings_is_refused():
+    class Lost(Outwards):
+        gain: float = setting(1.0, "of nothing", Number())
+
+        def __init__(self, **settings):
+            self.own = 1
+
+    assert Lost().gain == 1.0
+    with pytest.raises(InputError, match=r"Lost: __init__ loses the setting gain; expected: super"):
+        Lost(gain=2.0)
+
+
+def test_compiling_names_the_controller(isolated, monkeypatch):
+    told = []
+    monkeypatch.setattr(compiled, "load_text", lambda *given: told.append(given[-1]))
+    compiled._module.cache_clear()
+    monkeypatch.setattr(compiled, "_text", lambda *given: "")
+    laws = tuple(e.device.law for e in isolated.elements)
+    compiled._module(decide, None, laws, 1, "mine")
+    compiled._module(state_seen.decide, None, laws, 1, "mpc")
+    compiled._module.cache_clear()
+    assert told == [
+        "compiling mine for this law (once) ...",
+        "compiling mpc for this law (once; about 40 s) ...",
+    ]
+
+
+def test_an_observer_is_recommended_under_noise_or_delay(isolated, record):
+    class Observing(Outwards):
+        filter: str = setting("none", "observer", OneOf(("none", "kalman")))
+
+    def cautions(sensors, **settings):
+        return simulate(isolated, record, Observing(**settings), sensors=sensors).cautions
+
+    noise, delay = Sensors(noise={"velocity_m_s": 0.01}), Sensors(delay=0.02)
+    for sensors in (noise, delay):
+        (line,) = cautions(sensors)
+        assert 'filter="kalman"' in line
+        assert not cautions(sensors, filter="kalman")
+    assert not cautions(Sensors())
+    assert not simulate(isolated, record, Outwards(), sensors=noise).cautions
+    with pytest.warns(iso.ControllerWarning, match="as they are measured, with noise or delay"):
+        run = iso.simulate(isolated, record, Observing(), sensors=noise)
+    assert any(run.cautions[0] in line for line in run.warnings())
+    both = iso.Comparison({"mine": run})
+    assert any(line.startswith("mine: it takes") for line in both.warnings())

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from ground_motions import STANDARD_GRAVITY, read_at2
+from ground_motions import STANDARD_GRAVITY, InputError, read_at2
 
 TITLE = "PEER NGA STRONG MOTION DATABASE RECORD"
 EVENT = "Made-up Valley-02, 1/2/1903, Nowhere Array #9, 180"
@@ -108,7 +108,7 @@ def test_bad_files_are_refused(at2, refused, options, parts):
 
 def test_an_empty_and_a_missing_file(tmp_path, refused):
     path = tmp_path / "a.at2"
-    with refused(path, "does not exist", "UTF-8 text"):
+    with pytest.raises(InputError, match=r"a\.at2: no such file$"):
         read_at2(path)
     path.write_bytes(b"")
     with refused(path, "an empty file", "UTF-8 text"):

@@ -32,8 +32,15 @@ def test_two_columns(text, delimiter):
 
 
 def test_header_lines_are_passed_over(text):
-    record = read_text(text("Station 9\nacc in g\n1\n2\n"), unit="m/s2", dt=1.0, skip_lines=2)
+    content = "9 stations\nacc in g\n1\n2\n"
+    record = read_text(text(content), unit="m/s2", dt=1.0, skip_lines=2)
     assert record.acceleration.tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize("header", ["Time(s)  Acc(g)\n", "Station 9\n\ntime, acc\n", '"t";"a"\n'])
+def test_lines_above_the_first_number_are_a_header(text, header):
+    record = read(text(header + "0.00 0.1\n0.02 -0.2\n0.04 0\n"), unit="m/s2")
+    assert (record.acceleration.tolist(), record.dt) == ([0.1, -0.2, 0.0], 0.02)
 
 
 @given(values=st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=40), dt=st.floats(1e-3, 1.0))
@@ -61,7 +68,9 @@ def test_written_numbers_are_read_back(text, values, dt):
         ("0 1\n1\n", {"unit": "g"}, ("line 2", "1 columns", "2, as above")),
         ("0 1\n1 b\n", {"unit": "g"}, ("line 2, column 2", "'b'", "a finite number")),
         ("1\n# c\nnan\n", {"unit": "g", "dt": 1}, ("line 3, column 1", "'nan'", "finite")),
-        ("time acc\n0 1\n", {"unit": "g"}, ("line 1, column 1", "'time'", "finite number")),
+        ("t a\n0 1\nt a\n", {"unit": "g"}, ("line 3, column 1", "'t'", "finite number")),
+        ("t a\n0 1\n1 b\n", {"unit": "g"}, ("line 3, column 2", "'b'", "finite number")),
+        ("time acc\n", {"unit": "g"}, ("0 samples", "two samples")),
         ("1 1\n0 1\n", {"unit": "g"}, ("column 1, line 2", "0 after 1", "increase")),
         ("0 1\n1 1\n3 1\n4 1\n", {"unit": "g"}, ("column 1, line 3", "2 s where 1 s", "uniform")),
         ("1\n", {"unit": "g", "dt": 1}, ("1 samples", "two samples")),
@@ -91,6 +100,13 @@ def test_read_goes_by_suffix(text, tmp_path):
         assert read(text("1\n2\n", name), unit="m/s2", dt=0.5).acceleration.tolist() == [1.0, 2.0]
     at2 = text("T\nE\nUNITS OF G\nNPTS= 2, DT= .5 SEC\n1 2\n", "a.at2")
     assert read(str(at2)).pga == 2 * STANDARD_GRAVITY
+
+
+def test_a_reader_that_returns_no_record_is_refused(text, tmp_path, refused):
+    text("import numpy\n\n\ndef read(path):\n    return numpy.zeros(9)\n", "own.py")
+    reader = f"{tmp_path / 'own.py'}:read"
+    with refused("own.py:read", "a ndarray of", "motion.txt", "a Record"):
+        read(text("1\n2\n"), reader=reader)
 
 
 @pytest.mark.parametrize(

@@ -157,7 +157,7 @@ def test_a_failing_case_leaves_the_others_alone(cases, alone, records, scheduled
         np.testing.assert_allclose(values[kept], expected, rtol=1e-12, err_msg=name)
         assert np.isnan(values[[5, 21]]).all()
     assert "50 times further than they were tested" in batch.failure[5]
-    assert batch.failure[21].startswith("current 99 A at t = 0 s is outside")
+    assert batch.failure[21].startswith("scheduled: current 99 A at t = 0 s is outside")
 
 
 def test_a_refused_current_is_named_as_in_a_single_run(stiffening, records, scheduled):

@@ -7,6 +7,7 @@ import pytest
 
 from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import CoilDriver, Sensors
+from isolation_sim.simulation.outputs import QUANTITIES, output_names
 from isolation_sim.simulation.run import simulate
 
 
@@ -127,6 +128,24 @@ def test_coil_currents_are_measured_before_they_change(stiffening, strong_motion
     simulate(stiffening, strong_motion, controller, driver=CoilDriver(initial=0.7))
     seen = [m.coil0_current_A for m in controller.seen]
     np.testing.assert_allclose(seen, [0.7, *controller.commands[:-1]], rtol=1e-15)
+
+
+@pytest.mark.parametrize("measures", [(), ("base_displacement_m",)])
+def test_noise_of_an_unknown_quantity_is_refused(stiffening, strong_motion, rule, held, measures):
+    sensors = Sensors(noise={"velocity": 0.01})
+    controller = rule(lambda t, m: 1.5, 0.1, measures) if measures else held()
+    message = (
+        r"sensors: noise: given 'velocity'; expected: velocity_m_s \(did you mean it\?\), "
+        "displacement_m, acceleration_m_s2, drift_m, deformation_m, force_N, base_displacement_m"
+    )
+    with pytest.raises(InputError, match=message):
+        simulate(stiffening, strong_motion, controller, sensors=sensors)
+
+
+def test_the_quantities_are_those_of_the_outputs(stiffening):
+    names = output_names(stiffening)
+    assert all(name.endswith(QUANTITIES) for name in names)
+    assert all(any(name.endswith(q) for name in names) for q in QUANTITIES)
 
 
 def test_noise_comes_from_its_seed_and_has_its_standard_deviation(stiffening, strong_motion, rule):

@@ -109,3 +109,6 @@ def test_controllers_believe_the_papers_rule_unless_told(
     assert curious.nominal is passive_plant
     simulate(stiffening, strong_motion, curious)
     assert curious.nominal is stiffening
+    curious.predicts_switching = True
+    simulate(passive_plant, strong_motion, curious)
+    assert curious.nominal is passive_plant

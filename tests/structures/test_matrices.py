@@ -1,11 +1,22 @@
 """Structures from matrices and from files."""
 
+import warnings
+
 import numpy as np
 import pytest
+from scipy.io import savemat
+from scipy.sparse import csc_array
 
-from isolation_sim.errors import InputError
+from ground_motions import el_centro_1940
+from isolation_sim import simulate
+from isolation_sim.errors import InputError, PlausibilityWarning
 from isolation_sim.laws import law
-from isolation_sim.structures import from_fixed_base, from_matrices, read_matrices
+from isolation_sim.structures import (
+    from_fixed_base,
+    from_matrices,
+    read_matrices,
+    reference_isolators,
+)
 from isolation_sim.structures import reference_building as reference
 
 M, C, K = np.diag([2.0, 1.0]), np.zeros((2, 2)), np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -157,3 +168,63 @@ def test_bad_files(tmp_path):
     np.save(tmp_path / "one.npy", M)
     with pytest.raises(InputError, match=r"one.npy: not a NumPy .npz"):
         read_matrices(tmp_path / "one.npy")
+
+
+def told(call):
+    """PlausibilityWarnings of a call, and what it returns."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        result = call()
+    return [str(one.message) for one in caught if one.category is PlausibilityWarning], result
+
+
+@pytest.mark.parametrize("what", ["stiffness", "damping"])
+def test_a_spring_or_damper_to_the_ground_is_told(what):
+    """At construction and in the run, by the dof and its value; files alike."""
+    whole = reference()
+    matrices = {key: getattr(whole, key).copy() for key in ("mass", "damping", "stiffness")}
+    matrices[what][0, 0] += 2e7
+    (line,), building = told(lambda: from_matrices(**matrices, name="frame"))
+    for part in ("frame: rigid motion along x", f"a {what} of 2e+07 N", "at base 2e+07 N"):
+        assert part in line
+    isolated = building.on(reference_isolators())
+    lines, run = told(lambda: simulate(isolated, el_centro_1940().cut(0, 0.5)))
+    assert line in lines and line in run.warnings()
+
+
+def test_foreign_matrices_without_such_parts_are_silent():
+    whole = reference()
+    matrices = [whole.mass, whole.damping, whole.stiffness]
+    six_digits = [np.array([[float(f"{x:.6g}") for x in row] for row in each]) for each in matrices]
+    lines, _ = told(lambda: from_matrices(*six_digits))
+    assert lines == []
+
+
+def test_damping_and_stiffness_exchanged_are_told():
+    whole = reference()
+    (line,), _ = told(lambda: from_matrices(whole.mass, whole.stiffness, whole.damping))
+    assert "the order of the matrices, M, C, K" in line and "% in the first mode" in line
+
+
+def test_matlab_files(tmp_path):
+    path = tmp_path / "tower.mat"
+    heights = {"storey_heights_m": [3.0], "influence": np.ones((2, 1)), "base": 0.0}
+    savemat(path, {"M": M, "C": C, "K": csc_array(K)} | heights)
+    tower = read_matrices(path)
+    np.testing.assert_array_equal(tower.stiffness, K)
+    assert tower.heights.tolist() == [3.0] and tower.name == "tower" and tower.base == (0,)
+    savemat(path, {"M": M, "K": K})
+    with pytest.raises(InputError, match=r"tower\.mat: array 'C' is missing"):
+        read_matrices(path)
+    version_7_3 = b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM" + bytes(400)
+    for content, message in (
+        (version_7_3, r"format 7.3 is HDF5; expected: save\('tower.mat', 'M', 'C', 'K', '-v7'\)$"),
+        (b"", "not a MATLAB .mat file"),
+        (b"hello", "not a MATLAB .mat file"),
+        (path.read_bytes()[:300], "not a MATLAB .mat file"),
+    ):
+        path.write_bytes(content)
+        with pytest.raises(InputError, match=message):
+            read_matrices(path)
+    with pytest.raises(InputError, match="no such file"):
+        read_matrices(tmp_path / "missing.mat")

@@ -94,7 +94,7 @@ def test_the_repr_names_masses_periods_and_the_tested_range():
 
 def test_the_period_at_full_current_is_that_at_the_highest_tested_one():
     plant = iso.reference_building().on(iso.reference_isolators())
-    periods = plant.facts()["Isolated period"].split(", ")
+    periods = plant.facts()["Isolated period at rest"].split(", ")
     assert plant.current_range(0)[1] > plant.tested_current(0) == 3.0
     assert periods[1].startswith(f"{plant.modes(3.0).periods[0]:.3g} s at 3 A (")
 

@@ -101,6 +101,19 @@ FAILING = {
 }
 
 
+def test_an_error_of_a_controller_is_a_row_like_a_divergence(tmp_path):
+    (tmp_path / "boom.py").write_text(
+        "from controllers import Controller\n\n\nclass Boom(Controller):\n"
+        "    def current(self, t, m):\n        return 1 / 0\n"
+    )
+    names = "passive_off", f"{tmp_path}/boom.py:Boom"
+    rows, finished = rows_of(design_of(scenario={"controller": [{"name": n} for n in names]}))
+    assert rows["status"].tolist() == ["ok", "diverged"] and finished.n_failed == 1
+    assert rows["reason"][1] == (
+        "Boom failed at t = 0 s: ZeroDivisionError: division by zero (boom.py:6)"
+    )
+
+
 def test_a_failing_case_is_a_row_with_its_reason_and_leaves_the_others_alone():
     rows, finished = rows_of(design_of(**FAILING))
     assert rows["status"].tolist() == [
@@ -115,7 +128,7 @@ def test_a_failing_case_is_a_row_with_its_reason_and_leaves_the_others_alone():
     ]
     assert (finished.n_runs, finished.n_failed) == (8, 5)
     assert "50 times further than they were tested; the ground motion peaks" in rows["reason"][2]
-    assert rows["reason"][5].startswith("current 99 A at t = 0 s is outside")
+    assert rows["reason"][5].startswith("constant: current 99 A at t = 0 s is outside")
     failed = rows[rows["status"] != "ok"]
     assert failed.filter(regex="peak|rms").isna().all().all()
     good, _ = rows_of(design_of(**FAILING), [0])

@@ -27,6 +27,8 @@ from ..decisions import (
     ADEQUATE,
     CONFUSABLE_GAIN,
     FAR_BETTER,
+    LOST,
+    MINOR,
     NEEDED,
     NOISE_EXAMPLES,
     NUMBERS_WRONG,
@@ -43,6 +45,7 @@ from ..device.effect_search import EffectSearch
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
 from ..device.intervals import intervals
+from ..device.kept_history import can_be_kept, kept, of_device
 from ..device.load_cell_offset import EACH_RUN, run_means
 from ..device.model import FittedModel, Model
 from ..device.next_test import next_test
@@ -80,6 +83,7 @@ class DeviceTests(Problem[FittedModel]):
         self.choice, self.degree, self._repaired = choice, degree, repaired
         self.significance = significance
         self.negligible: list[str] = []
+        self.negligible_below = significance
         self.unstable: list[str] = []
         self.campaign, self.device, self.seed, self.pool = campaign, device, seed, pool
         self.progress = progress
@@ -154,11 +158,14 @@ class DeviceTests(Problem[FittedModel]):
         while best.effects:
             corrected = [self._corrected(best, k) for k in range(len(best.effects))]
             least = int(np.argmin(corrected))
-            if corrected[least] >= self.significance:
+            explained = self._error(self.before) ** 2 - self._error(self.after) ** 2
+            small = float(np.sqrt(MINOR * max(explained, 0.0)))
+            if corrected[least] >= max(self.significance, small):
                 break
             self.negligible.append(
                 f"{best.effects[least].title} corrects {100 * corrected[least]:.2g} % of the force"
             )
+            self.negligible_below = max(self.significance, small)
             best = self.space.without(best, least)
             self._extend(best)
         if self._leaves_much():
@@ -237,9 +244,11 @@ class DeviceTests(Problem[FittedModel]):
 
     def _loses(self) -> bool:
         """Whether the law that was judged is better on held-out runs."""
-        # On a single run far better; on all of them, or on those of one condition, beyond a
-        # negligible share of the force and beyond noise.
+        # On single runs far better; on all of them, or on those of one condition, beyond a
+        # negligible share of the force and beyond noise. In each case by more than a small share of
+        # what other runs gain.
         data = self.data
+        gained = lost = 0.0
         for run in data.runs:
             if not data.fitted[run].all():
                 size = float(np.linalg.norm(data.force[run]))
@@ -247,21 +256,26 @@ class DeviceTests(Problem[FittedModel]):
                     float(np.linalg.norm((force - data.force)[run])) / size
                     for force in (self.before, self.after)
                 )
+                gained += max(before**2 - after**2, 0.0)
                 if after > max(WORSE * before, before + self.significance):
-                    return True
+                    lost += after**2 - before**2
+        if lost > LOST * gained:
+            return True
         held_out = ~data.fitted[data.starts[:-1]]
         if not held_out.any():
             return False
         noise = np.repeat(data.assumed_noise, data.lengths)
         residual = self.before - data.force
         change = self.after - self.before
+        decrease = np.add.reduceat(residual**2 - (residual + change) ** 2, data.starts[:-1])
+        accepted = LOST * float(np.sum(np.maximum(decrease, 0.0)[held_out]))
         shared = (runs & held_out for _, runs in conditions(data))
         for runs in (held_out, *(runs for runs in shared if np.sum(runs) > 1)):
             at = np.repeat(runs, data.lengths)
             loss = float(np.sum(((residual + change)[at]) ** 2 - residual[at] ** 2))
             negligible = self.significance**2 * float(np.sum(data.force[at] ** 2))
             chance = 2 * float(np.linalg.norm((noise * change)[at]))
-            if loss > negligible + 2 * chance:
+            if loss > max(negligible + 2 * chance, accepted):
                 return True
         return False
 
@@ -489,7 +503,8 @@ class DeviceTests(Problem[FittedModel]):
             source=f"diagnosed from {self.campaign.name}",
         )
         current = final.model.parameterisation.dependence(final.values[: final.model.n_law])
-        applied = zip(final.effects, final.model.parameters_of(final.values), strict=True)
+        effects = map(of_device, final.effects)
+        applied = zip(effects, final.model.parameters_of(final.values), strict=True)
         extended = extend(replace(evaluated, current=current), list(applied))
         return evaluated if self.device is None else self.device, extended
 
@@ -632,7 +647,7 @@ class DeviceTests(Problem[FittedModel]):
                 f"{', '.join(self.unstable)}."
             )
         if self.negligible:
-            least = f"less than {100 * self.significance:g} % of the force is negligible"
+            least = f"less than {100 * self.negligible_below:.2g} % of the force is negligible"
             return Text(f"{'; '.join(self.negligible)}: {least}.")
         return Text(
             ""
@@ -646,10 +661,14 @@ def _observable_effects(data: MeasuredRuns) -> list[Effect]:
     """Effects that the runs could show."""
     current_varies = bool(np.ptp(data.current) > 0)
     warmth_varies = data.has_temperature and bool(np.ptp(data.temperature) > 0.5)
-    return ([EACH_RUN] if len(data.dt) > 2 else []) + [
+    effects = [
         effect
         for forms in EFFECTS.values()
         for effect in forms
         if (effect.current is None or current_varies)
         and ("temperature" not in effect.needs or warmth_varies)
     ]
+    several = len(data.dt) > 2
+    if several and data.past is not None:
+        effects += [kept(effect) for effect in effects if can_be_kept(effect)]
+    return [EACH_RUN, *effects] if several else effects

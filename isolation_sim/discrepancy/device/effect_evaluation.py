@@ -21,6 +21,7 @@ from ...generated import load_text
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.run_starts import lead_in
 from ...laws.emit import function_text, straight_line, symbols
+from .kept_history import first_states
 
 HOOKS = ("motion", "current", "factor", "force")
 
@@ -49,6 +50,7 @@ def evaluate(
         for run, k in enumerate(data.starts[:-1] + ahead.lead):
             signals = Signals(x[k], v[k], data.a[k], current[k], force[k], data.temperature[k])
             first[run] = effect.start(signals, tuple(parameters))
+    first = first_states(effect, data, first)
     rows = [name for name in HOOKS for _ in range(_width(effect, name))]
     out = np.empty((len(rows), len(x)))
     _compiled(effect).trajectory(

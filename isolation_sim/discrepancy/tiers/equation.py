@@ -36,7 +36,7 @@ _SCREENED = 40
 """Candidates that are judged on conditions left out."""
 _TRIED = 5
 """Candidates that are asked for their stability."""
-_LEADING = 4
+_LEADING = 6
 """Terms whose numbers are searched before they are judged."""
 _SEARCHED = 40
 """Trials of a term's numbers."""

@@ -30,9 +30,11 @@ from ..decisions import (
     EQUATION_PREFERRED,
     EQUATION_SIGNIFICANT,
     IMITATION,
+    NEGLIGIBLE_LOSS,
     TIER_SAMPLES,
 )
 from ..device.generic_terms import OUTSIDE
+from ..device.kept_history import of_device
 from ..device.model import FittedModel, Model, fit_model
 from ..diagnosis import Diagnosis, Errors, Verdict
 from ..inference import at_bound, gain_interval, half_widths
@@ -191,10 +193,15 @@ class Climb(Tiers[_Rung]):
         if starts[0].effects:
             starts.append(self.law.part)
         found = [rung for start in starts if (rung := self._equation(start)) is not None]
-        return min(found, key=_power, default=None)
+        return min(
+            found, key=lambda one: (bool(self.losses(one, self.law)), _power(one)), default=None
+        )
 
     def _equation(self, start: FittedModel) -> _Rung | None:
-        """The equation beside a model, with the terms that it needs and that lose nowhere."""
+        """The equation beside a model, with the terms that it needs.
+
+        It loses nowhere, if there is such a one; else it is the one with the most terms.
+        """
         found = select(start.model, start.values, self.masks, self.problem.pool)
         terms = list(zip(found.chosen, found.stability, strict=True))
         numbers = [
@@ -202,7 +209,7 @@ class Climb(Tiers[_Rung]):
             for one, c in zip(found.chosen, found.coefficients, strict=True)
         ]
         own, at = found.values, start.model.n_law
-        best, least = None, np.inf
+        best, losing, least = None, None, np.inf
         while terms:
             chosen, stability = zip(*terms, strict=True)
             model, text = self._extended(start.model, chosen, None)
@@ -218,6 +225,7 @@ class Climb(Tiers[_Rung]):
                 best, least = rung, min(least, _power(rung))
             elif best is not None:
                 break
+            losing = losing or rung
             ends = at + np.cumsum([0, *(len(one) for one in numbers)])
             places = [np.arange(a, b) for a, b in pairwise(ends)]
             weakest = int(np.argmin([
@@ -228,6 +236,7 @@ class Climb(Tiers[_Rung]):
             own = np.delete(fitted, np.concatenate(places))
             numbers = [fitted[place] for place in places]
             del terms[weakest], numbers[weakest]
+        best = best or losing
         if best is None or _is_chance(best.part, start):
             return None
         return replace(best, final=self._fitted(best.final.model, best.part.values, 1e-6))
@@ -293,7 +302,10 @@ class Climb(Tiers[_Rung]):
 
     def losses(self, rung: _Rung, against: _Rung) -> tuple[str, ...]:
         """Conditions left out of a fit, and conditions held out, on which a rung loses."""
-        data, least = self.problem.data, self.problem.significance
+        data = self.problem.data
+        every = np.logical_or.reduce(self.masks)
+        missed = self.data.relative(against.left_out, every)
+        least = max(self.problem.significance, NEGLIGIBLE_LOSS * missed)
 
         def loses(one: NDArray, other: NDArray, data: MeasuredRuns, mask: NDArray) -> bool:
             return data.relative(one, mask) > data.relative(other, mask) + least
@@ -382,7 +394,8 @@ class Climb(Tiers[_Rung]):
             current=final.model.parameterisation.dependence(final.values[: final.model.n_law]),
             name="",
         )
-        applied = zip(final.effects, final.model.parameters_of(final.values), strict=True)
+        effects = map(of_device, final.effects)
+        applied = zip(effects, final.model.parameters_of(final.values), strict=True)
         return extend(inner, list(applied)) if final.effects else inner
 
     def text(self, rung: _Rung) -> str:

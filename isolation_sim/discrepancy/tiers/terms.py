@@ -113,6 +113,14 @@ _CURRENT_RATE = (
     ("x dI/dt", f"x * {_FLUX}", "N s/A/m"),
     ("v dI/dt", f"v * {_FLUX}", "N s^2/A/m"),
 )
+_BUMP_WIDTH = 0.15
+"""Width of a bump over the largest deformation; bumps stand as far from each other."""
+_BUMPS = tuple(_BUMP_WIDTH * k for k in range(-6, 7))
+_WELLS = (0.1, 0.2, 0.4)
+"""Width of a change of stiffness around the centre, over the largest deformation."""
+_RIPPLES = (("sin(x/r)", "np.sin(x / r)"), ("1 - cos(x/r)", "1.0 - np.cos(x / r)"))
+_WAVES = tuple(range(4, 25, 2))
+"""Phase of a ripple at the largest deformation, rad: neighbours overlap."""
 _LENGTHS = (0.003, 0.01, 0.03, 0.1, 0.3)
 _SPEEDS = (0.01, 0.03, 0.1, 0.3)
 _TIMES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
@@ -123,7 +131,7 @@ _CHANGING = 0.05
 _LEAST_SAMPLES = 2.0
 """Samples over which the rate of the current is taken, at least."""
 _MEANINGS = {
-    "r": ("m", "deformation at which it yields"),
+    "r": ("m", "characteristic deformation"),
     "g": ("m", "deformation from which it acts"),
     "w": ("m/s", "velocity at which it saturates"),
     "t": ("s", "relaxation time"),
@@ -162,12 +170,19 @@ def _library(x: float, v: float) -> Iterator[Term]:
     for share in _SPEEDS:
         for name in ("tanh", "arcsinh"):
             yield Term(f"{name}(v/w)", f"np.{name}(v / w)", "N", _numbers(w=share * v))
-    for share in (-0.5, -0.25, 0.25, 0.5):
+    for share in _BUMPS:
         u = "(x - b) / r"
         yield Term(
             "u exp(-u^2/2), u = (x - b)/r", f"{u} * np.exp(-0.5 * ({u})**2)", "N",
-            _numbers(b=share * x, r=0.15 * x),
+            _numbers(b=share * x, r=_BUMP_WIDTH * x),
         )  # fmt: skip
+    for share in _WELLS:
+        yield Term(
+            "x exp(-(x/r)^2/2)", "x * np.exp(-0.5 * (x / r)**2)", "N/m", _numbers(r=share * x)
+        )
+    for text, code in _RIPPLES:
+        for waves in _WAVES:
+            yield Term(text, code, "N", _numbers(r=x / waves))
     for text, code, unit in _INERTIA:
         yield Term(
             f"{text}, a = s' = (v - s)/t", code, unit, _numbers(t=_FAST * x / v), _ACCELERATION,

@@ -1,0 +1,158 @@
+"""Plausibility of a run: its ground motion, its isolators and its end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ground_motions import STANDARD_GRAVITY, Record
+
+from ..laws.current_dependence import CurrentDependence
+from ..laws.law import Law
+from ..structures import IsolatedStructure
+from ..structures.sizing import ISOLATED_PERIODS, isolation_elements
+from ..written_names import as_written
+from .trajectory import Trajectory
+
+LARGEST_PGA = 2 * STANDARD_GRAVITY
+"""Largest plausible acceleration of the ground, m/s^2; few records exceed it."""
+LONGEST_STEP = 0.1
+"""Longest plausible step of a ground motion, s; records have 0.005 to 0.02 s."""
+SLOW_PERIOD = 100.0
+"""Period of the cycle for the restoring stiffness, s: viscous forces are small."""
+LAST = 2.0
+"""Time before the end of a run at which its motion is judged, s: half a period of 4 s."""
+STILL_MOVING = 0.1
+"""Least kinetic energy at the end, over its peak, of a warning; 0.046 at most in the main job."""
+DISPLACED = 0.1
+"""Least displacement at the end, over its peak, of a warning; 0.053 at most in the main job."""
+
+
+def implausible_motion(records: Sequence[Record]) -> list[str]:
+    """Warnings about accelerations and steps that no record of an earthquake has."""
+    lines = []
+    for record in records:
+        if record.pga > LARGEST_PGA:
+            lines.append(
+                f"ground motion {record.name} peaks at {record.pga:.3g} m/s^2, "
+                f"{record.pga / STANDARD_GRAVITY:.3g} g; records rarely exceed 2 g: check its unit"
+            )
+        if record.dt > LONGEST_STEP * (1 + 1e-9):
+            lines.append(
+                f"ground motion {record.name} has a step of {record.dt:.3g} s; records have 0.1 s "
+                "at most: check dt"
+            )
+    return lines
+
+
+@lru_cache(maxsize=256)
+def not_restoring(isolated: IsolatedStructure) -> tuple[str, ...]:
+    """Warnings about isolators that do not return the base, at the lowest and highest current."""
+    structure = isolated.structure
+    currents = [0.0]
+    for channel in range(isolated.n_channels):
+        low, high = isolated.current_range(channel)
+        currents = [max(low, 0.0), min(high, isolated.tested_current(channel))]
+    lines = []
+    for column, name in enumerate(structure.horizontal if structure.base else ()):
+        rigid = structure.above_foundation[:, column]
+        least = (rigid @ structure.mass @ rigid) * (2 * np.pi / ISOLATED_PERIODS[1]) ** 2
+        for current in dict.fromkeys(filter(np.isfinite, currents)):
+            stiffness = rigid @ structure.stiffness @ rigid
+            for e in isolation_elements(isolated):
+                element = isolated.elements[e]
+                amperes = 0.0 if element.channel is None else current
+                device = element.device
+                stiffness += (
+                    isolated.holding[e, column] ** 2
+                    * (device.force_scale / device.length)
+                    * _slow_stiffness(
+                        device.law, device.current, amperes,
+                        device.deformation_scale / device.length,
+                    )
+                )  # fmt: skip
+            if stiffness < least:
+                at = f" at {current:.3g} A" if isolated.n_channels else ""
+                lines.append(
+                    f"{structure.name}: the isolators have no restoring stiffness along {name}"
+                    f"{at}: {stiffness:.3g} N/m in a slow cycle of large deformation, so that "
+                    "nothing returns the base; the isolated period at rest is not its period"
+                )
+    return tuple(lines)
+
+
+@lru_cache(maxsize=256)
+def _slow_stiffness(
+    law: Law, dependence: CurrentDependence, current: float, amplitude: float
+) -> float:
+    """Slope of the mean of both branches of a slow loop, between half of its amplitudes, N/m."""
+    from scipy.integrate import solve_ivp
+
+    if law.unit or law.name == "measured_force":
+        return np.inf  # unknown
+    parameters, omega = dependence.at(current), 2 * np.pi / SLOW_PERIOD
+
+    def motion(t: float | NDArray) -> tuple:
+        return amplitude * np.sin(omega * t), amplitude * omega * np.cos(omega * t)
+
+    # at half of the amplitude: downwards on both sides, then upwards
+    instants = np.array([150.0, 210.0, 330.0, 390.0]) / 360 * SLOW_PERIOD
+    states = np.zeros((0, instants.size))
+    if law.states:
+        states = solve_ivp(
+            lambda t, s: law.rates(*motion(t), tuple(s), parameters),
+            (0.0, instants[-1]), np.zeros(len(law.states)), "LSODA", t_eval=instants,
+            rtol=1e-6, atol=1e-9, max_step=SLOW_PERIOD / 50,
+        ).y  # fmt: skip
+    if states.shape[1] < instants.size:
+        return np.inf  # the law cannot follow this motion
+    force = np.broadcast_to(law.force(*motion(instants), tuple(states), parameters), 4)
+    return float(force @ [1, -1, -1, 1] / (2 * amplitude))
+
+
+def of_end(run: Trajectory) -> tuple[bool, float]:
+    """Whether a building still moves at the end, and its share of the peak displacement if not."""
+    structure, n = run.isolated.structure, run.isolated.structure.n_dofs
+    if "values" in vars(run):
+        motion = run.values[:, : 2 * n]
+    else:  # faster than all outputs
+        modal = run.modal[run.grid.samples]
+        motion = modal @ run.outputs.rows[: 2 * n, : modal.shape[1]].T
+    last = run.time >= run.time[-1] - LAST
+    velocity = motion[:, n:]
+    kinetic = np.sum(velocity @ structure.mass * velocity, axis=1)  # twice
+    if np.max(kinetic[last]) > STILL_MOVING * np.max(kinetic):
+        return True, 0.0
+    rows = structure.isolation_rows
+    base = motion[:, :n] @ rows.reshape(-1, n).T
+    # the base oscillates about a point that is not zero
+    aside = np.abs(base[last]).min(axis=0) * (np.ptp(np.sign(base[last]), axis=0) == 0)
+    peak = np.max(np.abs(base), initial=0.0)
+    return False, float(np.max(aside, initial=0.0) / peak) if peak else 0.0
+
+
+def at_end(runs: Mapping[str, Any]) -> list[str]:
+    """Warnings about the end of several runs (``Run``)."""
+    moving = [as_written(name) for name, run in runs.items() if run.end[0]]
+    aside = [
+        f"{as_written(name)} {100 * run.end[1]:.0f} %"
+        for name, run in runs.items()
+        if run.end[1] > DISPLACED
+    ]
+    lines = []
+    if moving:
+        lines.append(
+            "the building still moves at the end, so that RMS values and energies depend on the "
+            "length of the motion; add quiet time, padded(after=) or quiet_after_s: "
+            f"{', '.join(moving)}"
+        )
+    if aside:
+        lines.append(
+            "the base does not return: it ends displaced, in relation to its peak: "
+            f"{', '.join(aside)}"
+        )
+    return lines
