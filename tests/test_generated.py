@@ -35,7 +35,7 @@ GENERATORS = {
     "device": lambda: sensitivities.compiled.__wrapped__(LAW),
     "effect": lambda: effect_evaluation._compiled.__wrapped__(effect("current_lag")),
     "decision": lambda: controllers.compiled._module.__wrapped__(
-        clipped_lqr._decide, DeviceModel, (LAW,), 1
+        clipped_lqr._decide, DeviceModel, (LAW,), 1, ""
     ),
 }
 # a writer, its call, and a file that it needs

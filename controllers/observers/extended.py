@@ -23,9 +23,6 @@ from .tangent import TangentModel
 EACH, WIDTH, PERIOD, ACCELERATION, DEFORMATION, DEVICES, FIRST = range(4, 11)
 # memory: whether it has begun; the state, the rates, the last currents; normalised innovations;
 # covariance, dynamics, transition, added covariance; rows of the measurements; a tangent; scratch
-WAYS = (1 / 4, 2 / 3)
-"""Steps of an interval: its halves, with the current at the middle of each. The numbers are shares
-of the way to the present current. A field that lags by less than an interval needs both."""
 
 
 def equations(
@@ -101,17 +98,21 @@ def extended_update(
     work = memory[at:]
 
     if memory[0] == 1.0:
-        for way in WAYS:
+        # both halves of the interval, with the current at the middle of each: a quarter, then two
+        # thirds of the way left to the present one. A field that lags by less than an interval
+        # needs them.
+        for half in range(2):
+            way = 1.0 / 4.0 + half * (2.0 / 3.0 - 1.0 / 4.0)
             for c in range(n_coils):
                 currents[c] += way * (measured[n_y + c] - currents[c])
             equations(z, currents, settings, dynamics, rates, work, tangent)
             density = work[3 * area : 4 * area]
             for i in range(area):
-                dynamics[i] *= h / len(WAYS)
+                dynamics[i] *= h / 2
                 density[i] = 0.0
             for i in range(n_all):
                 for j in range(n_all):
-                    density[i * size + j] = h / len(WAYS) * noise[i * n_all + j]
+                    density[i * size + j] = h / 2 * noise[i * n_all + j]
             step_matrices(size, dynamics, density, transition, added, work)
             for i in range(n_all):
                 z[i] += transition[i * size + n_all]

@@ -761,7 +761,7 @@ def test_at_rest_the_belief_is_kept(isolated):
     assert found[-1] == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(("observer", "left"), [("none", 0.4), ("extended", 0.5)])
+@pytest.mark.parametrize(("observer", "left"), [("none", 0.4), ("extended", 0.6)])
 def test_learning_makes_up_for_a_wrong_belief(isolated, record, observer, left):
     element = isolated.elements[0]
     wrong = replace(element, device=element.device.scaled(force=0.7))
