@@ -67,6 +67,7 @@ class _Rung:
     chosen: tuple[Chosen, ...] = ()
     stability: tuple[float, ...] = ()
     text: str = ""
+    loses: bool = False  # Whether an equation predicts some condition worse than the law
 
 
 R = TypeVar("R")
@@ -186,16 +187,14 @@ class Climb(Tiers[_Rung]):
         return residual
 
     def equation(self) -> _Rung | None:
-        """The second tier, beside the causes or in their place; None if no term loses nowhere."""
+        """The second tier, beside the causes or in their place; None if no term helps."""
         if len(self.masks) < 2:  # one condition left out does not tell a gain from chance
             return None
         starts = [self._catalogue(self.causes.part)]
         if starts[0].effects:
             starts.append(self.law.part)
         found = [rung for start in starts if (rung := self._equation(start)) is not None]
-        return min(
-            found, key=lambda one: (bool(self.losses(one, self.law)), _power(one)), default=None
-        )
+        return min(found, key=lambda one: (one.loses, _power(one)), default=None)
 
     def _equation(self, start: FittedModel) -> _Rung | None:
         """The equation beside a model, with the terms that it needs.
@@ -236,7 +235,8 @@ class Climb(Tiers[_Rung]):
             own = np.delete(fitted, np.concatenate(places))
             numbers = [fitted[place] for place in places]
             del terms[weakest], numbers[weakest]
-        best = best or losing
+        if best is None and losing is not None:
+            best = replace(losing, loses=True)
         if best is None or _is_chance(best.part, start):
             return None
         return replace(best, final=self._fitted(best.final.model, best.part.values, 1e-6))
