@@ -11,6 +11,7 @@ from ground_motions.argument_types import checked
 
 from .criteria import criteria
 from .errors import Diverged, InputError, unknown_name
+from .io.results_folder import files_into
 from .named_values import Criteria
 from .rendering import Printed, render
 from .simulation.result import cautions_of, decisions_of
@@ -88,7 +89,7 @@ class Comparison(Printed):
         if reference is not None and reference not in runs:
             raise unknown_name("reference run", reference, runs)
         self.runs, self.diverged = dict(runs), dict(diverged or {})
-        self.reference = _without_current(runs) if reference is None else reference
+        self.reference = reference_name(runs) if reference is None else reference
         self.fixed_base = fixed_base
         (first, like), *others = self.runs.items()
         if fixed_base is not None and fixed_base.records != like.records:
@@ -272,7 +273,13 @@ class Comparison(Printed):
         yield from self.verdict()
 
     @checked
-    def save(self, folder: str | Path, scenario: str = "", figures: bool = False) -> Path:
+    def save(
+        self,
+        folder: str | Path,
+        scenario: str = "",
+        figures: bool = False,
+        overwrite: bool = False,
+    ) -> Path:
         """Write all results; ``isolation_sim.load`` loads the comparison again.
 
         Parameters
@@ -283,14 +290,21 @@ class Comparison(Printed):
             TOML of the scenario of the runs, saved with them.
         figures : bool, default False
             Whether to draw figures, each as SVG and PNG.
+        overwrite : bool, default False
+            Whether to replace the files of a result that is in the folder. Other files stay.
 
         Returns
         -------
         pathlib.Path
             The folder; its ``README.txt`` lists the files.
+
+        Raises
+        ------
+        InputError
+            If the folder contains a saved result or a file of the same name.
         """
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        render("comparison_files:write_comparison", self, folder, scenario, figures)
+        with files_into(folder, overwrite) as place:
+            render("comparison_files:write_comparison", self, place, scenario, figures)
         return Path(folder)
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -347,10 +361,10 @@ def simulated(
     return Comparison(runs, diverged=diverged, fixed_base=fixed_base())
 
 
-def _without_current(runs: Mapping[str, Run]) -> str | None:
-    """Name of the run without current, which may have another label."""
+def reference_name(runs: Mapping[str, Run]) -> str | None:
+    """Name of the run of ``passive_off``, whatever its label; else of the run with this label."""
     alike = (name for name, run in runs.items() if run.controller == UNCONTROLLED)
-    return UNCONTROLLED if UNCONTROLLED in runs else next(alike, None)
+    return next(alike, UNCONTROLLED if UNCONTROLLED in runs else None)
 
 
 @checked

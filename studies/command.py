@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated, Any
 
 import typer
@@ -18,6 +17,7 @@ from isolation_sim.cli.common_options import (
     print_results,
     progress,
 )
+from isolation_sim.io.json_text import json_text
 from isolation_sim.registry import STUDIES
 
 from .study import about, default_folder
@@ -84,7 +84,7 @@ def papers(
     where = out or default_folder("papers")
     path = reproduce(where, figures, short, show, overwrite)
     if as_json:
-        print(json.dumps(records, indent=2))
+        print(json_text(records))
     print_results(path, as_json, quiet, where)
 
 
@@ -108,7 +108,7 @@ def _run(name: str) -> typer.Typer:
         with progress(quiet, 1) as step:
             result, path = perform(name, where, short, step, overwrite)
         if as_json:
-            print(json.dumps({"finding": result.finding, "table": list(result.table)}, indent=2))
+            print(json_text({"finding": result.finding, "table": list(result.table)}))
         elif not quiet:
             console = standard_console()
             console.print(layout(result.table, run.__doc__ or ""))

@@ -99,7 +99,7 @@ def ranking(result: Judgement, case: str) -> Rows:
     result : Judgement
         Of all controllers.
     case : str
-        One of ``controller_runs.CASES``.
+        One of ``"nominal"``, ``"soft"``, ``"stiff"`` and ``"passive"``.
 
     Returns
     -------
@@ -110,6 +110,11 @@ def ranking(result: Judgement, case: str) -> Rows:
         the papers' rule, is known; then medians of field work, mean squared current and time a
         decision, simulation included, and the number of motions that it is not bounded under. None
         where a run diverged.
+
+    Raises
+    ------
+    InputError
+        If there is no such case, with the names of all.
     """
     every, random, solved = list(result.constants), result.random, result.solved
     table = []

@@ -8,12 +8,16 @@ import re
 import shlex
 import subprocess
 import sys
+from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.main import get_command
 
 import isolation_sim
+import studies
 from isolation_sim import cli
+from isolation_sim.io.json_text import json_text
 
 SHORT = """
 [ground]
@@ -514,3 +518,15 @@ def test_a_degree_of_the_current_is_refused_for_a_building_record(here, call):
     assert (code, out) == (2, "")
     assert re.match("isolation-sim: record.csv: current degree is 1, which has no meaning", err)
     assert not (here / "results").exists()
+
+
+def test_json_has_no_nan():
+    """Every command writes JSON by one helper, which writes null for NaN and infinity."""
+    given = {"a": [1.5, np.nan, (np.inf, np.float64("nan"))], "b": {"c": -np.inf, "d": "NaN"}}
+    read = json.loads(json_text(given), parse_constant=pytest.fail)
+    assert read == {"a": [1.5, None, [None, None]], "b": {"c": None, "d": "NaN"}}
+    commands = [
+        *Path(cli.__file__).parent.glob("*.py"),
+        Path(studies.__file__).with_name("command.py"),
+    ]
+    assert [path.name for path in commands if "json.dumps" in path.read_text("utf-8")] == []

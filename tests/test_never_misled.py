@@ -107,6 +107,49 @@ def test_a_batch_says_how_many_runs_leave_the_tests(shake, isolated):
         )
 
 
+def test_many_runs_say_what_single_runs_say(shake, tmp_path):
+    """Each kind is counted; a run that has a warning alone is among them."""
+    building = iso.reference_building()
+    plants = building.on(friction(0.0)), building.on(iso.reference_isolators())
+    motions = shake.padded(after=8.0), shake, shake.scaled(9.80665)
+    cases = [
+        Case(plant, motion, iso.controller("passive_off")) for plant in plants for motion in motions
+    ] * 2
+    lines, batch = told(PlausibilityWarning, lambda: iso.simulate_many(cases))
+    single = [told(PlausibilityWarning, lambda c=c: iso.simulate(*case_of(c)))[0] for c in cases]
+    for part in ("no restoring stiffness", "3.13 g", "still move", "displaced"):
+        number = sum(any(part in line for line in alone) for alone in single)
+        (line,) = (line for line in lines if part in line)
+        assert 0 < number < 12 and line.startswith(f"{number} of 12 runs")
+    assert set(lines) <= set(batch.warnings())
+    # fewer runs are computed one by one, and say the same
+    few = told(PlausibilityWarning, lambda: iso.simulate_many(cases[:6]))[1]
+    for name in ("moving_at_end", "displacement_at_end", "implausible"):
+        assert np.array_equal(getattr(few, name), getattr(batch, name)[:6])
+
+
+def case_of(case):
+    return case.isolated, case.ground, case.controller
+
+
+def test_a_sweep_says_what_single_runs_say(tmp_path):
+    plan = {
+        "scenario": {"ground": {"name": "el_centro_1940_ns", "stop_s": 4.0},
+                     "controller": [{"name": "passive_off"}]},
+        "vary": [{"field": "ground.scale_factor", "values": [0.2, 0.4, 10.0]}],
+    }  # fmt: skip
+    swept = iso.sweep(plan, tmp_path / "sweep", workers=1)
+    moving = "3 of 3 runs still move at the end"
+    assert any(line.startswith(moving) for line in swept.warnings())
+    assert any(line.startswith("1 of 3 runs: ground motion") for line in swept.warnings())
+    assert f"warning: {moving}" in str(swept)
+    assert f"Warning: {moving}" in swept.to_html(tmp_path / "report.html").read_text()
+    # a table of an earlier release has no such columns
+    old = iso.load(tmp_path / "sweep")
+    vars(old)["table"] = swept.table.drop(columns=["moving_at_end", "implausible"])
+    assert not any("still move" in line for line in old.warnings())
+
+
 def test_fifty_times_the_tests_ends_the_run_and_names_the_scale(shake):
     """A laboratory device that was not scaled, and one whose tests are said to reach further."""
     unscaled = iso.reference_building().on(iso.law("strain_stiffening").scaled(force=30.0))

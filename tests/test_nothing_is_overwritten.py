@@ -124,6 +124,31 @@ def test_every_command_is_tried():
     assert missing == []
 
 
+def test_a_saved_result_is_replaced_only_on_request(tmp_path):
+    """Into an empty folder, beside other files, upon a result, and upon a file of one's own."""
+    building = iso.reference_building().on(iso.reference_isolators())
+    run = iso.simulate(building, iso.el_centro_1940().cut(0, 0.5), "passive_off")
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "mine.txt").write_text("mine")
+    iso.Comparison({"passive_off": run}).save(folder)
+    before = content(folder)
+    assert folder / "mine.txt" in before and folder / "result.npz" in before
+    refused = r"out: contains a saved result \(result.npz\); expected: .* overwrite=True"
+    for result in (run, iso.Comparison({"passive_off": run})):
+        with pytest.raises(InputError, match=refused):
+            result.save(folder)
+    assert content(folder) == before
+    run.save(folder, overwrite=True)
+    assert set(content(folder)) == {*before, folder / "history.nc"}
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "README.txt").write_text("mine")
+    with pytest.raises(InputError, match=r"README.txt: exists; expected: .* overwrite=True"):
+        iso.Comparison({"passive_off": run}).save(other)
+    assert content(other) == {other / "README.txt": b"mine"} and len(list(other.iterdir())) == 1
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="paths of the examples are POSIX")
 @pytest.mark.parametrize("number", range(len(COMMANDS)))
 def test_whatever_exists_stays_as_it_is(desk, tmp_path, monkeypatch, number):

@@ -14,8 +14,9 @@ from ground_motions import Record
 from isolation_sim import read_run, write_run
 from isolation_sim.io.atomic_write import write_text
 from isolation_sim.io.csv_table import write_table
+from isolation_sim.io.json_text import json_text
 from isolation_sim.io.results_folder import ResultsFolder, file_name
-from isolation_sim.reports.comparison_files import _finite, write_comparison
+from isolation_sim.reports.comparison_files import write_comparison
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +100,8 @@ def test_everything_of_a_comparison(comparison, tmp_path):
 
 
 def test_json_has_null_for_what_is_no_number():
-    assert _finite({"a": [float("nan"), 1.0, float("inf")]}) == {"a": [None, 1.0, None]}
+    text = json_text({"a": [float("nan"), 1.0, float("inf")]}, indent=None)
+    assert text == '{"a": [null, 1.0, null]}'
 
 
 @pytest.mark.parametrize(

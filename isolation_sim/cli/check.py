@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ..io.json_text import json_text
 from .common_options import AsJson, Force, Quiet, ReportFile, examples, progress
 
 EXAMPLES = examples(
@@ -40,7 +40,7 @@ def check(
             step(f"{row.group}: {row.case}", 0)
             rows.append(row)
     if as_json:
-        print(json.dumps([row._asdict() for row in rows], indent=2, ensure_ascii=False))
+        print(json_text([row._asdict() for row in rows], ensure_ascii=False))
     elif not quiet:
         standard_console().print(console_table(rows, described.name))
     if report is not None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..io.json_text import json_text
 from .common_options import AsJson, examples
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def cite(
     citations = citations_of(what)
     if as_json:
         records = [{"reference": text, "used_for": list(uses)} for text, uses in citations]
-        print(json.dumps({"version": __version__, "references": records}, indent=2))
+        print(json_text({"version": __version__, "references": records}))
         return
     print(f"isolation-sim {__version__}; CITATION.cff says how to cite it.\n")
     for text, uses in citations:

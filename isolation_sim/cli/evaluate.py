@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ..io.json_text import json_text
 from .common_options import AsJson, Force, Quiet, ReportFile, TestsFolder, examples
 
 EXAMPLES = examples(
@@ -32,7 +32,7 @@ def evaluate(
     check_new_files(force, report)
     result = run_evaluation(law, campaign)
     if as_json:
-        print(json.dumps(result.to_dict(), indent=2))
+        print(json_text(result.to_dict()))
     elif not quiet:
         result.report()
     if report is not None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +9,7 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
+from ..io.json_text import json_text
 from ..io.output_place import check_new_files
 from .common_options import (
     AsJson,
@@ -90,7 +90,7 @@ def fit(
             starts=starts, progress=lambda done: step("searching", done),
         )  # fmt: skip
     if as_json:
-        print(json.dumps(result.to_dict(), indent=2))
+        print(json_text(result.to_dict()))
     elif not quiet:
         result.report()
     where = sys.stderr if as_json else sys.stdout

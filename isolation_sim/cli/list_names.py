@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from typing import Annotated
 
 import typer
 
 from ..errors import unknown_name
+from ..io.json_text import json_text
 from .common_options import AsJson, examples
 
 EXAMPLES = examples("isolation-sim list laws", "isolation-sim list controllers --json")
@@ -134,7 +134,7 @@ def list_names(
         raise unknown_name("subject", subject, SUBJECTS)
     headings, entries = SUBJECTS[subject]()
     if as_json:
-        print(json.dumps([dict(zip(headings, entry, strict=True)) for entry in entries], indent=2))
+        print(json_text([dict(zip(headings, entry, strict=True)) for entry in entries]))
         return
     if not entries:
         print(f"no {subject} yet")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..io.json_text import json_text
 from .common_options import (
     AsJson,
     DefaultOut,
@@ -80,6 +81,8 @@ def suite(
     failed = result.sweep.failed
     for _, row in failed.iterrows():
         print_warning(f"{row['motion']}, {row['controller']}: {row['status']}: {row['reason']}")
+    for warning in result.warnings():
+        print_warning(warning)
     print_results(result.folder, as_json, quiet)
     if len(failed):
         raise typer.Exit(1)
@@ -88,7 +91,7 @@ def suite(
 def _json(result: Suite) -> str:
     """Statistics and runs as JSON, in SI units; null for a missing number."""
     return (
-        json.dumps(
+        json_text(
             {
                 "name": result.name,
                 "folder": str(result.folder),
@@ -99,8 +102,7 @@ def _json(result: Suite) -> str:
                 "motions": result.index["motions"],
                 "statistics": json.loads(result.statistics.reset_index().to_json(orient="records")),
                 "runs": json.loads(result.table.to_json(orient="records")),
-            },
-            indent=2,
+            }
         )
         + "\n"
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 import time
@@ -14,6 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from ..errors import InputError
+from ..io.json_text import json_text
 from .common_options import (
     AsJson,
     DefaultOut,
@@ -183,7 +183,7 @@ def run_plan(
         write_contents(result.folder, f"Sweep {result.plan.name}")
     write_exports(export, Path(result.folder), f"Sweep {design.plan.name}")
     if as_json:
-        print(json.dumps(_report(result, time.perf_counter() - begun), indent=2))
+        print(json_text(_report(result, time.perf_counter() - begun)))
     elif not quiet:
         standard_console().print(controllers_table(result))
         _show_failures(result)

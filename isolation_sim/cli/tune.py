@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import InputError
+from ..io.json_text import json_text
 from .common_options import (
     AsJson,
     Export,
@@ -98,7 +99,7 @@ def tune(
         )  # fmt: skip
     write_exports(export, folder, f"Tuning of {result.controller}")
     if as_json:
-        print(json.dumps(result.to_dict(), indent=2))
+        print(json_text(result.to_dict()))
     elif not quiet:
         result.report()
     where = sys.stderr if as_json else sys.stdout

@@ -37,7 +37,8 @@ CLEARLY_BETTER = 0.5
 """A generic term is taken if it leaves less than this share of the misfit that the best effect of
 the catalogue leaves; the catalogue's forms are only nearly right. Blind (cases ``outside``)."""
 WELL_EXPLAINED = 0.15
-"""Share of the law's misfit. If the best effect leaves less, no generic term is tried. Blind."""
+"""Share of the law's misfit. If the best effect beside others leaves less, no generic term is
+tried; one is not fitted either where a linear answer leaves so much more. Blind."""
 
 # Device tests: does what was found stand on data that were not fitted?
 
@@ -106,6 +107,8 @@ INTERFERENCE_HARMONICS = 16
 
 TRIED = 14
 """Forms that are fitted after all have been screened. Effort."""
+TERMS_TRIED = 3
+"""Generic terms that are fitted beside them. Effort."""
 RIVALS_TRIED = 4
 """Forms that are fitted in the place of an effect found before. Effort."""
 SCREEN_STARTS = 12

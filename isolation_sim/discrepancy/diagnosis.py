@@ -396,13 +396,15 @@ class Diagnosis(Printed):
         return render("diagnosis_figures:overview", self)
 
     @checked
-    def save(self, folder: str | Path) -> list[Path]:
+    def save(self, folder: str | Path, overwrite: bool = False) -> list[Path]:
         """Write ``diagnosis.json``, ``extended_law.toml``, the report and the figures.
 
         Parameters
         ----------
         folder : str or pathlib.Path
             Made if it does not exist.
+        overwrite : bool
+            Whether a saved result and files of the same name are replaced.
 
         Returns
         -------
@@ -412,10 +414,11 @@ class Diagnosis(Printed):
         Raises
         ------
         InputError
-            If the folder cannot be written.
+            If the folder cannot be written, or contains a saved result or a file of the same name
+            and ``overwrite`` is false.
         """
         try:
-            return render("diagnosis_files:save_diagnosis", self, Path(folder))
+            return render("diagnosis_files:save_diagnosis", self, Path(folder), overwrite)
         except OSError as error:
             raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
 

@@ -59,6 +59,9 @@ class EffectParameter(Quantity):
     starts : tuple of float
         Values from which a fit may start: in the unit itself for times (s) and pure numbers, else
         as multiples of the data's size of that unit (largest deformation, RMS force, ...).
+    least : float
+        Bound below its first value, as a multiple of the data's size of that unit: what lies below
+        is another effect.
     difference : float
         Relative step of differences by it. A contact that begins between two samples asks for
         a larger one.
@@ -66,6 +69,7 @@ class EffectParameter(Quantity):
 
     strength: bool = False
     starts: tuple[float, ...] = (1.0,)
+    least: float = 0.0
     difference: float = 1e-4
 
 

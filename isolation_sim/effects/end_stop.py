@@ -5,6 +5,7 @@ Forms, with u = max(|x| - gap, 0):
     linear         k u
     power          k u (u / w)^(n - 1),   w = gap / 10: k is the secant stiffness at u = w
     exponential    k w (exp(u / w) - 1),  linear from u = 20 w on, so that it stays finite
+    two_gaps       power, with a gap of its own on either side
 """
 
 from typing import Any
@@ -50,6 +51,22 @@ def stored_energy_power(x: Any, states: tuple, parameters: tuple) -> Any:
     return k * w**2 * (u / w) ** (n + 1) / (n + 1)
 
 
+def two_gaps(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Contact force."""
+    k, ahead, behind, n = parameters
+    w = ahead / 10
+    forwards, backwards = positive(signals.x - ahead) / w, positive(-signals.x - behind) / w
+    return k * w * (forwards**n - backwards**n)
+
+
+def stored_energy_two_gaps(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Its potential."""
+    k, ahead, behind, n = parameters
+    w = ahead / 10
+    forwards, backwards = positive(x - ahead) / w, positive(-x - behind) / w
+    return k * w**2 * (forwards ** (n + 1) + backwards ** (n + 1)) / (n + 1)
+
+
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Contact force."""
     k, gap, w = parameters
@@ -74,10 +91,20 @@ def _stiffness(meaning: str) -> EffectParameter:
     return EffectParameter("stiffness", "N/m", meaning, lower=0.0, strength=True, starts=(1.0,))
 
 
-GAP = EffectParameter(
-    "gap", "m", "deformation at which it begins", lower=1e-6, upper=100.0, divides=True,
-    starts=(0.5, 0.7, 0.9),
-)  # fmt: skip
+def _gap(name: str, meaning: str, *starts: float) -> EffectParameter:
+    # what begins nearer to the middle is a spring that stiffens, not a stop
+    return EffectParameter(
+        name, "m", meaning, lower=1e-6, upper=100.0, divides=True, starts=starts, least=0.3
+    )
+
+
+def _exponent(*starts: float) -> EffectParameter:
+    return EffectParameter(
+        "exponent", "1", "exponent of the overrun", lower=1.0, upper=3.0, starts=starts
+    )
+
+
+GAP = _gap("gap", "deformation at which it begins", 0.5, 0.7, 0.9)
 
 FORMS = (
     Effect(
@@ -87,9 +114,7 @@ FORMS = (
         parameters=(
             _stiffness("secant stiffness at a tenth of the gap beyond the gap"),
             GAP,
-            EffectParameter(
-                "exponent", "1", "exponent of the overrun", lower=1.0, upper=3.0, starts=(1.0, 2.0)
-            ),
+            _exponent(1.0, 2.0),
         ),
         force=power,
         stored_energy=stored_energy_power,
@@ -120,5 +145,19 @@ FORMS = (
         force=exponential,
         stored_energy=stored_energy_exponential,
         source="Fung (1967)",
+    ),
+    Effect(
+        cause="end_stop",
+        form="two_gaps",
+        title="End stop that begins elsewhere on each side",
+        parameters=(
+            _stiffness("secant stiffness at a tenth of the first gap beyond the gaps"),
+            _gap("ahead", "positive deformation at which it begins", 0.5, 0.8, 1.2),
+            _gap("behind", "negative deformation at which it begins", 0.5, 0.8, 1.2),
+            _exponent(1.5),
+        ),
+        force=two_gaps,
+        stored_energy=stored_energy_two_gaps,
+        source="Hertz (1882) for an exponent of 1.5",
     ),
 )  # fmt: skip

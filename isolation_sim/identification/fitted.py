@@ -17,7 +17,7 @@ from ..effects import device_section
 from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
 from ..io.interchange import write_parts
-from ..io.results_folder import file_name, write_contents
+from ..io.results_folder import file_name, files_into, write_contents
 from ..laws import Device
 from ..rendering import Printed, render
 from .campaign import Campaign
@@ -378,7 +378,7 @@ class Fit(LawEvaluation):
         return {"law": pandas.DataFrame(law), "parameters": self.to_pandas(), "runs": runs} | loops
 
     @checked
-    def save(self, path: str | Path) -> Path:
+    def save(self, path: str | Path, overwrite: bool = False) -> Path:
         """Write the scenario section or all tables to a file, or everything into a folder.
 
         Parameters
@@ -388,11 +388,18 @@ class Fit(LawEvaluation):
             ``.xlsx`` the law's polynomials of the current, the fitted numbers, the runs' errors
             and their loops; or a folder, which gets ``fitted.toml``, these tables as
             CSV, ``result.npz`` and ``report.html``, and which ``isolation_sim.load`` reads.
+        overwrite : bool, default False
+            Whether to replace the files of a result that is in the folder. Other files stay.
 
         Returns
         -------
         pathlib.Path
             The file or folder.
+
+        Raises
+        ------
+        InputError
+            If the folder contains a saved result or a file of the same name.
         """
         path = Path(path)
         if path.suffix == ".toml":
@@ -401,13 +408,13 @@ class Fit(LawEvaluation):
         if path.suffix in (".mat", ".xlsx"):
             path.parent.mkdir(parents=True, exist_ok=True)
             return write_parts(self._exported(), path.suffix[1:], path)
-        path.mkdir(parents=True, exist_ok=True)
-        write_text(self.scenario_section(), path / "fitted.toml")
-        for name, table in self._exported().items():
-            write_table(table.to_dict("records"), path / f"{file_name(name)}.csv")
-        save_archive(self, path / FILE)
-        self.to_html(path / "report.html")
-        write_contents(path, f"Fit of {self.device.law.name} to {self.campaign.name}")
+        with files_into(path, overwrite) as place:
+            write_text(self.scenario_section(), place / "fitted.toml")
+            for name, table in self._exported().items():
+                write_table(table.to_dict("records"), place / f"{file_name(name)}.csv")
+            save_archive(self, place / FILE)
+            self.to_html(place / "report.html")
+            write_contents(place, f"Fit of {self.device.law.name} to {self.campaign.name}")
         return path
 
     @property

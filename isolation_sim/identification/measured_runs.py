@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..effects.effect import REFERENCE_TEMPERATURE
 from .force_channel import Averaging, find_averaging, moving_average
-from .noise import white_noise
+from .noise import sensor_noise, white_noise
 from .run_starts import find_starts
 from .run_table import TestRun
 from .sensitivities import Motion
@@ -227,7 +227,7 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
         ),
         fitted=np.repeat([not run.hold_out for run in runs], lengths),
         force_noise=force_noise,
-        displacement_noise=np.array([white_noise(run.displacement) for run in runs]),
+        displacement_noise=np.array([sensor_noise(run.displacement).deviation for run in runs]),
         sigma=np.ones(len(runs)),
         velocity_measured=np.array([run.velocity_measured for run in runs]),
         has_temperature=all(one is not None for one in temperatures),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..laws.law import Law
 from .loop_cycles import find_frequency
-from .noise import white_noise
+from .noise import sensor_noise
 from .run_table import TestRun
 from .velocity import cycle_time
 
@@ -132,7 +132,7 @@ def _return_times(run: TestRun) -> NDArray:
 
 def _begins_in_motion(run: TestRun, size: float, speed: float) -> bool:
     """Whether a run may begin in the middle of a motion of this RMS size and velocity."""
-    x, noise = run.displacement, white_noise(run.displacement)
+    x, noise = run.displacement, sensor_noise(run.displacement).deviation
     if abs(x[0]) > max(_MOVING * size, _BEYOND_NOISE * noise):
         return True
     # The smoothed velocity is least certain at the first sample: the slope of the displacement must

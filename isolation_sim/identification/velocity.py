@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import InputError
+from .noise import SensorNoise, sensor_noise
 
 MINIMUM_SAMPLES = 5
 _CUT_OFFS = 100
@@ -43,9 +44,8 @@ def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.n
     # ends' curvatures as well; so the series converges fast without a window, and motion that
     # starts or stops abruptly counts in full. The series is low-passed without phase at the
     # frequency that leaves the least expected error of the velocity: the signal cut off plus the
-    # noise let through, by Stein's unbiased estimate, with the noise taken from the upper half of
-    # the frequencies. The cubic is taken where it leaves clearly less. Data without visible noise
-    # are not filtered.
+    # noise let through, by Stein's unbiased estimate, with the noise of ``sensor_noise``. The cubic
+    # is taken where it leaves clearly less. Data without visible noise are not filtered.
     x = np.asarray(displacement, dtype=float)
     if x.ndim != 1 or x.size < MINIMUM_SAMPLES or not np.all(np.isfinite(x)):
         raise InputError(
@@ -57,7 +57,7 @@ def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.n
 
     # in units of the step and of the largest value
     size = float(np.max(np.abs(x))) or 1.0
-    cubic, terms, cut_off, _ = _series(x / size)
+    cubic, terms, cut_off, _ = _series(x / size, sensor_noise(x / size))
     n = x.size
     t = np.arange(n)
     omega = np.pi * np.arange(1, n - 1) / (n - 1)
@@ -70,16 +70,17 @@ def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.n
     return size * value, size * slope / step, size * bend / step**2
 
 
-def _series(x: np.ndarray) -> _Series:
+def _series(x: np.ndarray, sensor: SensorNoise) -> _Series:
     """Sine series of samples, about their ends, with the better of both kinds of ends."""
     first, last = float(x[0]), float(x[-1])
-    result = _about(x, first, last)
+    result = _about(x, sensor, first, last)
     # the ends' values are noisy samples until a cut-off is known
     width = _END_PERIODS * 2 * np.pi / result.cut_off
     count = int(np.clip(width, _DEGREE + 1, x.size))
     ends = [_end(x[:count]), _end(x[::-1][:count])]
     (first, bend_first), (last, bend_last) = ends
-    line, cubic = _about(x, first, last), _about(x, first, last, bend_first, bend_last)
+    line = _about(x, sensor, first, last)
+    cubic = _about(x, sensor, first, last, bend_first, bend_last)
     # curvatures bring noise of their own
     return cubic if cubic.wrong < _CLEARLY * line.wrong else line
 
@@ -91,8 +92,9 @@ def _end(x: np.ndarray) -> tuple[float, float]:
 
 
 def _about(
-    x: np.ndarray, first: float, last: float, bend_first: float = 0.0, bend_last: float = 0.0
-) -> _Series:
+    x: np.ndarray, sensor: SensorNoise, first: float, last: float, bend_first: float = 0.0,
+    bend_last: float = 0.0,
+) -> _Series:  # fmt: skip
     """Sine series about the cubic with some values and curvatures at its ends."""
     from scipy.fft import dst
 
@@ -102,8 +104,12 @@ def _about(
     cubic = np.array([first, c1, c2, c3])
     terms = dst((x - np.polynomial.Polynomial(cubic)(np.arange(n)))[1:-1], type=1)
     power = terms**2
-    noise = float(np.median(power[power.size // 2 :])) / _MEDIAN_OF_SQUARE
     omega = np.pi * np.arange(1, n - 1) / (n - 1)
+    noise = np.full(n - 2, float(np.median(power[power.size // 2 :])) / _MEDIAN_OF_SQUARE)
+    if sensor.corner < 1:
+        plateau = 2 * (n - 1) * sensor.deviation**2
+        # beyond the corner there is nothing else
+        noise = np.where(omega < np.pi * sensor.corner, plateau, np.minimum(plateau, power))
     by_velocity, sharp = omega**2, omega**_POWER
     signal, random = by_velocity * (power - noise), by_velocity * noise
     best, least = np.inf, float(np.sum(random))

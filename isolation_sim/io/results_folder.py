@@ -65,6 +65,43 @@ class ResultsFolder:
         shutil.rmtree(old, ignore_errors=True)
 
 
+_RESULT_FILES = ("result.npz", "tuning.json", "manifest.json", "suite.json", "finding.txt")
+"""Files by which a folder contains a saved result."""
+
+
+@contextmanager
+def files_into(folder: str | Path, overwrite: bool) -> Iterator[Path]:
+    """Give a folder for the files of a result; none replaces another without ``overwrite``."""
+    folder = Path(folder)
+    if overwrite or _is_free(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        yield folder
+        return
+    for name in _RESULT_FILES:
+        if (folder / name).exists():
+            raise InputError(
+                f"{folder}: contains a saved result ({name}); expected: another folder, or "
+                "overwrite=True to replace its files"
+            )
+    beside = folder / f".{os.getpid()}.unfinished"
+    try:
+        beside.mkdir()
+        yield beside
+        moves = {
+            path: folder / path.relative_to(beside) for path in beside.rglob("*") if path.is_file()
+        }
+        for place in moves.values():
+            if place.exists():
+                raise InputError(
+                    f"{place}: exists; expected: another folder, or overwrite=True to replace it"
+                )
+        for path, place in moves.items():
+            place.parent.mkdir(parents=True, exist_ok=True)
+            path.rename(place)
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
+
+
 @contextmanager
 def replaced(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
     """Move earlier results away during the work, and restore them after an error."""

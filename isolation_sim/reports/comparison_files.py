@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import math
 from pathlib import Path
-from typing import Any
 
 from ..archive import FILE, save_archive
 from ..comparison import Comparison, json_report
 from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
+from ..io.json_text import json_text as as_json
 from ..io.results_folder import file_name, write_contents
 from ..simulation.run_files import write_run
 from .drawing import structure_drawing
@@ -48,12 +46,4 @@ def _write_figures(comparison: Comparison, folder: Path) -> None:
 
 def json_text(comparison: Comparison) -> str:
     """`json_report` as text, with null for numbers that are not finite."""
-    return json.dumps(_finite(json_report(comparison)), indent=2, allow_nan=False) + "\n"
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(each) for key, each in value.items()}
-    if isinstance(value, list):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return as_json(json_report(comparison)) + "\n"

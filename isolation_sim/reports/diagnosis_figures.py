@@ -30,6 +30,8 @@ _ERRORS = {
     "noise floor, all runs together": Look("#555555", (1.3, 1.3)),
 }
 _SHOWN = 6
+_FAR_BELOW = 4.0
+"""Ratio of the smallest error to the noise floor from which on the floor has no line."""
 
 
 def overview(diagnosis: Diagnosis) -> Figure:
@@ -87,18 +89,26 @@ def histories(traces: Sequence[Trace], residual: bool = False) -> list[Panel]:
 
 
 def errors(diagnosis: Diagnosis) -> Panel:
-    """Error of every run before and after, the largest at the top, beside the noise floor."""
+    """Error of every run before and after, the largest at the top, beside the noise floor.
+
+    A line of a floor far below all errors would leave little room for them: its value is written.
+    """
     traces = worst_first(diagnosis.traces)
     rows, floor = np.arange(len(traces)), 100 * diagnosis.noise_floor
     lines = {
         name: (np.array([100 * relative_error(t, getattr(t, name)) for t in traces]), rows)
         for name in ("before", "after")
     }
-    if np.isfinite(floor) and floor > 0:
+    x = "Residual / signal, RMS (%)"
+    both = np.concatenate([values for values, _ in lines.values()])
+    least = float(np.min(both[both > 0], initial=np.inf))
+    if 0 < _FAR_BELOW * floor < least < np.inf:
+        x = f"Residual / signal, RMS (%); noise floor of all runs together {floor:.2g} %"
+    elif np.isfinite(floor) and floor > 0:
         lines["noise floor, all runs together"] = np.full(2, floor), np.array([-1, len(rows)])
     return Panel(
         "Residual over measured signal, RMS, of each run (%)",
-        "Residual / signal, RMS (%)", "", lines,
+        x, "", lines,
         {name: look for name, look in _ERRORS.items() if name in lines},
         rows=[_name(trace) for trace in traces], log_x=True, limits=(len(rows) - 0.4, -0.6),
     )  # fmt: skip

@@ -9,7 +9,7 @@ from ..discrepancy.diagnosis import Diagnosis, relative_error
 from ..effects.serialisation import device_section
 from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
-from ..io.results_folder import write_contents
+from ..io.results_folder import files_into, write_contents
 from . import diagnosis_figures
 from .diagnosis import markdown
 from .html.diagnosis_report import diagnosis_report
@@ -18,9 +18,14 @@ from .style import save
 LAW_FILE = "extended_law.py"
 
 
-def save_diagnosis(diagnosis: Diagnosis, folder: Path) -> list[Path]:
+def save_diagnosis(diagnosis: Diagnosis, folder: Path, overwrite: bool) -> list[Path]:
     """Write report, JSON, text, figures and extended law to a folder; return the files."""
-    folder.mkdir(parents=True, exist_ok=True)
+    with files_into(folder, overwrite) as place:
+        written = _written(diagnosis, place)
+    return [folder / path.relative_to(place) for path in written]
+
+
+def _written(diagnosis: Diagnosis, folder: Path) -> list[Path]:
     texts = {"diagnosis.json": diagnosis.to_json() + "\n", "report.md": markdown(diagnosis)}
     section = ""
     if diagnosis.extended is not None:

@@ -39,7 +39,9 @@ INSTANTS = 900
 
 @checked
 def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
-    """Energy ledgers over time, one panel per run, above a panel of their closure errors.
+    """Energy ledgers over time, one panel per run, and a panel of their closure errors.
+
+    The closure errors fill the last row of panels, or have a row of their own.
 
     Parameters
     ----------
@@ -58,10 +60,11 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
     """
     by_name = name_runs(runs)
     across = min(len(by_name), 2 if len(by_name) < 5 else 3)
-    down = -(-len(by_name) // across)
+    full, last = divmod(len(by_name), across)
+    heights = [2.0] * full + [2.0 if last else 1.1]
     with style():
-        figure = new_figure(DOUBLE_COLUMN, 2.2 + 2.0 * down)
-        cells = figure.add_gridspec(down + 1, across, height_ratios=[*[2.0] * down, 1.1])
+        figure = new_figure(DOUBLE_COLUMN, 1.1 + sum(heights))
+        cells = figure.add_gridspec(full + 1, across, height_ratios=heights)
         axes: list[Axes] = []
         for k, (name, run) in enumerate(by_name.items()):
             shared = axes[0] if axes else None
@@ -71,9 +74,14 @@ def energy_figure(runs: Run | Mapping[str, Run] | Sequence[Run]) -> Figure:
             panel.set_title(f"{name}\nclosure error {run.energy.closure_error:.1g}")
             axes.append(panel)
         label_outer(axes, across)
-        residuals = figure.add_subplot(cells[down, :])
+        residuals = figure.add_subplot(cells[full, last:])
         over_time(residuals, _residuals(by_name), list(by_name))
         residuals.set_xlabel(OVER_TIME)
+        if last:
+            residuals.set_title("closure errors")
+            for panel in axes[: full * across]:
+                panel.tick_params(labelbottom=False)
+                panel.set_xlabel("")
         legend(figure, axes[0], "outside upper center")
         if len(by_name) > 1:
             legend(figure, residuals, "outside lower center")

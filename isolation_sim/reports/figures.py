@@ -12,6 +12,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 
+from ..comparison import reference_name
 from ..errors import InputError, unknown_name
 from ..simulation.result import Run
 from ..written_names import as_written
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.gridspec import GridSpecBase
 
+
+_MOST_TOGETHER = 4
+"""Largest number of runs whose lines can be told apart in one panel over time."""
 
 Runs: TypeAlias = Run | Mapping[str, Run] | Sequence[Run]
 
@@ -43,7 +47,9 @@ __all__ = [
 def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     """Ground acceleration, base displacement, roof acceleration and current over time.
 
-    The current is that of the first coil; without coils this panel is missing.
+    The current is that of the first coil; without coils this panel is missing. Up to four runs are
+    drawn on each other. Of more runs, each has a row of panels with the run of ``passive_off``,
+    or the first run, in grey.
 
     Parameters
     ----------
@@ -65,6 +71,8 @@ def time_histories(runs: Runs, direction: str | None = None) -> Figure:
     by_name = panels.name_runs(runs)
     first = next(iter(by_name.values()))
     number = panels.direction_number(first, direction)
+    if len(by_name) > _MOST_TOGETHER:
+        return _histories_apart(by_name, number)
     with style():
         figure = new_figure(DOUBLE_COLUMN, 6.4)
         ratios = [0.7, 1.0, 1.0, 0.8][: 3 + _coils(by_name)]
@@ -266,6 +274,36 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
         energy = figure.add_subplot(page[1])
         draw_ledger(energy, run.energy)
         legend(figure, energy, "outside lower center")
+    return figure
+
+
+def _histories_apart(runs: Mapping[str, Run], direction: int) -> Figure:
+    """One row of panels per run, each before the reference in grey."""
+    reference = reference_name(runs) or next(iter(runs))
+    rows = [name for name in runs if name != reference]
+    across = 2 + _coils(runs)
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 1.6 + 1.1 * len(rows))
+        cells = figure.add_gridspec(len(rows) + 1, across)
+        above = figure.add_subplot(cells[0, :])
+        panels.ground_acceleration(above, runs[reference], direction)
+        above.set_xlabel(chart.OVER_TIME)
+        column: list[Axes] = []
+        for k, name in enumerate(rows, 1):
+            both = {reference: runs[reference], name: runs[name]}
+            drawn = [*chart.base_and_roof(both, direction), chart.coil_current(both, 0)][:across]
+            row = []
+            for j, panel in enumerate(drawn):
+                shared = column[j] if column else None
+                axes = figure.add_subplot(cells[k, j], sharex=shared, sharey=shared)
+                panels.before_reference(axes, panel, reference)
+                axes.tick_params(labelbottom=k == len(rows))
+                row.append(axes)
+            row[0].set_title(name, loc="left")
+            column = column or row
+        for axes in row:
+            axes.set_xlabel(chart.OVER_TIME)
+        legend(figure, row[0], "outside upper center")
     return figure
 
 

@@ -147,6 +147,20 @@ def over_time(axes: Axes, panel: Panel, names: Sequence[str]) -> None:
     axes.set_ylabel(panel.y)
 
 
+def before_reference(axes: Axes, panel: Panel, reference: str) -> None:
+    """Draw a line over time before that of a reference, which is wide and grey."""
+    drawstyle = "steps-post" if panel.steps else "default"
+    for name, (time, values) in panel.lines.items():
+        behind = name == reference
+        shade, width = ("0.72", 1.8) if behind else ("0.0", 0.7)
+        label = f"reference: {reference}" if behind else "run named above its row"
+        axes.plot(time, values, label=label, drawstyle=drawstyle, color=shade, linewidth=width)
+        axes.set_xlim(time[0], time[-1])
+    if panel.steps:
+        from_zero(axes)
+    axes.set_ylabel(panel.y)
+
+
 def from_zero(axes: Axes) -> None:
     """Extend the vertical axis to zero."""
     axes.update_datalim([(axes.get_xlim()[0], 0.0)])

@@ -158,6 +158,19 @@ def line_looks(count: int, *, markers: bool = False) -> list[Look]:
     ]
 
 
+def point_looks(count: int) -> list[Look]:
+    """Looks of points without lines; a marker is hollow where it comes a second time."""
+    return [
+        Look(
+            _COLOURS[k % len(_COLOURS)],
+            marker=_MARKERS[k % len(_MARKERS)],
+            joined=False,
+            filled=k // len(_MARKERS) % 2 == 0,
+        )
+        for k in range(count)
+    ]
+
+
 def line_styles(count: int, *, markers: bool = False) -> list[dict[str, Any]]:
     """Line styles of matplotlib that differ by more than colour."""
     return [look.print_keys() for look in line_looks(count, markers=markers)]
@@ -189,10 +202,14 @@ def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     paths = folder / f"{stem}.svg", folder / f"{stem}.png"
-    how: tuple[dict[str, Any], ...] = {"metadata": {"Date": None}}, {"dpi": 200}
+    # the PNG first: its texts are wider than those of the SVG, which takes over its layout
+    how: tuple[tuple[Path, dict[str, Any]], ...] = (
+        (paths[1], {"dpi": 200}),
+        (paths[0], {"metadata": {"Date": None}}),
+    )
     layout = figure.get_layout_engine()
     try:
-        for path, options in zip(paths, how, strict=True):
+        for path, options in how:
             with atomic_write(path) as unfinished:
                 with style():
                     figure.savefig(unfinished, format=path.suffix[1:], **options)

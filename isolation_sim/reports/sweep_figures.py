@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..comparison import UNCONTROLLED
 from ..errors import InputError
+from ..registry import CONTROLLERS
+from ..sweeps.axes import label_of
+from ..sweeps.fields import steps_of
 from ..written_names import as_written
 from .style import (
     DOUBLE_COLUMN,
@@ -16,15 +18,16 @@ from .style import (
     label_outer,
     legend,
     light_shades,
-    line_styles,
     new_figure,
+    point_looks,
     style,
 )
-from .units import unit_of
+from .units import split_unit, unit_of
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
     from ..sweeps.result import Sweep
@@ -32,38 +35,46 @@ if TYPE_CHECKING:
 _MOST_CELLS = 24
 """Largest number of values on a map's axis; more values are grouped into intervals."""
 _INTERVALS = 12
+_MOST_PRINTED = 36
+"""Largest number of cells of a panel with their numbers."""
 _ACROSS = 3
 
 
 def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
-    """Criteria as ratios, one bar per controller."""
+    """Criteria as ratios, one point with its spread per controller."""
     peaks = [name for name in sweep.criteria if name.startswith("peak_")]
     target = peaks if criteria is None else list(criteria)
     for name in target:
         sweep.check(name, sweep.criteria, "criterion")
     values = sweep.table.pivot(index="case", columns="controller", values=target)
-    uncontrolled = UNCONTROLLED in sweep.controllers
+    reference = sweep.reference
     with style():
         figure = new_figure(DOUBLE_COLUMN, 3.4)
         axes = figure.add_subplot()
-        styles = line_styles(len(sweep.controllers), markers=True)
-        for k, (label, look) in enumerate(zip(sweep.controllers, styles, strict=True)):
+        looks = point_looks(len(sweep.controllers))
+        apart = min(0.12, 0.8 / len(looks))
+        axes.axhline(1.0, color="0.6", linewidth=0.8, zorder=1)
+        for k, (label, look) in enumerate(zip(sweep.controllers, looks, strict=True)):
             ratios = np.stack([
                 values[name, label]
-                / (values[name, UNCONTROLLED] if uncontrolled else np.nanmedian(values[name]))
+                / (values[name, reference] if reference else np.nanmedian(values[name]))
                 for name in target
             ])  # fmt: skip
             low, middle, high = np.nanpercentile(ratios, [10, 50, 90], axis=1)
             # bars beside each other, not on each other
-            at = np.arange(len(target)) + 0.08 * (k - (len(styles) - 1) / 2)
+            at = np.arange(len(target)) + apart * (k - (len(looks) - 1) / 2)
             bars = np.stack([middle - low, high - middle])
             axes.errorbar(
-                at, middle, bars, label=as_written(label), elinewidth=0.8, capsize=1.5, **look
-            )
+                at, middle, bars, label=as_written(label), elinewidth=0.8, capsize=1.5,
+                **look.print_keys(),
+            )  # fmt: skip
+        axes.grid(axis="x", visible=False)
         # a word per line: names stand side by side
         axes.set_xticks(range(len(target)), [title_of(name).replace(" ", "\n") for name in target])
         axes.set_ylabel(
-            f"over {as_written(UNCONTROLLED)}" if uncontrolled else "over the median of all runs"
+            f"ratio to {as_written(reference)} (-)"
+            if reference
+            else "ratio to the median of all runs (-)"
         )
         legend(figure, axes, "outside upper center")
     return figure
@@ -77,7 +88,9 @@ def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figu
     frame = sweep.table[["controller", x, y, criterion]].copy()
     # medians of scattered points have no smooth contour lines
     binned = max(frame[x].nunique(), frame[y].nunique()) > _MOST_CELLS
+    limits = [(float(frame[name].min()), float(frame[name].max())) for name in (x, y)]
     frame[x], frame[y] = _cells(frame[x]), _cells(frame[y])
+    printed = frame[x].nunique() * frame[y].nunique() <= _MOST_PRINTED
     middle = frame.groupby(["controller", y, x])[criterion].median() * factor
     least, most = float(middle.min()), float(middle.max())
     rows = -(-len(sweep.controllers) // _ACROSS)
@@ -91,21 +104,64 @@ def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figu
         for k, label in enumerate(sweep.controllers):
             axes = figure.add_subplot(grid[divmod(k, across)])
             cells = middle[label].unstack()
+            # the columns are alike wide if numbers stand in them, and named by their values
+            sides = [
+                _side(axis, values, ends, printed)
+                for axis, values, ends in zip(
+                    (axes.xaxis, axes.yaxis), (cells.columns, cells.index), limits, strict=True
+                )
+            ]
+            (across_at, x_edges), (up_at, y_edges) = sides
             image = axes.pcolormesh(
-                _edges(cells.columns), _edges(cells.index), cells.to_numpy(), cmap=shades,
-                vmin=least, vmax=most,
-            )  # fmt: skip
-            _print_cells(axes, cells, lines=not binned)
-            axes.set(
-                xlabel=x, ylabel=y, title=as_written(label) if len(sweep.controllers) > 1 else ""
+                x_edges, y_edges, cells.to_numpy(), cmap=shades, vmin=least, vmax=most
             )
+            if printed:
+                _print_cells(axes, cells.to_numpy())
+            else:
+                _contours(axes, across_at, up_at, cells.to_numpy(), lines=not binned)
+            axes.set(xlim=x_edges[[0, -1]], ylim=y_edges[[0, -1]])
+            axes.set(
+                xlabel=quantity_title(sweep, x), ylabel=quantity_title(sweep, y),
+                title=as_written(label) if len(sweep.controllers) > 1 else "",
+            )  # fmt: skip
             axes.grid(False)
             panels.append(axes)
         label_outer(panels, across)
         assert image is not None
-        title = f"{title_of(criterion)}, {unit}" if unit else title_of(criterion)
+        title = f"{title_of(criterion)} ({unit})" if unit else title_of(criterion)
         figure.colorbar(image, ax=panels, label=title)
     return figure
+
+
+def quantity_title(sweep: Sweep, name: str) -> str:
+    """A varied quantity in words, with its unit: driver lag (s)."""
+    varied = next((each for each in sweep.plan.vary if label_of(each) == name), None)
+    field = name if varied is None else varied.fields[0]
+    if name != field and any(mark in name for mark in "([,"):
+        return name  # the user's label has its unit
+    _, unit = split_unit(field)
+    factor = varied is not None and varied.factor
+    _, own = split_unit(name)
+    if name == field or (own == unit and own not in ("", "-")):
+        name = split_unit(name)[0]
+    unit = "-" if factor else unit or _setting_unit(sweep, field)
+    words = name.replace(".", " ").replace("_", " ")
+    return f"{words} ({unit})" if unit else words
+
+
+def _setting_unit(sweep: Sweep, field: str) -> str:
+    """Unit of a controller's setting."""
+    section, *between, setting = steps_of(field)
+    if section != "controller":
+        return ""
+    chosen = sweep.plan.scenario.controller
+    named = [chosen[k] for k in between if isinstance(k, int) and k < len(chosen)] or chosen
+    units = {
+        getattr(CONTROLLERS[each.name], "settings", {})[setting].unit
+        for each in named
+        if setting in getattr(CONTROLLERS[each.name], "settings", {})
+    }
+    return units.pop() if len(units) == 1 else ""
 
 
 def _two(sweep: Sweep, x: str | None, y: str | None) -> tuple[str, str]:
@@ -135,27 +191,32 @@ def _cells(values: pandas.Series) -> pandas.Series:
     return pandas.Series(middles[result], index=values.index)
 
 
-def _edges(middles: Sequence[float]) -> np.ndarray:
-    """Edges of cells around values of any spacing."""
-    at = np.asarray(middles, float)
-    if len(at) == 1:
-        return at[0] + np.array([-0.5, 0.5])
+def _side(
+    axis: Axis, values: Sequence[float], limits: tuple[float, float], equal: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Middles and edges of the cells along an axis.
+
+    Cells of equal width have their values as labels. Otherwise the axis ends at the limits: beyond
+    them there are no runs, and a quantity may have no negative values.
+    """
+    at = np.asarray(values, float)
+    if equal or len(at) == 1:
+        axis.set_ticks(range(len(at)), [f"{value:.4g}" for value in at])
+        return np.arange(len(at), dtype=float), np.arange(len(at) + 1) - 0.5
     inner = (at[:-1] + at[1:]) / 2
-    return np.concatenate([[2 * at[0] - inner[0]], inner, [2 * at[-1] - inner[-1]]])
+    return at, np.concatenate([[limits[0]], inner, [limits[1]]])
 
 
-def _print_cells(axes: Axes, cells: pandas.DataFrame, lines: bool) -> None:
-    """Print the numbers in the cells if they fit; otherwise draw contour lines."""
-    values = cells.to_numpy()
-    if values.size <= 36:
-        for i, j in np.ndindex(*values.shape):
-            if np.isfinite(values[i, j]):
-                axes.text(
-                    cells.columns[j], cells.index[i], f"{values[i, j]:.3g}", fontsize=6,
-                    ha="center", va="center",
-                )  # fmt: skip
-    elif lines and min(values.shape) > 1 and np.nanmin(values) < np.nanmax(values):
-        contour_lines(axes, cells.columns, cells.index, values, 6)
+def _print_cells(axes: Axes, values: np.ndarray) -> None:
+    """Print the numbers in cells of equal width."""
+    for i, j in np.ndindex(*values.shape):
+        if np.isfinite(values[i, j]):
+            axes.text(j, i, f"{values[i, j]:.3g}", fontsize=6, ha="center", va="center")
+
+
+def _contours(axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, lines: bool) -> None:
+    if lines and min(values.shape) > 1 and np.nanmin(values) < np.nanmax(values):
+        contour_lines(axes, x, y, values, 6)
 
 
 def sensitivity(sweep: Sweep, criterion: str, controller: str | None) -> Figure:
@@ -183,13 +244,15 @@ def sensitivity(sweep: Sweep, criterion: str, controller: str | None) -> Figure:
                 at, values, height, xerr=bars, color=grey, hatch=hatch, edgecolor="black",
                 linewidth=0.5, label=names[name], error_kw={"elinewidth": 0.8, "capsize": 2},
             )  # fmt: skip
-        axes.set_yticks(range(len(result)), list(result.index))
+        axes.set_yticks(
+            range(len(result)), [quantity_title(sweep, str(name)) for name in result.index]
+        )
         axes.invert_yaxis()
         axes.set_xlabel(
-            f"effect on {title_of(criterion)}, {unit}" if morris
+            f"effect on {title_of(criterion)}" + f" ({unit})" * bool(unit) if morris
             else f"share of the variance of {title_of(criterion)}"
         )  # fmt: skip
-        axes.set_title(sweep.one_controller(controller))
+        axes.set_title(as_written(sweep.one_controller(controller)))
         axes.grid(axis="y", visible=False)
         legend(figure, axes, "outside upper center")
     return figure

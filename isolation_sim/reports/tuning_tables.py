@@ -34,7 +34,8 @@ def gains_table(tuning: Tuning) -> TextTable:
         counted = f"{evaluated.better} of {len(evaluated.motions)}"
         rows.append([evaluated.name, *(str(means[key]) for key in means), counted])
     title = "Mean score, 95 % interval: J minus that of the best constant current"
-    return TextTable(title, headings, rows)
+    alone = any(len(evaluated.motions) == 1 for evaluated in tuning.judged)
+    return TextTable(title, headings, rows, caption="one motion gives no interval" * alone)
 
 
 def tuning_tables(tuning: Tuning) -> list[TextTable]:

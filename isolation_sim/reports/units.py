@@ -20,3 +20,19 @@ def unit_of(name: str) -> tuple[str, float]:
         if name.endswith(f"_{ending}"):
             return unit
     return "", 1.0
+
+
+_ENDINGS = {
+    "m2_s3": "m²/s³", "kg_m2": "kg m²", "kg_m3": "kg/m³", "N_per_m": "N/m", "A_per_s": "A/s",
+    "m_s2": "m/s²", "m_s": "m/s", "km": "km", "kg": "kg", "Hz": "Hz", "hz": "Hz", "rad": "rad",
+    "s": "s", "m": "m", "g": "g", "N": "N", "J": "J", "A": "A",
+}  # fmt: skip
+_WITHOUT_UNIT = ("count", "factor", "ratio", "scale")
+
+
+def split_unit(key: str) -> tuple[str, str]:
+    """Split a key of a scenario into its name and its printed unit; - without dimension."""
+    for ending, unit in _ENDINGS.items():
+        if key.endswith(f"_{ending}"):
+            return key.removesuffix(f"_{ending}"), unit
+    return key, "-" if key.endswith(_WITHOUT_UNIT) else ""

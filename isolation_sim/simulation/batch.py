@@ -17,13 +17,23 @@ from numpy.typing import NDArray
 from ground_motions import Record
 from ground_motions.argument_types import checked
 
-from ..errors import Diverged, InputError, TestedRangeWarning, warn
+from ..errors import (
+    ControllerWarning,
+    Diverged,
+    InputError,
+    PlausibilityWarning,
+    TestedRangeWarning,
+    warn,
+)
 from ..structures import IsolatedStructure
+from ..written_names import as_written
 from .control import CoilDriver, Control, Sensors
 from .inputs import traceable
 from .kernel.loading import compiling
+from .many_warnings import BETWEEN, cautions_of_many, of_many, plausibility_of
 from .plan import Lane, Plan
-from .result import Run
+from .plausibility import of_end, of_inputs
+from .result import Run, cautions_of
 from .run import check_actuation, check_options, prepared, simulate
 from .summary import summary, summary_key
 from .tested_range import Reached, beyond_tests, peak_currents, reached
@@ -89,6 +99,14 @@ class Batch:
         failed runs.
     current_over_tested : (n_cases,) array
         The same for the coil currents.
+    moving_at_end : (n_cases,) bool array
+        Whether the building still moves at the end; false for failed runs.
+    displacement_at_end : (n_cases,) array
+        Displacement at which the base stays, over its peak; NaN for failed runs.
+    implausible : (n_cases,) array of str
+        Warnings about structure, isolators and ground motion, separated by ``|``.
+    cautions : (n_cases,) array of str
+        Warnings of the controllers about their use.
     """
 
     criteria: dict[str, NDArray]
@@ -98,6 +116,10 @@ class Batch:
     unresolved: NDArray
     deformation_over_tested: NDArray
     current_over_tested: NDArray
+    moving_at_end: NDArray
+    displacement_at_end: NDArray
+    implausible: NDArray
+    cautions: NDArray
 
     def warnings(self) -> list[str]:
         """Return warnings about the validity of the results.
@@ -105,9 +127,11 @@ class Batch:
         Returns
         -------
         list of str
-            Number of runs beyond the tested deformations or currents, and the largest ratios.
+            Each kind with the number of runs: beyond the tested deformations or currents,
+            implausible structures and ground motions, a building that moves or is displaced at the
+            end, cautions of controllers, missed tolerances, clamped commands.
         """
-        return beyond_tests(self.deformation_over_tested, self.current_over_tested)
+        return of_many(vars(self))
 
     def __repr__(self) -> str:
         failed = sum(reason is not None for reason in self.failure)
@@ -164,13 +188,24 @@ def simulate_many(
     -----
     TestedRangeWarning
         If runs exceed the deformations or currents of the device tests.
+    PlausibilityWarning
+        If structures, isolators or ground motions are implausible, or buildings move or are
+        displaced at the end.
+    ControllerWarning
+        If controllers were not made for these conditions.
     """
     result = run_cases(
         cases, driver=driver, sensors=sensors, computation_delay=computation_delay,
         tolerance=tolerance, current_outside=current_outside, threads=threads, progress=progress,
     )  # fmt: skip
-    for sentences in result.warnings():
-        warn(sentences, TestedRangeWarning)
+    for lines, kind in (
+        (beyond_tests(result.deformation_over_tested, result.current_over_tested),
+         TestedRangeWarning),
+        (plausibility_of(vars(result)), PlausibilityWarning),
+        (cautions_of_many(vars(result)), ControllerWarning),
+    ):  # fmt: skip
+        for line in lines:
+            warn(line, kind)
     return result
 
 
@@ -227,6 +262,16 @@ def run_cases(
             if fates[at] is None:
                 matches = reached(lane.isolated, plan.modes[at], work, criteria, currents, at)
                 result.compare(k, matches)
+                result.end(k, *of_end(lane.isolated, plan.modes[at], work, at))
+                result.implausible[k] = BETWEEN.join(
+                    of_inputs(lane.isolated, plan.modes[at], lane.records)
+                )
+                cautions = getattr(cases[k].controller, "cautions", None)
+                if cautions is not None:
+                    result.cautions[k] = BETWEEN.join(
+                        f"{as_written(lane.controller)}: {each}"
+                        for each in cautions(lane.context, sensors)
+                    )
         result.clamped[numbers] = work.counts[0, : len(block)]
         result.unresolved[numbers] = work.counts[4, : len(block)]
         if progress is not None:
@@ -257,11 +302,15 @@ def run_cases(
             result.clamped[k] = run.clamped
             result.unresolved[k] = run.unresolved
             result.compare(k, run.reached_of_tests)
+            result.end(k, *run.end)
+            result.implausible[k] = BETWEEN.join(run.implausible)
+            result.cautions[k] = BETWEEN.join(cautions_of({run.controller: run}))
         if progress is not None:
             progress(1)
     return Batch(
         result.criteria, result.failure, result.diverged, result.clamped, result.unresolved,
-        result.deformation, result.current,
+        result.deformation, result.current, result.moving, result.displacement,
+        result.implausible, result.cautions,
     )  # fmt: skip
 
 
@@ -294,6 +343,13 @@ class _Collected:
         self.unresolved = np.zeros(n_cases, int)
         self.deformation = np.full(n_cases, np.nan)
         self.current = np.full(n_cases, np.nan)
+        self.moving = np.zeros(n_cases, bool)
+        self.displacement = np.full(n_cases, np.nan)
+        self.implausible = np.full(n_cases, "", object)
+        self.cautions = np.full(n_cases, "", object)
+
+    def end(self, k: int, moving: bool, displacement: float) -> None:
+        self.moving[k], self.displacement[k] = moving, displacement
 
     def compare(self, k: int, attained: Reached) -> None:
         self.deformation[k] = attained.deformation_ratio

@@ -14,9 +14,10 @@ from ground_motions import STANDARD_GRAVITY, Record
 from ..laws.current_dependence import CurrentDependence
 from ..laws.law import Law
 from ..structures import IsolatedStructure
-from ..structures.sizing import ISOLATED_PERIODS, isolation_elements
+from ..structures.sizing import ISOLATED_PERIODS, implausible, isolation_elements
 from ..written_names import as_written
-from .trajectory import Trajectory
+from .modal import Modes, real_rows
+from .workspace import Workspace, padded
 
 LARGEST_PGA = 2 * STANDARD_GRAVITY
 """Largest plausible acceleration of the ground, m/s^2; few records exceed it."""
@@ -116,18 +117,46 @@ def _slow_stiffness(
     return float(force @ [1, -1, -1, 1] / (2 * amplitude))
 
 
-def of_end(run: Trajectory) -> tuple[bool, float]:
+def of_inputs(
+    isolated: IsolatedStructure, modes: Modes, records: Sequence[Record]
+) -> tuple[str, ...]:
+    """Warnings about an implausible structure, its isolators and the ground motion."""
+    values = modes.eigenvalues
+    swinging = np.abs(values[np.abs(values.imag) > 1e-6 * np.abs(values)])
+    period = 2 * np.pi / float(np.min(swinging, initial=np.inf))
+    of_plant = implausible(isolated, period) or not_restoring(isolated)
+    return *of_plant, *implausible_motion(records)
+
+
+def of_end(
+    isolated: IsolatedStructure, modes: Modes, work: Workspace, lane: int = 0
+) -> tuple[bool, float]:
     """Whether a building still moves at the end, and its share of the peak displacement if not."""
-    structure, n = run.isolated.structure, run.isolated.structure.n_dofs
-    # some instants are enough, and modes are faster than all outputs
-    some = slice(None, None, max(len(run.time) // INSTANTS, 1))
-    if "values" in vars(run):
-        motion = run.values[some, : 2 * n]
-    else:
-        modal = run.modal[run.grid.samples[some]]
-        motion = modal @ run.outputs.rows[: 2 * n, : modal.shape[1]].T
-    time = run.time[some]
-    last = time >= run.time[-1] - LAST
+    # modes are faster than all outputs
+    grid = work.grid
+    some = grid.samples[:: _every(len(grid.samples))]
+    n_points, n_modes = len(grid.time), modes.eigenvalues.size
+    n_pad = padded(work.kernel.shape, n_modes)
+    z = work.z.reshape(n_points + 2, 2, n_pad, -1)[some, :, :n_modes, lane]
+    motion = z.reshape(len(some), 2 * n_modes) @ real_rows(modes.shapes).T
+    return _end(isolated, grid.time[some] - grid.time[grid.samples[-1]], motion)
+
+
+def of_saved_end(isolated: IsolatedStructure, time: NDArray, values: NDArray) -> tuple[bool, float]:
+    """The same from all outputs at the samples, of a run without its working memory."""
+    some = slice(None, None, _every(len(time)))
+    return _end(isolated, time[some] - time[-1], values[some, : 2 * isolated.structure.n_dofs])
+
+
+def _every(n_samples: int) -> int:
+    """Step of the samples at which a run is judged: some are enough."""
+    return max(n_samples // INSTANTS, 1)
+
+
+def _end(isolated: IsolatedStructure, time: NDArray, motion: NDArray) -> tuple[bool, float]:
+    """Judge displacements and velocities at times before the end."""
+    structure, n = isolated.structure, isolated.structure.n_dofs
+    last = time >= -LAST
     velocity = motion[:, n:]
     kinetic = np.sum(velocity @ structure.mass * velocity, axis=1)  # twice
     if np.max(kinetic[last]) > STILL_MOVING * np.max(kinetic):

@@ -7,18 +7,17 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions.argument_types import checked
 
 from ..archive import FILE, save_archive
 from ..io.netcdf import write_netcdf
+from ..io.results_folder import files_into
 from ..named_values import Criteria
 from ..rendering import Printed, render
-from ..structures.sizing import implausible
 from ..written_names import as_written
-from .plausibility import implausible_motion, not_restoring, of_end
+from .plausibility import of_end, of_inputs, of_saved_end
 from .tested_range import Reached, of_runs, peak_currents, reached
 from .trajectory import Trajectory
 
@@ -103,23 +102,29 @@ class Run(Printed, Trajectory):
         yield from decisions_of({self.controller: self})
 
     @checked
-    def save(self, folder: str | Path) -> Path:
+    def save(self, folder: str | Path, overwrite: bool = False) -> Path:
         """Write the run; ``isolation_sim.load`` loads it again.
 
         Parameters
         ----------
         folder : str or pathlib.Path
-            Created if it is missing; contains ``result.npz`` and ``history.nc``, which replace
-            earlier ones. Other files in it stay.
+            Created if it is missing; gets ``result.npz`` and ``history.nc``.
+        overwrite : bool, default False
+            Whether to replace the files of a result that is in the folder. Other files stay.
 
         Returns
         -------
         pathlib.Path
             The folder.
+
+        Raises
+        ------
+        InputError
+            If the folder contains a saved result or a file of the same name.
         """
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        write_netcdf(self.history, Path(folder) / "history.nc")
-        save_archive(self, Path(folder) / FILE)
+        with files_into(folder, overwrite) as place:
+            write_netcdf(self.history, place / "history.nc")
+            save_archive(self, place / FILE)
         return Path(folder)
 
     def to_xarray(self) -> xarray.Dataset:
@@ -187,16 +192,14 @@ class Run(Printed, Trajectory):
     @cached_property
     def implausible(self) -> tuple[str, ...]:
         """Return warnings about implausible structures, isolators and ground motions."""
-        values = self.modes.eigenvalues
-        swinging = np.abs(values[np.abs(values.imag) > 1e-6 * np.abs(values)])
-        period = 2 * np.pi / float(np.min(swinging, initial=np.inf))
-        of_plant = implausible(self.isolated, period) or not_restoring(self.isolated)
-        return *of_plant, *implausible_motion(self.records)
+        return of_inputs(self.isolated, self.modes, self.records)
 
     @cached_property
     def end(self) -> tuple[bool, float]:
         """Whether the building still moves at the end, and the displacement where it stays."""
-        return of_end(self)
+        if "work" in vars(self):
+            return of_end(self.isolated, self.modes, self.work)
+        return of_saved_end(self.isolated, self.time, self.values)
 
     def warnings(self) -> list[str]:
         """Return warnings about the validity of the results.

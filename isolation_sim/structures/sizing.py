@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from functools import lru_cache
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -195,6 +196,7 @@ def facts(isolated: Any) -> dict[str, str]:
     return result
 
 
+@lru_cache(maxsize=256)
 def implausible_matrices(structure: Any) -> tuple[str, ...]:
     """Warnings about damping in place of stiffness, and about springs and dampers to the ground."""
     above = np.ix_(structure.superstructure, structure.superstructure)
@@ -229,6 +231,25 @@ def implausible_matrices(structure: Any) -> tuple[str, ...]:
     return tuple(lines)
 
 
+def _fixed_base_period(isolated: Any) -> float:
+    """First period on a fixed base, s; one per structure where all elements are at the base."""
+    structure = isolated.structure
+    below = [*structure.base, *structure.foundation]
+    at_base = all(
+        np.any(np.abs(held) > 1e-9) and np.any(element.direction[below])
+        for element, held in zip(isolated.elements, isolated.holding, strict=True)
+    )
+    if at_base and structure in _fixed_base_periods:
+        return _fixed_base_periods[structure]
+    period = float(isolated.fixed_base().periods()[0])
+    if at_base:
+        _fixed_base_periods[structure] = period
+    return period
+
+
+_fixed_base_periods: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
+
+
 @lru_cache(maxsize=256)
 def implausible(isolated: Any, isolated_period: float) -> tuple[str, ...]:
     """Warnings about implausible periods; ``isolated_period``: of the first mode, s."""
@@ -238,7 +259,7 @@ def implausible(isolated: Any, isolated_period: float) -> tuple[str, ...]:
     fixed = 0.0
     if structure.base and structure.superstructure:
         try:
-            fixed = float(isolated.fixed_base().periods()[0])
+            fixed = _fixed_base_period(isolated)
         except InputError:
             return ()
     low, high = FIXED_BASE_PERIODS

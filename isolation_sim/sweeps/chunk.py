@@ -12,6 +12,8 @@ from ..errors import Diverged, InputError
 from ..io.columns import columns_bytes
 from ..io.results_folder import file_name
 from ..simulation.batch import Case, run_cases
+from ..simulation.many_warnings import BETWEEN
+from ..simulation.result import cautions_of
 from ..simulation.run import simulate
 from ..simulation.run_files import write_run
 from .design import CaseSpec, validated
@@ -81,7 +83,8 @@ def run_chunk(chunk: Chunk) -> Finished:
     for group in alike.values():
         _side_by_side(group)
     failed = sum(row.status != "ok" for row in rows)
-    table = columns_bytes(table_columns(rows, chunk.parameters, chunk.controllers, chunk.energy))
+    names = [entry["name"] for entry in chunk.base["controller"]]
+    table = columns_bytes(table_columns(rows, chunk.parameters, names, chunk.energy))
     return Finished(chunk.number, table, len(rows), failed, histories)
 
 
@@ -122,6 +125,10 @@ def _alone(row: Row) -> Run | None:
         row.criteria, row.clamped = run.criteria, run.clamped
         row.deformation_over_tested = run.reached_of_tests.deformation_ratio
         row.current_over_tested = run.reached_of_tests.current_ratio
+        row.unresolved = run.unresolved
+        row.moving_at_end, row.displacement_at_end = run.end
+        row.implausible = BETWEEN.join(run.implausible)
+        row.cautions = BETWEEN.join(cautions_of({run.controller: run}))
     except Exception as error:
         row.fail(error)
         return None
@@ -147,6 +154,10 @@ def _side_by_side(rows: Sequence[Row]) -> None:
         row.clamped = int(batch.clamped[k])
         row.deformation_over_tested = float(batch.deformation_over_tested[k])
         row.current_over_tested = float(batch.current_over_tested[k])
+        row.unresolved = int(batch.unresolved[k])
+        row.moving_at_end = bool(batch.moving_at_end[k])
+        row.displacement_at_end = float(batch.displacement_at_end[k])
+        row.implausible, row.cautions = str(batch.implausible[k]), str(batch.cautions[k])
         reason = batch.failure[k]
         if reason is None:
             row.criteria = {name: float(values[k]) for name, values in batch.criteria.items()}

@@ -14,7 +14,8 @@ from ground_motions.argument_types import checked
 from ..errors import InputError, unknown_name
 from ..io.atomic_write import atomic_write
 from ..rendering import Printed, render
-from ..simulation.tested_range import OVER_TESTED, beyond_tests
+from ..simulation.many_warnings import OF_RUNS, of_many
+from ..simulation.tested_range import OVER_TESTED
 
 if TYPE_CHECKING:
     import pandas
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
     from .plan import SweepPlan
 
-_ACCOUNT = ("controller", "status", "reason", "clamped", *OVER_TESTED)
+_ACCOUNT = ("controller", "status", "reason", "clamped", *OVER_TESTED, *OF_RUNS)
 
 
 @checked
@@ -66,7 +67,9 @@ class Sweep(Printed):
 
         ``case``, the varied quantities, ``controller``, ``status``, ``reason``, ``clamped``,
         ``deformation_over_tested`` and ``current_over_tested`` (peaks over those of the tests of
-        the laws; 0 without tests), then criteria and energies in SI units.
+        the laws; 0 without tests), ``unresolved`` (steps that missed the tolerance),
+        ``moving_at_end``, ``displacement_at_end`` (over the base's peak), ``implausible`` and
+        ``cautions`` (warnings as text), then criteria and energies in SI units.
         """
         import pandas
 
@@ -100,6 +103,15 @@ class Sweep(Printed):
         return tuple(self.table["controller"].unique())
 
     @cached_property
+    def reference(self) -> str | None:
+        """Label of the controller ``passive_off``, to which ratios refer; None without it."""
+        from .rows import place_of_reference
+
+        entries = self.plan.scenario.controller
+        place = place_of_reference(entry.name for entry in entries)
+        return None if place is None else entries[place].shown
+
+    @cached_property
     def counts(self) -> dict[str, int]:
         """Number of runs by status, without reading the whole table."""
         values, counts = np.unique(self._store.read(["status"])["status"], return_counts=True)
@@ -116,11 +128,13 @@ class Sweep(Printed):
         Returns
         -------
         list of str
-            Number of runs beyond the tested deformations or currents, and the largest ratios.
+            Each kind with the number of runs: beyond the tested deformations or currents,
+            implausible structures and ground motions, a building that moves or is displaced at the
+            end, cautions of controllers, missed tolerances, clamped commands.
         """
-        if OVER_TESTED[0] not in self.table:  # written by an earlier release
-            return []
-        return beyond_tests(*(self.table[name].to_numpy() for name in OVER_TESTED))
+        # a table of an earlier release has some of the columns
+        known = [name for name in _ACCOUNT if name in self.table]
+        return of_many({name: self.table[name].to_numpy() for name in known})
 
     @checked
     def best(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ from ..comparison import UNCONTROLLED
 from ..criteria import GEOMETRIC, QUANTITIES, benchmark_criteria
 from ..errors import Diverged, InputError
 from ..simulation.ledger import Ledger
+from ..simulation.many_warnings import OF_RUNS
 from ..simulation.tested_range import OVER_TESTED
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from .design import CaseSpec
 
 _TYPES = {bool: np.bool_, int: np.int64, float: np.float64, str: np.str_}
+_OF_RUNS = dict(zip(OF_RUNS, (int, bool, float, str, str), strict=True))
 
 
 @dataclass
@@ -39,6 +41,14 @@ class Row:
     # without tests
     deformation_over_tested: float = np.nan
     current_over_tested: float = np.nan
+    unresolved: int = 0  # Steps that missed the tolerance
+    # moving_at_end, displacement_at_end: Whether the building still moves at the end, and the
+    # displacement at which the base stays, over its peak
+    moving_at_end: bool = False
+    displacement_at_end: float = np.nan
+    # implausible, cautions: Warnings about the inputs and of the controller
+    implausible: str = ""
+    cautions: str = ""
     # {"ok", "diverged", "refused", "error"}; refused: input that cannot be used, such as a current
     # outside the limits
     status: str = "ok"
@@ -79,16 +89,22 @@ def energy_record(run: Run) -> dict[str, float]:
     return {"energy_closure_error": float(ledger.closure_error), **final}
 
 
-def result_names(controllers: Sequence[str], energy: bool) -> tuple[str, ...]:
-    """Names of the result columns."""
-    ratios = _ratio_names(energy) if UNCONTROLLED in controllers else ()
+def place_of_reference(names: Iterable[str]) -> int | None:
+    """Place of the controller that ratios refer to, by its registered name."""
+    return next((k for k, name in enumerate(names) if name == UNCONTROLLED), None)
+
+
+def result_names(referred: bool, energy: bool) -> tuple[str, ...]:
+    """Names of the result columns, with ratios to a reference or without."""
+    ratios = _ratio_names(energy) if referred else ()
     return (*criteria_names(), *ratios, *(_energy_names() if energy else ()))
 
 
 def table_columns(
     rows: Sequence[Row], parameters: Mapping[str, type], controllers: Sequence[str], energy: bool
 ) -> dict[str, np.ndarray]:
-    """Rows as the columns of the table."""
+    """Rows as the columns of the table; ``controllers`` are the registered names."""
+    reference = place_of_reference(controllers)
     columns = {"case": np.array([row.case.number for row in rows], np.int64)}
     for label, kind in parameters.items():
         columns[label] = np.array([kind(row.case.shown[label]) for row in rows], _TYPES[kind])
@@ -97,6 +113,8 @@ def table_columns(
     columns["clamped"] = np.array([row.clamped for row in rows], np.int64)
     for key in OVER_TESTED:
         columns[key] = np.array([getattr(row, key) for row in rows], float)
+    for key in OF_RUNS:
+        columns[key] = np.array([getattr(row, key) for row in rows], _TYPES[_OF_RUNS[key]])
     results = {
         name: np.array([row.criteria.get(name, np.nan) for row in rows])
         for name in criteria_names()
@@ -106,9 +124,10 @@ def table_columns(
             name: np.array([row.energy.get(name, np.nan) for row in rows])
             for name in _energy_names()
         }
-    if UNCONTROLLED in controllers:
-        results |= _ratios(results, list(controllers).index(UNCONTROLLED), len(controllers))
-    return columns | {name: results[name] for name in result_names(controllers, energy)}
+    if reference is not None:
+        results |= _ratios(results, reference, len(controllers))
+    names = result_names(reference is not None, energy)
+    return columns | {name: results[name] for name in names}
 
 
 def _ratios(

@@ -168,7 +168,7 @@ def tune(
             current, constant = (values.tolist() for values in on.constant)
             tuning.judged.append(Judgement(key, group.names, current, constant, before, after))
     if out is not None:
-        tuning.save(out)
+        tuning.save(out, overwrite=True)
     return tuning
 
 

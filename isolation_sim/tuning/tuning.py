@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError
 from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
-from ..io.results_folder import write_contents
+from ..io.json_text import json_text
+from ..io.results_folder import files_into, write_contents
 from ..rendering import Printed, render
 from ..search_range import SearchRange
 from .intervals import MARGIN, MeanInterval, mean_interval
@@ -203,26 +204,34 @@ class Tuning(Printed):
         """
         return render("tuning_tables:tuning_tables", self)
 
-    def save(self, folder: str | Path) -> Path:
+    def save(self, folder: str | Path, overwrite: bool = False) -> Path:
         """Write state, tables, scenario section and report.
 
         Parameters
         ----------
         folder : str or pathlib.Path
             Made where it is absent.
+        overwrite : bool, default False
+            Whether to replace the files of a result that is in the folder. Other files stay.
 
         Returns
         -------
         pathlib.Path
             The folder.
+
+        Raises
+        ------
+        InputError
+            If the folder contains a saved result or a file of the same name.
         """
-        folder = self.save_state(folder)
-        write_text(self.scenario_section(), folder / "controller.toml")
-        for name, rows in self._records().items():
-            write_table(rows, folder / f"{name}.csv")
-        self.to_html(folder / "report.html")
-        write_contents(folder, f"Tuning of {self.controller}")
-        return folder
+        with files_into(folder, overwrite) as place:
+            self.save_state(place)
+            write_text(self.scenario_section(), place / "controller.toml")
+            for name, rows in self._records().items():
+                write_table(rows, place / f"{name}.csv")
+            self.to_html(place / "report.html")
+            write_contents(place, f"Tuning of {self.controller}")
+        return Path(folder)
 
     def _records(self) -> dict[str, list[dict[str, Any]]]:
         """Trials, sensitivity and scores by motion, as rows of tables."""
@@ -268,7 +277,7 @@ class Tuning(Printed):
         folder = Path(folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            write_text(json.dumps(asdict(self), indent=1), folder / _STATE)
+            write_text(json_text(asdict(self), indent=1), folder / _STATE)
         except OSError as error:
             raise InputError(
                 f"{folder}: results cannot be written there ({error.strerror}); expected: a folder "

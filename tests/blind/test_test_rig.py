@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.signal import butter, lfilter
+from scipy.signal import butter, lfilter, sosfilt
 
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.velocity import smooth
 
 DT = 0.004
 TESTS = ((0.004, 3.0), (0.008, 1.5), (0.012, 1.0), (0.02, 0.5), (0.015, 0.8), (0.006, 2.2))
@@ -100,3 +101,70 @@ def test_heat_of_the_core_is_named_with_its_gain_and_the_stiffness_around_it():
     assert numbers["gain"].low < 2e-2 < numbers["gain"].high
     assert numbers["stiffness"].low < 9e3 < numbers["stiffness"].high
     assert found.verdict == "explained"
+
+
+def bench(law, currents=(0.0,), noise=0.005, displacement=None, seed=11):
+    """Runs of a device whose force is a function of motion and current, at every current."""
+    random = np.random.default_rng(seed)
+    runs = []
+    for current in currents:
+        for k, (size, frequency) in enumerate(TESTS):
+            time = np.arange(0, 6 / frequency, DT)
+            omega = 2 * np.pi * frequency
+            x, v = size * np.sin(omega * time), size * omega * np.cos(omega * time)
+            force = law(x, v, -(omega**2) * x, current)
+            force = force + noise * np.std(force) * random.standard_normal(len(time))
+            seen = x if displacement is None else x + displacement(random, len(time))
+            runs.append(TestRun(
+                f"run{k}_{current:g}", time, seen, smooth(seen, DT)[1], force,
+                np.full(len(time), current), hold_out=k in HELD_OUT,
+            ))  # fmt: skip
+    return Campaign("bench", "NumPy", tuple(runs))
+
+
+def named(campaign, **options):
+    found = diagnose(campaign, "kelvin_voigt", tiers="causes", threads=1, **options)
+    return found, [cause.name for cause in found.causes]
+
+
+def test_a_mass_is_measured_behind_an_amplifier_that_filters_the_displacement():
+    # 10 um of noise up to 15 Hz, whose acceleration is as large as that of the slow tests
+    sections = butter(4, 15.0 * 2 * DT, output="sos")
+
+    def noise(random, n):
+        return 3e-5 * sosfilt(sections, random.standard_normal(n))
+
+    campaign = bench(lambda x, v, a, i: 2e4 * x + 300 * v + 8 * a, displacement=noise)
+    found, names = named(campaign)
+    assert names == ["inertia_force"]
+    assert found.causes[0].parameters["mass"].value == pytest.approx(8, rel=0.02)
+    assert found.error_after.held_out < 1.5 * found.noise_floor
+
+
+@pytest.mark.parametrize(
+    ("spring", "form"), [(lambda s: s**3, "x^3"), (lambda s: s * np.abs(s), "x |x|")]
+)
+def test_a_spring_that_stiffens_from_the_middle_is_no_end_stop(spring, form):
+    campaign = bench(lambda x, v, a, i: 2e4 * x + 300 * v + 300 * spring(x / 0.02))
+    found, names = named(campaign)
+    assert names == ["outside_catalogue"] and found.causes[0].form == form
+    assert found.error_after.held_out < 1.5 * found.noise_floor
+
+
+def test_a_stop_on_one_side_is_a_stop():
+    campaign = bench(lambda x, v, a, i: 2e4 * x + 300 * v + 1e5 * np.maximum(x - 0.013, 0))
+    found, names = named(campaign)
+    assert names == ["end_stop"] and found.causes[0].form == "two_gaps"
+    assert found.causes[0].parameters["ahead"].value == pytest.approx(0.013, rel=0.02)
+
+
+def test_the_slope_beyond_a_knee_of_the_coil_is_measured():
+    def field(current):
+        return min(current, 0.6 + 0.4 * (current - 0.6))
+
+    currents = (0.0, 0.3, 0.6, 0.9, 1.2, 1.5)
+    campaign = bench(lambda x, v, a, i: (2e4 + 2e4 * field(i)) * x + 300 * v, currents, 0.002)
+    found, names = named(campaign, current_degree=1)
+    assert names == ["field_saturation"] and found.causes[0].form == "slope"
+    assert found.causes[0].parameters["current"].value == pytest.approx(0.6, rel=0.1)
+    assert found.causes[0].parameters["decrease"].value == pytest.approx(0.6, abs=0.1)

@@ -3,7 +3,9 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
+from isolation_sim.discrepancy.device import effect_search
 from isolation_sim.discrepancy.device.effect_search import EffectSearch
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 
@@ -78,3 +80,36 @@ def test_no_more_effects_are_tried_where_another_law_is_far_better():
     space.stops_at = lambda current: True
     assert space.is_explained(fitted(1000, "payne"))
     assert not space.is_explained(fitted(1e4))  # one effect is always tried
+
+
+@pytest.mark.parametrize(
+    ("before", "best", "term", "taken"),
+    [
+        ((), 140, 60, True),  # both are near the noise: the data prefer the term
+        ((), 140, 120, False),  # by no more than chance
+        ((), 2000, 800, True),
+        ((), 2000, 1500, False),  # nor by half
+        (("heat",), 140, 60, False),  # the first effect's form is not exact
+        (("heat",), 2000, 800, True),
+        ((OUTSIDE,), 2000, 100, False),  # one term is enough
+    ],
+)
+def test_a_term_is_taken_where_it_is_clearly_better(monkeypatch, before, best, term, taken):
+    space = Space()
+    space.noise = np.full((100, 2), 1.0)  # noise of unit variance costs 100
+    current, fits = fitted(5000, *before), [fitted(term, *before, OUTSIDE)]
+    found = [SimpleNamespace(gain=5000 - term)]
+    monkeypatch.setattr(effect_search, "screen", lambda *given: found)
+    monkeypatch.setattr(effect_search, "fit_directions", lambda *given: fits)
+    assert (space._generic_term(current, fitted(best, *before, "stop")) is fits[0]) == taken
+
+
+def test_terms_that_would_leave_far_more_are_not_fitted(monkeypatch):
+    space, asked = Space(), []
+    likely, unlikely = SimpleNamespace(gain=8500), SimpleNamespace(gain=5000)
+    monkeypatch.setattr(effect_search, "screen", lambda *given: [likely, unlikely])
+    monkeypatch.setattr(
+        effect_search, "fit_directions", lambda base, terms, *_: asked.extend(terms) or []
+    )
+    assert space._generic_term(fitted(1e4), fitted(100, "stop")) is None
+    assert asked == [likely]

@@ -98,7 +98,12 @@ def check(figure):
             ]
             assert any(UNIT.search(label) for label in labels), f"no unit in {labels}"
         looks = [
-            (line.get_linestyle(), line._unscaled_dash_pattern, line.get_marker())
+            (
+                line.get_linestyle(),
+                line._unscaled_dash_pattern,
+                line.get_marker(),
+                line.get_linewidth() > 1.5,
+            )
             for line in axes.lines
         ]
         assert len(set(map(str, looks))) == len(looks), "lines that only their colour tells apart"
@@ -181,6 +186,41 @@ def test_what_is_drawn_is_the_run(runs):
     acceleration, drift = figures.floor_envelopes(run).axes
     assert max(acceleration.lines[0].get_xdata()) == run.criteria["peak_floor_acceleration_m_s2"]
     assert max(drift.lines[0].get_xdata()) == 1e3 * run.criteria["peak_drift_m"]
+
+
+def test_many_histories_are_drawn_apart(runs, seven):
+    """Each run before the reference, which is found by what it is and not by its name."""
+    renamed = {
+        "bare": runs["on_off"],
+        "soft": runs["passive_off"],
+        **dict(list(seven.items())[1:4]),
+    }
+    figure = figures.time_histories(renamed)
+    above, *panels = figure.axes
+    assert len(panels) == 3 * 4 and len(above.lines) == 1
+    rows = [panels[k : k + 3] for k in range(0, 12, 3)]
+    assert [row[0].get_title(loc="left") for row in rows] == [
+        as_written(name) for name in renamed if name != "soft"
+    ]
+    grey, black = rows[0][0].lines
+    off, on_off = (1e3 * runs[k].output("base_displacement_m") for k in ("passive_off", "on_off"))
+    assert grey.get_ydata() == pytest.approx(off) and black.get_ydata() == pytest.approx(on_off)
+    assert len({panel.get_ylim() for panel, *_ in rows}) == 1
+    # a few runs are still drawn on each other
+    assert len(figures.time_histories(runs).axes[1].lines) == 3
+
+
+@pytest.mark.parametrize("count", range(1, 8))
+def test_the_page_of_energies_has_no_empty_panel(count, seven):
+    figure = figures.energy_figure(dict(list(seven.items())[:count]))
+    check(figure)
+    *_, residuals = figure.axes
+    cells = sum(
+        len(axes.get_subplotspec().colspan) * len(axes.get_subplotspec().rowspan)
+        for axes in figure.axes
+    )
+    grid = residuals.get_gridspec()
+    assert len(figure.axes) == count + 1 and cells == grid.nrows * grid.ncols
 
 
 def test_panels_of_one_figure_share_their_axes(runs):
@@ -281,6 +321,18 @@ def test_saved_files(runs, tmp_path):
     first = svg.read_bytes()
     figures.save(figures.loops(runs), svg.parent, "loops")
     assert svg.read_bytes() == first
+
+
+def test_no_text_is_cut_off_in_the_saved_picture(tmp_path):
+    """Texts are wider at 200 dots per inch; both files have a layout with room for them."""
+    with style():
+        figure = new_figure(DOUBLE_COLUMN, 2.0)
+        axes = figure.add_subplot()
+        axes.set_yticks([0, 1], ["25mm_0.25Hz_0A, held out, run", "short"])
+        axes.tick_params(axis="y", labelsize=6)
+    figures.save(figure, tmp_path, "labels")
+    picture = imread(tmp_path / "labels.png")[..., :3].mean(axis=2)
+    assert (picture[:, :3] == 1.0).all()
 
 
 def test_a_figure_that_cannot_be_drawn_leaves_no_file(tmp_path):

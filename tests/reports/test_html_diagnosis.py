@@ -9,9 +9,19 @@ import isolation_sim as iso
 from isolation_sim.discrepancy.consequence import Consequence, Performance
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval, Step, Trace
 from isolation_sim.effects import effect, extend
+from isolation_sim.reports.diagnosis_figures import errors
 from isolation_sim.reports.html.diagnosis_report import diagnosis_report, equations
 
 MOST = 6_000_000
+
+
+def test_a_noise_floor_far_below_leaves_the_room_to_the_errors(diagnosis):
+    """A near floor has a line; the value of a far one is written."""
+    floor = "noise floor, all runs together"
+    near = errors(diagnosis)
+    far = errors(replace(diagnosis, noise_floor=1e-5))
+    assert floor in near.lines and "noise floor" not in near.x
+    assert floor not in far.lines and far.x.endswith("noise floor of all runs together 0.001 %")
 
 
 def trace(name, friction, held_out):

@@ -9,6 +9,7 @@ import pytest
 
 import isolation_sim as iso
 from controllers import Controller, available_controllers, controller
+from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import CoilDriver
 from studies import controller_runs as runs
 from studies import controllers as study
@@ -132,6 +133,15 @@ def test_a_controller_of_ones_own_is_judged_against_the_bound(own):
     assert "clairvoyant optimum" in study.finding(
         own, [row for case in runs.CASES for row in study.ranking(own, case)]
     )
+
+
+def test_an_unknown_name_is_answered_with_those_known(own):
+    with pytest.raises(InputError, match="unknown case 'noise'; expected: nominal, passive, soft"):
+        study.ranking(own, "noise")
+    with pytest.raises(InputError, match="unknown controller 'of'; did you mean 'off'"):
+        own.of("of", "nominal", "J", ["El Centro"])
+    with pytest.raises(InputError, match="unknown motion 'Kobe'; expected: El Centro, again"):
+        own.of("off", "nominal", "J", ["Kobe"])
 
 
 def test_the_share_closed_is_a_mean_over_the_motions_that_have_a_bound():

@@ -62,6 +62,13 @@ def test_the_tables_are_exported(suite, tmp_path):
     np.testing.assert_allclose(sheets["runs"][peak], suite.table[peak], rtol=1e-12)
 
 
+def test_warnings_of_single_runs_are_counted(suite):
+    assert suite.warnings() == suite.sweep.warnings() and suite.warnings()
+    assert all(f"warning: {line}" in str(suite).replace("\n", " ") for line in suite.warnings())
+    page = (suite.folder / "report.html").read_text()
+    assert all(f"Warning: {line.partition(';')[0]}" in page for line in suite.warnings())
+
+
 def test_every_motion_runs_under_every_controller(suite):
     assert [each["name"] for each in suite.index["motions"]] == ["a H1", "a H2", "b", "c"]
     assert suite.index["n_records"] == 3

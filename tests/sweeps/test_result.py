@@ -10,6 +10,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 import isolation_sim as iso
 from isolation_sim.errors import InputError
+from isolation_sim.reports.style import point_looks
+from isolation_sim.reports.sweep_figures import quantity_title
 from isolation_sim.reports.sweep_tables import best_table
 from isolation_sim.reports.tables import as_text
 from isolation_sim.sweeps.result import Sweep
@@ -145,8 +147,33 @@ def test_the_comparison_shows_medians_over_the_uncontrolled_run(mixed):
         rows = table[table["controller"] == label]
         names = ["normalised_peak_drift", "normalised_rms_floor_acceleration"]
         np.testing.assert_allclose(shown, [rows[name].median() for name in names], rtol=1e-12)
-    lines = [container.lines[0] for container in axes.containers]
-    assert len({(line.get_linestyle(), line.get_marker()) for line in lines}) == 3
+    points = [container.lines[0] for container in axes.containers]
+    assert len({point.get_marker() for point in points}) == 3
+    # criteria are categories: a line between them has no meaning
+    assert {point.get_linestyle() for point in points} == {"None"}
+
+
+def test_the_reference_is_found_by_what_it_is(tmp_path):
+    """Under another label; and a label alone is not a reference."""
+    entries = [
+        {"name": "constant", "label": "passive_off", "amperes": 1.0},
+        {"name": "passive_off", "label": "bare"},
+    ]
+    result = iso.sweep(plan_of(scenario={"controller": entries}), tmp_path / "one", workers=1)
+    assert result.reference == "bare"
+    peaks = result.table.set_index("controller")["peak_drift_m"]
+    ratios = result.table.set_index("controller")["J4"]
+    assert ratios["bare"] == 1.0 and ratios["passive_off"] != 1.0
+    assert ratios["passive_off"] == pytest.approx(peaks["passive_off"] / peaks["bare"])
+    assert result.plot_comparison().axes[0].get_ylabel() == "ratio to bare (-)"
+    assert "J1 to J9 refer to bare" in result.to_html(tmp_path / "report.html").read_text()
+    alone = iso.sweep(plan_of(scenario={"controller": entries[:1]}), tmp_path / "two", workers=1)
+    assert alone.reference is None and "J4" not in alone.table
+
+
+def test_points_of_many_controllers_differ_in_grey():
+    looks = [(look.marker, look.filled) for look in point_looks(14)]
+    assert len(set(looks)) == 14 and not any(look.joined for look in point_looks(14))
 
 
 def test_the_map_shows_medians_over_what_else_is_varied(mixed):
@@ -155,7 +182,7 @@ def test_the_map_shows_medians_over_what_else_is_varied(mixed):
     assert [panel.get_title() for panel in panels] == [
         as_written(name) for name in mixed.controllers
     ]
-    assert bar.get_ylabel() == "peak base shear, kN"
+    assert bar.get_ylabel() == "peak base shear (kN)"
     rows = mixed.table[mixed.table["controller"] == "constant"]
     expected = rows.groupby(["isolators", "current"])["peak_base_shear_N"].median() / 1e3
     (mesh,) = panels[2].collections
@@ -165,6 +192,32 @@ def test_the_map_shows_medians_over_what_else_is_varied(mixed):
     for wrong in ({"x": "curent"}, {"criterion": "peak_drift"}):
         with pytest.raises(InputError, match="did you mean"):
             mixed.plot_map(**wrong)
+
+
+def test_the_map_ends_where_the_values_end(tmp_path):
+    """A lag cannot be negative; cells with numbers are named by their values."""
+    lag = {"field": "driver.lag_s", "low": 0.0, "high": 0.06}
+    scale = {"field": "ground.scale_factor", "low": 0.2, "high": 1.0}
+    for counts in ((4, 3), (9, 8)):
+        vary = [{**one, "count": n} for one, n in zip((lag, scale), counts, strict=True)]
+        result = iso.sweep(plan_of(vary=vary), tmp_path / str(counts[0]), workers=1)
+        axes = result.plot_map().axes[0]
+        assert (axes.get_xlabel(), axes.get_ylabel()) == (
+            "driver lag (s)", "ground scale factor (-)",
+        )  # fmt: skip
+        if counts[0] == 4:
+            labels = [text.get_text() for text in axes.get_xticklabels()]
+            assert labels == ["0", "0.02", "0.04", "0.06"]
+        else:
+            assert axes.get_xlim() == (0.0, 0.06) and axes.get_ylim() == (0.2, 1.0)
+
+
+def test_varied_quantities_have_units(mixed, tmp_path):
+    assert quantity_title(mixed, "current") == "current (A)"  # the setting's unit
+    assert quantity_title(mixed, "isolators") == "isolators (-)"
+    vary = [{"field": "driver.lag_s", "label": "lag [ms]", "values": [0.0, 0.01]}]
+    result = iso.sweep(plan_of(vary=vary), tmp_path / "sweep", workers=1)
+    assert quantity_title(result, "lag [ms]") == "lag [ms]"
 
 
 def test_the_map_is_legible_in_grey(mixed):

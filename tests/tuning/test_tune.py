@@ -141,7 +141,12 @@ def test_a_controller_of_a_file_is_tuned_from_the_command_line(tmp_path, monkeyp
         "--unseen", "scenario", "--pga-g", "0.3", "--evaluations", "9", "--workers", "1", "--json",
         "--fix", "highest=2.0",
         ])  # fmt: skip
-    report = json.loads(capsys.readouterr().out)
+    # one motion has no interval, and JSON has no NaN
+    report = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
+    gain = report["judged"][0]["gain"]
+    assert (gain["low"], gain["high"]) == (None, None) and report["judged"][0]["count"] == 1
+    state = (tmp_path / "results/tune-Outwards/tuning.json").read_text()
+    json.loads(state, parse_constant=pytest.fail)
     assert report["trials"] == 9 and set(report["settings"]) <= {"highest", "full_speed"}
     assert [judged["motions"] for judged in report["judged"]] == ["records", "unseen: scenario"]
     assert report["judged"][0]["gain"]["mean"] >= 0
@@ -225,6 +230,7 @@ def test_a_bound_and_a_single_motion_are_said(scenario, strong, tmp_path):
     )
     assert told in str(found) and f"# {told}\n" in (tmp_path / "out/controller.toml").read_text()
     assert told in (tmp_path / "out/report.html").read_text()
+    assert "one motion gives no interval" in str(found)
     for sentence in found.verdict()[-2:]:
         assert "one motion: no interval" in sentence and "significantly" not in sentence
 

@@ -158,7 +158,7 @@ class DeviceTests(Problem[FittedModel]):
         while best.effects:
             corrected = [self._corrected(best, k) for k in range(len(best.effects))]
             least = int(np.argmin(corrected))
-            explained = self._error(self.before) ** 2 - self._error(self.after) ** 2
+            explained = self._squared(self.before) - self._squared(self.after)
             small = float(np.sqrt(MINOR * max(explained, 0.0)))
             if corrected[least] >= max(self.significance, small):
                 break
@@ -280,11 +280,19 @@ class DeviceTests(Problem[FittedModel]):
         return False
 
     def _corrected(self, searched: FittedModel, place: int) -> float:
-        """RMS force that one effect corrects on the samples that judge, over that of the force."""
+        """RMS force that one effect corrects in the runs that judge, over each one's force."""
         searched_without = self.space.without(searched, place)
         without = replace(searched_without, model=self.final.model.without(place))
-        errors = [self._error(self.data.bounded(one.force)) for one in (without, self.final)]
-        return float(np.sqrt(max(errors[0] ** 2 - errors[1] ** 2, 0.0)))
+        added = self._squared(self.data.bounded(without.force)) - self._squared(self.after)
+        return float(np.sqrt(max(added, 0.0)))
+
+    def _squared(self, force: NDArray) -> float:
+        """Mean of the squared errors of the runs that judge, each over its own force."""
+        # a weak run, at small amplitude, counts as much as a strong one
+        data = self.data
+        runs = [np.arange(run.start, run.stop)[self.judged[run]] for run in data.runs]
+        errors = (data.relative(force - data.force, at) for at in runs if at.size)
+        return float(np.mean([error**2 for error in errors]))
 
     @cached_property
     def judged(self) -> NDArray:

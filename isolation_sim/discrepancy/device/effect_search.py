@@ -18,6 +18,7 @@ from ..decisions import (
     MOST_EFFECTS,
     RIVALS_TRIED,
     SIGNIFICANT,
+    TERMS_TRIED,
     TRIED,
     WELL_EXPLAINED,
     WORTH_REFITTING,
@@ -175,15 +176,24 @@ class EffectSearch:
         if OUTSIDE in current.causes:
             return None
         left = best.cost - self.noise_cost
-        if left < WELL_EXPLAINED * self.misfit:
+        enough = WELL_EXPLAINED * self.misfit
+        # an effect that another one bends may look like a term: only of the first one all is asked
+        if current.effects and left < enough:
             return None
-        result = screen(current, self.terms, self.noise, self.pool)[:1]
-        if not result:
+        found = screen(current, self.terms, self.noise, self.pool)
+        likely = [
+            one for one in found
+            if current.cost - one.gain - self.noise_cost < left + enough
+        ]  # fmt: skip
+        terms = fit_directions(current, likely[:TERMS_TRIED], self.pool, self.advance)
+        term = min(terms, key=self._penalised, default=None)
+        if term is None:
             return None
-        if current.cost - result[0].gain - self.noise_cost > CLEARLY_BETTER * left:
+        floor = min(self.noise_cost, term.cost)
+        if not term.cost - floor < CLEARLY_BETTER * (best.cost - floor):
             return None
-        term = fit_directions(current, result, self.pool, self.advance)[0]
-        return term if term.cost - self.noise_cost < CLEARLY_BETTER * left else None
+        chance = SIGNIFICANT * self.noise_gain(best, term)
+        return term if self._penalised(best) - self._penalised(term) > chance else None
 
     def _penalised(self, one: FittedModel) -> float:
         return float(self.penalised(one, np.array(one.cost)))

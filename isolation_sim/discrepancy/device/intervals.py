@@ -89,10 +89,10 @@ def _intervals(
         {
             quantity.name: Interval(
                 value=float(values[k]),
-                low=float(max(low[k], quantity.lower)),
+                low=float(max(low[k], model.lower(quantity))),
                 high=float(min(high[k], quantity.upper)),
                 unit=quantity.unit,
-                at_bound=at_bound(float(values[k]), quantity.lower, quantity.upper),
+                at_bound=at_bound(float(values[k]), model.lower(quantity), quantity.upper),
             )
             for k, quantity in enumerate(effect.parameters, place.start)
         }

@@ -66,9 +66,15 @@ class Model(LawModel):
         quantities = [q for effect in self.effects for q in effect.parameters]
         lower, upper = super().bounds()
         return (
-            np.concatenate([lower, [q.lower for q in quantities]]),
+            np.concatenate([lower, [self.lower(q) for q in quantities]]),
             np.concatenate([upper, [q.upper for q in quantities]]),
         )
+
+    def lower(self, quantity: EffectParameter) -> float:
+        """Lower bound of a parameter on these data."""
+        if not quantity.least:
+            return quantity.lower
+        return max(quantity.lower, quantity.least * self.size(quantity))
 
     def size(self, quantity: EffectParameter) -> float:
         """Scale of a parameter, in its unit, of which ``starts`` are multiples."""

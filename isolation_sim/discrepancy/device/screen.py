@@ -46,7 +46,7 @@ class _Probe:
         outside = effect.motion is None and effect.current is None
         self.inner = base.inner if outside else None
         self.before = base.across(base.residual)
-        self.lower = np.array([q.lower for q in effect.parameters])
+        self.lower = np.array([self.model.lower(q) for q in effect.parameters])
         self.upper = np.array([q.upper for q in effect.parameters])
         self.sizes = [self.model.size(q) for q in effect.parameters]
 

@@ -13,6 +13,7 @@ from ..sweep_tables import heading
 from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table
 from .panels import panel_chart
 from .run_report import versions
+from .sweep_report import warnings_of
 from .text import capital
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def suite_report(suite: Suite) -> Page:
     ]
     shown = [name for name in _SHOWN if name in suite.criteria]
     parts: list[tuple[str, Sequence[Block]]] = [
-        ("Verdict", [Prose(tuple(verdict(suite)), "verdict")]),
+        ("Verdict", [Prose(tuple(verdict(suite)), "verdict"), *warnings_of(suite.sweep)]),
         ("Spectra", [
             Key({band: (BAND, "")}, spectra_key(panel)),
             panel_chart(panel, _spectra_text(panel), height=400),

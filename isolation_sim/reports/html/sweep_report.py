@@ -30,7 +30,7 @@ def sweep_report(sweep: Sweep, criterion: str) -> Page:
     if any_good:
         chosen = [Key({}, looks([*map(as_written, sweep.controllers)])), explorer(sweep, criterion)]
     parts: list[tuple[str, Sequence[Block]]] = [
-        ("Verdict", [Prose(_verdict(sweep, criterion), "verdict")]),
+        ("Verdict", [Prose(_verdict(sweep, criterion), "verdict"), *warnings_of(sweep)]),
         ("Controllers side by side", [_medians(sweep)] if any_good else []),
         ("Explore the runs", chosen),
         ("Sensitivity", [*_sensitivity(sweep, criterion)]),
@@ -51,6 +51,12 @@ def sweep_report(sweep: Sweep, criterion: str) -> Page:
         f"{len(sweep.table):,} runs, {', '.join(sweep.parameters) or 'nothing'} varied",
         [Section(title, blocks) for title, blocks in parts if blocks],
     )
+
+
+def warnings_of(sweep: Sweep) -> list[Block]:
+    """Warnings about the validity of the results."""
+    lines = sweep.warnings()
+    return [Prose(tuple(f"Warning: {each}." for each in lines), "warning")] if lines else []
 
 
 def _verdict(sweep: Sweep, criterion: str) -> tuple[str, str]:
@@ -86,11 +92,14 @@ def _medians(sweep: Sweep) -> Table:
         )
         for name, unit, cells in median_rows(sweep)
     )
+    notes = ["* best of the row."] * (len(sweep.controllers) > 1)
+    if sweep.reference:
+        notes.append(f"J1 to J9 refer to {as_written(sweep.reference)}.")
     return Table(
         caption="Medians over the cases",
         headings=("Criterion", *map(as_written, sweep.controllers)),
         rows=rows,
-        note="* best of the row. J1 to J9 refer to passive off." * (len(sweep.controllers) > 1),
+        note=" ".join(notes),
     )
 
 

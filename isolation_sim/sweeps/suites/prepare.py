@@ -23,6 +23,7 @@ from ground_motions import (
 
 from ...errors import InputError
 from ...io.atomic_write import write_text
+from ...io.json_text import json_text
 from ...io.results_folder import file_name
 from ...scenario.suite import RecordSuite
 from ...structures import IsolatedStructure
@@ -85,7 +86,7 @@ def prepare(
         "motions": motions,
         "spectra": _spectra(section, rule, period, records),
     }
-    write_text(json.dumps(index, indent=1), folder / INDEX)
+    write_text(json_text(index, indent=1), folder / INDEX)
     return index
 
 

@@ -146,10 +146,20 @@ class Suite(Printed):
         rows = zip(result["mean_m_s2"], result["target_m_s2"], result["floor"], strict=True)
         return all(mean >= floor * target * (1.0 - 1e-9) for mean, target, floor in rows)
 
+    def warnings(self) -> list[str]:
+        """Return warnings about the validity of the results; see `Sweep.warnings`.
+
+        Returns
+        -------
+        list of str
+        """
+        return self.sweep.warnings()
+
     def _shown(self) -> Iterator[Any]:
         for label in self.controllers:
             yield render("suite_tables:statistics_table", self, label)
         yield from render("suite_tables:verdict", self)
+        yield from (f"warning: {each}" for each in self.warnings())
 
     def __repr__(self) -> str:
         return f"Suite({str(self.folder)!r}, {len(self.index['motions'])} motions)"

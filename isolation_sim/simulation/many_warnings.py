@@ -1,0 +1,81 @@
+"""Warnings about many runs, counted by kind."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .plausibility import DISPLACED
+from .tested_range import OVER_TESTED, beyond_tests
+
+OF_RUNS = ("unresolved", "moving_at_end", "displacement_at_end", "implausible", "cautions")
+"""Names of further quantities by run, in ``Batch`` and in a sweep's table."""
+
+BETWEEN = " | "
+"""Separates the warnings of one run in a text."""
+
+_NUMBER = re.compile(r"-?\d[\d.]*(?:e[+-]?\d+)?")
+
+
+def plausibility_of(runs: Mapping[str, Any]) -> list[str]:
+    """Warnings about structures, motions and ends of runs, from quantities by run."""
+    moving = np.asarray(runs["moving_at_end"], bool)
+    aside = np.nan_to_num(np.asarray(runs["displacement_at_end"], float))
+    lines = _listed(runs["implausible"])
+    if moving.any():
+        lines.append(
+            f"{_of(moving)} still move at the end, so that RMS values and energies depend on the "
+            "length of the motion; add quiet time, padded(after=) or quiet_after_s"
+        )
+    if (aside > DISPLACED).any():
+        lines.append(
+            f"{_of(aside > DISPLACED)} end with a displaced base, which does not return, by up to "
+            f"{100 * aside.max():.0f} % of its peak"
+        )
+    return lines
+
+
+def cautions_of_many(runs: Mapping[str, Any]) -> list[str]:
+    """Warnings of the controllers about their use."""
+    return _listed(runs["cautions"])
+
+
+def of_many(runs: Mapping[str, Any]) -> list[str]:
+    """All warnings about many runs, from quantities by run; those that are missing are skipped."""
+    lines = []
+    if set(OVER_TESTED) <= set(runs):
+        lines += beyond_tests(*(runs[name] for name in OVER_TESTED))
+    if set(OF_RUNS) <= set(runs):
+        lines += [*plausibility_of(runs), *cautions_of_many(runs)]
+        missed = np.asarray(runs["unresolved"]) > 0
+        if missed.any():
+            lines.append(f"{_of(missed)} missed the tolerance in some integration steps")
+    clamped = np.asarray(runs["clamped"]) > 0
+    if clamped.any():
+        lines.append(f"{_of(clamped)} have commands that were clamped to the supply's limits")
+    return lines
+
+
+def _of(which: Sequence[Any] | np.ndarray) -> str:
+    return f"{np.count_nonzero(which)} of {len(which)} runs"
+
+
+def _listed(texts: Sequence[str]) -> list[str]:
+    """Count warnings that differ only in numbers, each with its first text."""
+    first: dict[str, str] = {}
+    counts: dict[str, set[int]] = {}
+    different: dict[str, set[str]] = {}
+    for k, text in enumerate(texts):
+        for line in filter(None, str(text).split(BETWEEN)):
+            kind = _NUMBER.sub("#", line)
+            first.setdefault(kind, line)
+            counts.setdefault(kind, set()).add(k)
+            different.setdefault(kind, set()).add(line)
+    return [
+        f"{len(counts[kind])} of {len(texts)} runs"
+        f"{', such as' * (len(different[kind]) > 1)}: {line}"
+        for kind, line in first.items()
+    ]

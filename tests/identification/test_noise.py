@@ -1,0 +1,69 @@
+"""Noise of a displacement that passed an amplifier's low-pass, or none."""
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfilt
+
+from isolation_sim.identification.noise import sensor_noise, white_noise
+from isolation_sim.identification.velocity import smooth
+
+RATE, CORNER, SECONDS = 500.0, 25.0, 12.0
+TIME = np.arange(0, SECONDS, 1 / RATE)
+NOISE = 1e-3
+
+
+def sinusoid():
+    omega = 2 * np.pi * 0.7
+    return np.sin(omega * TIME), -(omega**2) * np.sin(omega * TIME)
+
+
+def random_motion(seed=0):
+    rng = np.random.default_rng(seed)
+    omega = 2 * np.pi * rng.uniform(0.2, 3.0, 40)[:, None]
+    phase = omega * TIME + rng.uniform(0, 6, (40, 1))
+    size = np.std(np.sin(phase).sum(axis=0))
+    return np.sin(phase).sum(axis=0) / size, -(omega**2 * np.sin(phase)).sum(axis=0) / size
+
+
+def filtered_noise(seed):
+    """White noise of a standard deviation behind a low-pass of order 4."""
+    white = np.random.default_rng(seed).standard_normal(TIME.size)
+    return NOISE * sosfilt(butter(4, CORNER / (RATE / 2), output="sos"), white)
+
+
+@pytest.mark.parametrize("motion", [sinusoid, random_motion])
+@pytest.mark.parametrize("seed", range(4))
+def test_noise_behind_a_low_pass_is_as_strong_as_the_white_noise_before_it(motion, seed):
+    x = motion()[0] + filtered_noise(seed)
+    assert white_noise(x) < 0.1 * NOISE  # what the highest frequencies tell
+    assert sensor_noise(x).deviation == pytest.approx(NOISE, rel=0.4)
+
+
+@pytest.mark.parametrize("motion", [sinusoid, random_motion])
+def test_white_noise_is_what_it_was(motion):
+    x = motion()[0] + NOISE * np.random.default_rng(3).standard_normal(TIME.size)
+    assert sensor_noise(x).deviation == pytest.approx(white_noise(x), rel=0.1)
+    assert sensor_noise(x).deviation == pytest.approx(NOISE, rel=0.1)
+
+
+@pytest.mark.parametrize("motion", [sinusoid, random_motion])
+def test_a_noiseless_motion_has_none(motion):
+    assert sensor_noise(motion()[0]).deviation < 1e-6
+
+
+def test_a_weak_motion_of_high_frequency_is_no_noise():
+    x = sinusoid()[0] + 0.05 * np.sin(2 * np.pi * 9 * TIME) + filtered_noise(0)
+    exact = sinusoid()[1] - 0.05 * (2 * np.pi * 9) ** 2 * np.sin(2 * np.pi * 9 * TIME)
+    assert sensor_noise(x).deviation == pytest.approx(NOISE, rel=0.4)
+    assert np.std(smooth(x, 1 / RATE)[2] - exact) < 0.15 * np.std(exact)
+
+
+@pytest.mark.parametrize("motion", [sinusoid, random_motion])
+def test_the_acceleration_does_not_follow_noise_behind_a_low_pass(motion):
+    # with the noise of the highest frequencies alone it is nothing but noise
+    x, exact = motion()
+    noise = filtered_noise(1)
+    followed = np.std(np.gradient(np.gradient(noise, 1 / RATE), 1 / RATE))
+    error = np.std(smooth(x + noise, 1 / RATE)[2] - exact)
+    assert error < 0.2 * followed
+    assert error < 0.05 * np.std(exact)
