@@ -63,6 +63,9 @@ may set another. Convention."""
 MINOR = 0.05
 """Share of what all causes explain below which one of them only mends the form of another.
 Convention, seen on a third family of effects."""
+MOST_MINOR = 0.02
+"""Share of the force from which a cause counts in any case, however large the misfit or the other
+causes are. Convention, seen there too."""
 LOST = 0.1
 """Squared error that worse held-out runs add, over that which other ones lose, above which causes
 do not hold: their forms are never exact. Convention, seen on a third family of effects."""
@@ -89,6 +92,12 @@ unbounded. Convention."""
 AT_BOUND = 1e-6
 """Distance from a bound, over the range, below which a fitted value lies at it: an optimiser's
 rounding. Theory."""
+OFF_BOUND = 0.3
+"""Share of its range, or of its value if that range is wide, by which a value is moved away from a
+bound. Convention."""
+BOUND_NEEDED = 0.02
+"""Share of a cause's gain that may be lost there. Then the data only do not determine the value,
+and the cause does not merely act like one. Convention, seen on a third family of effects."""
 RUNAWAY_SHIFT = 0.3
 """Share of a run's force. Displacement noise that moves a law further meets a law that diverges;
 the run then has force noise only. Blind."""

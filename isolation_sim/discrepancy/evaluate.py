@@ -13,7 +13,8 @@ from ..effects import separate
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.fitted import LawEvaluation, RunError
-from ..identification.force_channel import averaging_note, find_averaging
+from ..identification.force_channel import Averaging, averaging_note, find_averaging
+from ..identification.law_fit import NOT_AVERAGED
 from ..identification.measured_runs import MeasuredRuns, measured_runs
 from ..identification.parameterisation import Parameterisation
 from ..identification.run_starts import start_note
@@ -37,7 +38,8 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
             "for all currents"
         )
     averaging = find_averaging(campaign.runs)
-    data = _scaled(measured_runs(campaign.runs, averaging), base.length)
+    none = np.zeros_like(averaging.widths)
+    data = _scaled(measured_runs(campaign.runs, Averaging(none, none)), base.length)
     # as many currents as a polynomial has coefficients
     currents = np.arange(base.current.coefficients.shape[2], dtype=float)
     parameterisation = Parameterisation(base.law, currents, (1.0, 1.0, 1.0))
@@ -49,7 +51,7 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
     model = model.resolve_steps(values).settle_starts(values)
     data = model.data
     force = base.force_scale * model.forces(values, False)[0]
-    data, force = _averaged(data, force, averaging.suspected)
+    data, force = _averaged(data, force, averaging)
     errors = tuple(
         RunError(run, force[a:b])
         for run, (a, b) in zip(campaign.runs, pairwise(data.starts), strict=True)
@@ -59,14 +61,19 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
     return LawEvaluation(device, campaign, errors, tuple(notes))
 
 
-def _averaged(data: MeasuredRuns, force: NDArray, widths: NDArray) -> tuple[MeasuredRuns, NDArray]:
-    """Average the force of a law as the channel does, where runs too few to tell agree with it."""
-    if data.averaging.any() or not widths.any():
+def _averaged(data: MeasuredRuns, force: NDArray, found: Averaging) -> tuple[MeasuredRuns, NDArray]:
+    """Average the force of a law as the channel does, if that is near to the measured force."""
+    # Clear signs of an average count unless the force itself is clearly nearer; where runs are too
+    # few to tell, the averaged one has to be.
+    clear = bool(found.widths.any())
+    widths = found.widths if clear else found.suspected
+    if not widths.any():
         return data, force
-    suspected = replace(data, averaging=widths)
-    averaged = suspected.record(force)
-    wrong = [float(np.sum((one - data.force) ** 2)) for one in (force, averaged)]
-    return (suspected, averaged) if wrong[1] < _LESS * wrong[0] else (data, force)
+    averaged = replace(data, averaging=widths)
+    recorded = averaged.record(force)
+    wrong, after = (float(np.sum((one - data.force) ** 2)) for one in (force, recorded))
+    keeps = wrong >= NOT_AVERAGED**2 * after if clear else after < _LESS * wrong
+    return (averaged, recorded) if keeps else (data, force)
 
 
 def _scaled(data: MeasuredRuns, length: float) -> MeasuredRuns:

@@ -116,7 +116,7 @@ def fit(
     result = _result(campaign, model, best)
     chosen = "" if choice is None else choice.text
     begin = start_note(model.data.periods, law)
-    notes = filter(None, (*wrong, chosen, averaging_note(data.averaging), begin))
+    notes = filter(None, (*wrong, chosen, averaging_note(model.data.averaging), begin))
     return replace(result, notes=(*notes, *result.notes))
 
 

@@ -21,7 +21,7 @@ from ..io.results_folder import file_name, files_into, write_contents
 from ..laws import Device
 from ..rendering import Printed, render
 from .campaign import Campaign
-from .noise import white_noise
+from .noise import channel_noise
 from .run_table import TestRun
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def pooled(errors: Iterable[RunError]) -> float:
 
 @checked
 def noise_of(runs: Sequence[TestRun]) -> float:
-    """RMS of the white noise in the forces of several runs over the RMS of these forces.
+    """RMS of the noise in the forces of several runs over the RMS of these forces.
 
     Parameters
     ----------
@@ -139,7 +139,8 @@ def noise_of(runs: Sequence[TestRun]) -> float:
     -------
     float
     """
-    noise = sum(len(run.force) * white_noise(run.force) ** 2 for run in runs)
+    deviation = channel_noise([run.force for run in runs], [run.step for run in runs]).deviation
+    noise = sum(len(run.force) * one**2 for run, one in zip(runs, deviation, strict=True))
     return float(np.sqrt(noise / sum(float(np.sum(run.force**2)) for run in runs)))
 
 

@@ -53,6 +53,9 @@ _UNDEFORMED = 0.1
 """First deformation over its RMS up to which a device without memory may have rested."""
 LARGEST_DERIVATIVE = 1e100
 """A derivative of a residual beyond it has diverged, though its force has not."""
+NOT_AVERAGED = 0.8
+"""Factor on the error of a law behind a moving average below which the law without one shows that
+the force channel has none: the harmonics of some laws look like it."""
 _STEP_ERROR = 2e-4
 """Relative error of the force below which the integration steps resolve a law."""
 
@@ -75,6 +78,12 @@ class LawModel:
     def bounds(self) -> tuple[NDArray, NDArray]:
         """Lower and upper bounds of all values."""
         return self.parameterisation.lower, self.parameterisation.upper
+
+    def error(self, values: NDArray) -> float:
+        """Error on the fitted samples over the RMS of their force."""
+        data = self.data
+        force = data.bounded(self.forces(values, False)[0])
+        return data.relative(force - data.force, data.fitted)
 
     def simulator(self, motion: Motion | None = None) -> Simulator:
         """Compiled law under the measured motion, or another one."""
@@ -344,6 +353,17 @@ def _n_currents(data: MeasuredRuns) -> int:
 
 def refine_law(model: M, start: NDArray) -> tuple[M, Optimum]:
     """Fit a law to all samples from near values, with runs weighted by their misfit there."""
+    model, result = _refined(model, start)
+    if not model.data.averaging.any():
+        return model, result
+    without = replace(model.data, averaging=np.zeros_like(model.data.averaging))
+    other, end = _refined(replace(model, data=without), result.x)
+    nearer = other.error(end.x) < NOT_AVERAGED * model.error(result.x)
+    return (other, end) if nearer else (model, result)
+
+
+def _refined(model: M, start: NDArray) -> tuple[M, Optimum]:
+    """Fit a law with the start of each run that suits it."""
 
     def fit(model: M, start: NDArray) -> tuple[M, Optimum]:
         model = model.resolve_steps(start).weigh(start)

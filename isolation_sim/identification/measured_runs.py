@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from ..effects.effect import REFERENCE_TEMPERATURE
 from .force_channel import Averaging, find_averaging, moving_average
-from .noise import sensor_noise, white_noise
+from .holds import hold_still
+from .noise import channel_noise, sensor_noise
 from .run_starts import find_starts
 from .run_table import TestRun
 from .sensitivities import Motion
@@ -48,10 +49,11 @@ class MeasuredRuns:
     current: NDArray
     temperature: NDArray
     fitted: NDArray  # (n_samples,) bool: Whether a sample is fitted; the others are held out
-    # force_noise, displacement_noise: (n_runs,), N, m: Standard deviation of the white noise of
-    # each run
+    # (n_runs,), N, Hz: Standard deviation of the noise of each run's force, and the corner of its
+    # low-pass; infinite if it is white
     force_noise: NDArray
-    displacement_noise: NDArray
+    force_corner: NDArray
+    displacement_noise: NDArray  # (n_runs,), m: ``SensorNoise.deviation`` of each run
     # (n_runs,), N: Standard deviation by which the residuals of each run are divided; see ``weigh``
     sigma: NDArray
     velocity_measured: NDArray  # (n_runs,) bool: Whether the velocity is data
@@ -184,8 +186,8 @@ class MeasuredRuns:
         lengths = np.add.reduceat(self.fitted.astype(np.int64), self.starts[:-1])
         runs = lengths > 0
         by_run = (
-            "dt", "force_noise", "displacement_noise", "sigma", "velocity_measured", "averaging",
-            "periods", "return_times", "n_steps", "stiff",
+            "dt", "force_noise", "force_corner", "displacement_noise", "sigma", "velocity_measured",
+            "averaging", "periods", "return_times", "n_steps", "stiff",
         )  # fmt: skip
         return replace(
             self,
@@ -201,22 +203,17 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
     """Put runs together and estimate their noise; an average is sought if it is not known."""
     # Runs with ``hold_out`` are held out.
     lengths = [len(run.time) for run in runs]
-    force_noise = np.array([white_noise(run.force) for run in runs])
+    force_noise, corner = channel_noise([run.force for run in runs], [run.step for run in runs])
     starts = find_starts(runs, force_noise)
-    motions = [smooth(run.displacement, run.step) for run in runs]
+    motions = [_motion(run) for run in runs]
     temperatures = [run.temperature for run in runs]
     data = MeasuredRuns(
         names=tuple(run.name for run in runs),
         starts=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
         dt=np.array([run.step for run in runs]),
         x=np.concatenate([x for x, _, _ in motions]),
-        v=np.concatenate([run.velocity for run in runs]),
-        a=np.concatenate(
-            [
-                a if run.acceleration is None else run.acceleration
-                for run, (_, _, a) in zip(runs, motions, strict=True)
-            ]
-        ),
+        v=np.concatenate([v for _, v, _ in motions]),
+        a=np.concatenate([a for _, _, a in motions]),
         force=np.concatenate([run.force for run in runs]),
         current=np.concatenate([run.current for run in runs]),
         temperature=np.concatenate(
@@ -227,6 +224,7 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
         ),
         fitted=np.repeat([not run.hold_out for run in runs], lengths),
         force_noise=force_noise,
+        force_corner=np.full(len(runs), corner),
         displacement_noise=np.array([sensor_noise(run.displacement).deviation for run in runs]),
         sigma=np.ones(len(runs)),
         velocity_measured=np.array([run.velocity_measured for run in runs]),
@@ -240,6 +238,13 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
         past=_past(runs),
     )
     return replace(data, sigma=data.assumed_noise)
+
+
+def _motion(run: TestRun) -> tuple[NDArray, NDArray, NDArray]:
+    """Displacement, velocity and acceleration of a run."""
+    x, _, a = smooth(run.displacement, run.step)
+    a = a if run.acceleration is None else run.acceleration
+    return hold_still(x, run.velocity, a, run.step)
 
 
 def _past(runs: Sequence[TestRun]) -> NDArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -17,7 +18,17 @@ _ALIKE = 2.5
 _ABOVE = 4.0
 """Ratio of a plateau's power to that of the highest frequencies from which it is one."""
 _SMALL = 0.01
-"""Share of a signal's RMS up to which a plateau is noise and no motion."""
+"""Share of a displacement's RMS up to which a plateau is noise and no motion."""
+_SMALL_FORCE = 0.03
+"""The same of a force, whose sensor is less exact."""
+_SHOWN = 0.25
+"""Share of the runs that must show a channel's corner."""
+_AGREE = 1.5
+"""Factor on the middle one within which half of the corners must lie."""
+_UNLIKE = 2.0
+"""Factor on the usual noise, absolute or as a share of the force, that no run exceeds."""
+_ORDER = 4
+"""Order of the low-pass of noise that is drawn."""
 
 
 def white_noise(signal: NDArray) -> float:
@@ -29,31 +40,31 @@ def white_noise(signal: NDArray) -> float:
 
 
 class SensorNoise(NamedTuple):
-    """Noise of a displacement: white up to a corner, of which it tells the whole.
+    """White noise that is as strong as a sensor's below the corner of its low-pass.
 
     Attributes
     ----------
     deviation : float
-        Standard deviation of white noise that is as strong up to the corner.
+        Its standard deviation.
     corner : float
-        Share of the Nyquist frequency: 1 for white noise.
+        Share of the Nyquist frequency in which it has the sensor's variance: 1 for white noise.
     """
 
     deviation: float
     corner: float
 
 
-def sensor_noise(displacement: NDArray) -> SensorNoise:
-    """Estimate the noise of a displacement beside its motion."""
+def sensor_noise(signal: NDArray, small: float = _SMALL) -> SensorNoise:
+    """Estimate the noise of a signal that is smooth otherwise, and small as a share of it."""
     # Below the corner of an amplifier's low-pass noise leaves a plateau in the spectrum, between
     # the motion, whose power falls with the frequency, and the corner. It is the widest one, of an
     # octave at least, that is far stronger than the highest frequencies; nearly all power lies
     # below it.
-    power, size = _spectrum(displacement)
+    power, size = _spectrum(signal)
     total, n = float(power.sum()), power.size
-    highest = size * white_noise(displacement) ** 2
+    highest = size * white_noise(signal) ** 2
     ratio, least = _BAND
-    ends = [max(int(np.searchsorted(np.cumsum(power), (1 - _SMALL**2) * total)), least)]
+    ends = [max(int(np.searchsorted(np.cumsum(power), (1 - small**2) * total)), least)]
     while ends[-1] + least <= n:
         ends.append(min(int(max(ends[-1] * ratio, ends[-1] + least)), n))
     levels = np.array([np.median(power[a:b]) / np.log(2) for a, b in pairwise(ends)])
@@ -63,11 +74,62 @@ def sensor_noise(displacement: NDArray) -> SensorNoise:
             if levels[i:j].max() > _ALIKE * levels[i:j].min():
                 break
             level = float(np.median(power[ends[i] : ends[j]]) / np.log(2))
-            is_noise = _ABOVE * highest < level and level * ends[j] < _SMALL**2 * total
+            is_noise = _ABOVE * highest < level and level * ends[j] < small**2 * total
             if is_noise and ends[j] >= widest * ends[i]:
                 widest = ends[j] / ends[i]
-                result = SensorNoise(np.sqrt(level / size), ends[j] / n)
+                beyond = np.minimum(levels[j:], level) @ np.diff(ends[j:])
+                result = SensorNoise(np.sqrt(level / size), (ends[j] + beyond / level) / n)
     return result
+
+
+class ChannelNoise(NamedTuple):
+    """Noise of one channel in several runs.
+
+    Attributes
+    ----------
+    deviation : (n_runs,)
+        Standard deviations.
+    corner : float, Hz
+        Of its low-pass; infinite for white noise.
+    """
+
+    deviation: NDArray
+    corner: float
+
+
+def channel_noise(forces: Sequence[NDArray], steps: Sequence[float]) -> ChannelNoise:
+    """Estimate the noise of the force channel, which has one amplifier for all runs."""
+    each = [sensor_noise(force, _SMALL_FORCE) for force in forces]
+    nyquist = 0.5 / np.array(steps)
+    corners = np.array([one.corner for one in each]) * nyquist
+    shown = np.array([one.corner < 1 for one in each])
+    own = np.array([one.deviation for one in each]) * np.sqrt([one.corner for one in each])
+    corner = float(np.median(corners[shown])) if np.sum(shown) >= _SHOWN * len(each) else np.inf
+    if np.isfinite(corner):
+        if np.median(np.abs(np.log(corners[shown] / corner))) > np.log(_AGREE):
+            corner = np.inf
+        else:
+            # a run in which the force hides the plateau has the noise of the others
+            own = np.where(shown | (corner >= nyquist), own, np.median(own[shown]))
+    if np.isinf(corner):
+        own = np.array([white_noise(force) for force in forces])
+    # a force with steps has high frequencies of its own
+    size = np.array([np.sqrt(np.mean(np.square(force))) for force in forces])
+    relative = np.median(own[size > 0] / size[size > 0]) if size.any() else 0.0
+    return ChannelNoise(
+        np.minimum(own, _UNLIKE * np.maximum(np.median(own), relative * size)), corner
+    )
+
+
+def coloured_noise(random: np.random.Generator, n: int, step: float, corner: float) -> NDArray:
+    """Draw noise of unit variance behind a low-pass, (n,)."""
+    values = random.standard_normal(n)
+    if corner >= 0.5 / step:
+        return values
+    from scipy.signal import butter, sosfilt
+
+    values = sosfilt(butter(_ORDER, 2 * corner * step, output="sos"), values)
+    return values / max(float(np.std(values)), 1e-300)
 
 
 def _spectrum(signal: NDArray) -> tuple[NDArray, float]:

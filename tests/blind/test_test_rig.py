@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import butter, lfilter, sosfilt
@@ -168,3 +170,63 @@ def test_the_slope_beyond_a_knee_of_the_coil_is_measured():
     assert names == ["field_saturation"] and found.causes[0].form == "slope"
     assert found.causes[0].parameters["current"].value == pytest.approx(0.6, rel=0.1)
     assert found.causes[0].parameters["decrease"].value == pytest.approx(0.6, abs=0.1)
+
+
+def test_nothing_is_missing_where_the_force_channel_filters_its_noise():
+    sections = butter(4, 20.0 * 2 * DT, output="sos")
+    clean = bench(lambda x, v, a, i: 2e4 * x + 300 * v, noise=0.0)
+    random = np.random.default_rng(4)
+    runs = []
+    for run in clean.runs:
+        noise = sosfilt(sections, random.standard_normal(len(run.time)))
+        runs.append(replace(run, force=run.force + 1.5 * noise / np.std(noise)))
+    found, names = named(replace(clean, runs=tuple(runs)))
+    assert found.verdict == "adequate" and not names
+    size = np.sqrt(np.mean(np.concatenate([run.force for run in clean.runs]) ** 2))
+    assert found.noise_floor == pytest.approx(1.5 / size, rel=0.3)
+
+
+def test_a_small_cause_is_named_beside_one_that_fills_the_weak_runs():
+    campaign = bench(lambda x, v, a, i: 2e4 * x + 300 * v + 6 * a + 40)
+    found, names = named(campaign)
+    assert sorted(names) == ["force_offset", "inertia_force"]
+    assert found.error_after.held_out < 1.5 * found.noise_floor
+
+
+def hysteretic(x, step):
+    """Bouc-Wen model by Heun's rule, whose state is a share of a yield deformation."""
+    v, z = np.gradient(x, step), np.zeros(len(x))
+
+    def rate(z, v):
+        return (v - 0.6 * abs(v) * z - 0.4 * v * abs(z)) / 2e-3
+
+    for k in range(len(x) - 1):
+        first = rate(z[k], v[k])
+        z[k + 1] = z[k] + 0.5 * step * (first + rate(z[k] + step * first, v[k + 1]))
+    return 2e4 * x + 300 * v + 150 * z, v
+
+
+def test_noise_of_a_device_that_is_held_does_not_let_it_relax():
+    random = np.random.default_rng(2)
+    motions = [
+        (lambda t, size=size, f=f: size * np.sin(2 * np.pi * f * t), 6 / f) for size, f in TESTS
+    ]
+    motions += [
+        (lambda t, to=to: np.interp(t, [1, 1.4, 8, 8.8, 9.2], [0, to, to, 0, -to / 2]), 16.0)
+        for to in (0.008, 0.015, -0.01)
+    ]
+    runs = []
+    for k, (motion, duration) in enumerate(motions):
+        fine = np.arange(0, duration, DT / 20)
+        force, v = hysteretic(motion(fine), fine[1])
+        time, x, force, v = fine[::20], motion(fine[::20]), force[::20], v[::20]
+        # a tenth of a percent of the stroke, half a percent of the largest speed
+        runs.append(TestRun(
+            f"run{k}", time, x + 1.5e-5 * random.standard_normal(len(x)),
+            v + 5e-4 * random.standard_normal(len(x)),
+            force + 1.5 * random.standard_normal(len(x)), 0 * x,
+            hold_out=k in (2, 7), velocity_measured=True,
+        ))  # fmt: skip
+    found = diagnose(Campaign("held", "NumPy", tuple(runs)), "bouc_wen", tiers="causes", threads=1)
+    assert found.verdict == "adequate" and not found.causes
+    assert found.error_before.held_out < 0.015

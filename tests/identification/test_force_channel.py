@@ -11,8 +11,8 @@ from scipy.ndimage import uniform_filter1d
 from isolation_sim.discrepancy.data_checks import data_notes
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
-from isolation_sim.identification.force_channel import find_averaging, moving_average
-from isolation_sim.identification.law_fit import LawModel
+from isolation_sim.identification.force_channel import Averaging, find_averaging, moving_average
+from isolation_sim.identification.law_fit import LawModel, refine_law
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.parameterisation import Parameterisation
 from isolation_sim.identification.run_table import TestRun
@@ -112,3 +112,16 @@ def test_the_fit_compares_after_the_average():
     values = {e.name: e.value for e in fitted.estimates}
     assert values["alpha"] == pytest.approx(500.0, rel=0.01)
     assert values["beta"] == pytest.approx(200.0, rel=0.05)
+
+
+@pytest.mark.parametrize("averaged", [True, False])
+def test_an_average_counts_as_one_only_if_the_law_is_not_nearer_without_it(averaged):
+    runs = _averaged(_friction(0.005), 11) if averaged else _friction(0.005)
+    widths = np.array([11 / (A_CYCLE * frequency) for _, frequency in MOTIONS])
+    data = measured_runs(runs, Averaging(widths, widths))
+    fixed = {"delta": 0.0, "c": 0.0, "F0": 0.0}
+    p = Parameterisation(LAWS["hyperbolic_tangent"], np.zeros(1), SIZES, fixed)
+    start = dict(zip((q.name for q in p.free), p.starts(1, 0)[0], strict=True))
+    start |= {"k": 0.8e4, "alpha": 450.0, "beta": 180.0}
+    model, _ = refine_law(LawModel(data, p), np.array(list(start.values())))
+    np.testing.assert_array_equal(model.data.averaging, widths if averaged else 0 * widths)

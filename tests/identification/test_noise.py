@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 
-from isolation_sim.identification.noise import sensor_noise, white_noise
+from isolation_sim.identification.noise import (
+    channel_noise,
+    coloured_noise,
+    sensor_noise,
+    white_noise,
+)
 from isolation_sim.identification.velocity import smooth
 
 RATE, CORNER, SECONDS = 500.0, 25.0, 12.0
@@ -67,3 +72,50 @@ def test_the_acceleration_does_not_follow_noise_behind_a_low_pass(motion):
     error = np.std(smooth(x + noise, 1 / RATE)[2] - exact)
     assert error < 0.2 * followed
     assert error < 0.05 * np.std(exact)
+
+
+def force_runs(noise):
+    """Forces of a spring with friction under sinusoids, one of them fast and irregular."""
+    runs = []
+    for k, frequency in enumerate((0.2, 0.5, 1.0, 2.0, 3.0)):
+        phase = 2 * np.pi * frequency * TIME
+        force = np.sin(phase) + 0.2 * np.tanh(np.cos(phase) / 0.1) + noise(k)
+        runs.append(force)
+    abrupt = np.sign(np.sin(2 * np.pi * 4.3 * TIME)) * np.sin(2 * np.pi * TIME)
+    return [*runs, abrupt + noise(9)]
+
+
+def test_runs_that_hide_the_corner_have_the_noise_of_the_others():
+    found = channel_noise(force_runs(filtered_noise), [1 / RATE] * 6)
+    true = [np.std(filtered_noise(k)) for k in (0, 1, 2, 3, 4, 9)]
+    np.testing.assert_allclose(found.deviation, true, rtol=0.4)
+    assert found.corner == pytest.approx(CORNER, rel=0.3)
+
+
+def test_white_noise_of_a_channel_has_no_corner():
+    def white(k):
+        return NOISE * np.random.default_rng(k).standard_normal(TIME.size)
+
+    runs = force_runs(white)
+    found = channel_noise(runs, [1 / RATE] * 6)
+    assert found.corner == np.inf
+    white_ones = [white_noise(run) for run in runs[:-1]]
+    np.testing.assert_array_equal(found.deviation[:-1], white_ones)
+
+
+def test_drawn_noise_has_unit_variance_and_its_corner():
+    random = np.random.default_rng(5)
+    drawn = [coloured_noise(random, TIME.size, 1 / RATE, CORNER) for _ in range(5)]
+    assert np.std(drawn) == pytest.approx(1, rel=0.01)
+    assert all(white_noise(one) < 1e-3 for one in drawn)
+    same = np.random.default_rng(5).standard_normal(10)
+    np.testing.assert_array_equal(coloured_noise(np.random.default_rng(5), 10, 0.1, 8.0), same)
+
+
+def test_steps_of_a_force_are_no_noise():
+    steps = np.sign(np.sin(2 * np.pi * 1.3 * TIME))
+    random = np.random.default_rng(6)
+    runs = [np.sin(2 * np.pi * f * TIME) for f in (0.4, 0.8, 1.2, 1.6)]
+    noisy = [run + NOISE * random.standard_normal(TIME.size) for run in [*runs, steps * runs[1]]]
+    assert white_noise(noisy[-1]) > 4 * NOISE
+    np.testing.assert_allclose(channel_noise(noisy, [1 / RATE] * 5).deviation, NOISE, rtol=1.1)

@@ -29,6 +29,7 @@ from ..decisions import (
     FAR_BETTER,
     LOST,
     MINOR,
+    MOST_MINOR,
     NEEDED,
     NOISE_EXAMPLES,
     NUMBERS_WRONG,
@@ -40,6 +41,7 @@ from ..decisions import (
     WELL_EXPLAINED,
     WORSE,
 )
+from ..device.bounds import needs_bound
 from ..device.conditions import conditions
 from ..device.effect_search import EffectSearch
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
@@ -157,15 +159,21 @@ class DeviceTests(Problem[FittedModel]):
                 break
         while best.effects:
             corrected = [self._corrected(best, k) for k in range(len(best.effects))]
-            least = int(np.argmin(corrected))
             explained = self._squared(self.before) - self._squared(self.after)
-            small = float(np.sqrt(MINOR * max(explained, 0.0)))
-            if corrected[least] >= max(self.significance, small):
+            # as a share of the whole force, and on average of each run's own
+            small = np.sqrt(MINOR * np.maximum(explained, 0.0))
+            if self._is_noise(self.after, self.judged):
+                small *= 0.0  # what completes the law is no correction of another's form
+            allowed = np.maximum(self.significance, np.minimum(small, MOST_MINOR))
+            beyond = [float(np.max(one / allowed)) for one in corrected]
+            least = int(np.argmin(beyond))
+            if beyond[least] >= 1:
                 break
+            size = float(np.max(corrected[least]))
             self.negligible.append(
-                f"{best.effects[least].title} corrects {100 * corrected[least]:.2g} % of the force"
+                f"{best.effects[least].title} corrects {100 * size:.2g} % of the force"
             )
-            self.negligible_below = max(self.significance, small)
+            self.negligible_below = float(np.max(allowed))
             best = self.space.without(best, least)
             self._extend(best)
         if self._leaves_much():
@@ -279,20 +287,20 @@ class DeviceTests(Problem[FittedModel]):
                 return True
         return False
 
-    def _corrected(self, searched: FittedModel, place: int) -> float:
-        """RMS force that one effect corrects in the runs that judge, over each one's force."""
+    def _corrected(self, searched: FittedModel, place: int) -> NDArray:
+        """RMS force that one effect corrects on the samples that judge, as ``_squared``."""
         searched_without = self.space.without(searched, place)
         without = replace(searched_without, model=self.final.model.without(place))
         added = self._squared(self.data.bounded(without.force)) - self._squared(self.after)
-        return float(np.sqrt(max(added, 0.0)))
+        return np.sqrt(np.maximum(added, 0.0))
 
-    def _squared(self, force: NDArray) -> float:
-        """Mean of the squared errors of the runs that judge, each over its own force."""
-        # a weak run, at small amplitude, counts as much as a strong one
-        data = self.data
+    def _squared(self, force: NDArray) -> NDArray:
+        """Squared error over that of the force: of all samples that judge, mean over their runs."""
+        # in the mean a weak run, at small amplitude, counts as much as a strong one
+        data, residual = self.data, force - self.data.force
         runs = [np.arange(run.start, run.stop)[self.judged[run]] for run in data.runs]
-        errors = (data.relative(force - data.force, at) for at in runs if at.size)
-        return float(np.mean([error**2 for error in errors]))
+        of_runs = [data.relative(residual, at) ** 2 for at in runs if at.size]
+        return np.array([data.relative(residual, self.judged) ** 2, np.mean(of_runs)])
 
     @cached_property
     def judged(self) -> NDArray:
@@ -388,6 +396,10 @@ class DeviceTests(Problem[FittedModel]):
             if effect is EACH_RUN:
                 numbers[k] = {"spread": self._spread()}
             gain = without.cost - searched.cost
+            if not needs_bound(searched, k, gain):
+                numbers[k] = {
+                    name: replace(one, at_bound=False) for name, one in numbers[k].items()
+                }
             causes.append(
                 Cause(
                     name=effect.cause,

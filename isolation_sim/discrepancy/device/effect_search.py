@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from ...effects import Effect
 from ..decisions import (
+    ADEQUATE,
     CLEARLY_BETTER,
     LEAST_PART,
     LEAST_SHARE,
     MOST_EFFECTS,
+    MOST_MINOR,
     RIVALS_TRIED,
     SIGNIFICANT,
     TERMS_TRIED,
@@ -55,6 +57,14 @@ class EffectSearch:
     def misfit(self) -> float:
         """Cost of the law alone above that of noise."""
         return max(self.base.cost - self.noise_cost, 0.0)
+
+    @cached_property
+    def least_share(self) -> float:
+        """Share of the law's misfit that an effect must remove."""
+        data = self.base.model.data
+        force = float(np.sum((data.force * data.weight)[data.fitted] ** 2))
+        # beside a large effect a smaller one may be a large force as well
+        return min(LEAST_SHARE, MOST_MINOR**2 * force / max(self.misfit, 1e-300))
 
     def is_explained(self, current: FittedModel) -> bool:
         """Whether no effect is tried; whether nothing is left is seen by trying."""
@@ -207,16 +217,22 @@ class EffectSearch:
 
     def _helps(self, without: FittedModel, extended: FittedModel) -> bool:
         cost_without, cost = (np.array(one.cost) for one in (without, extended))
-        return bool(self.helps(without, extended, cost_without, cost, np.array(self.misfit)))
+        one, misfit = np.array(1.0), np.array(self.misfit)
+        return bool(self.helps(without, extended, cost_without, cost, one, misfit))
 
     def helps(
         self, without: FittedModel, extended: FittedModel, cost_without: NDArray, cost: NDArray,
-        misfit: NDArray,
+        size: NDArray, misfit: NDArray,
     ) -> NDArray:  # fmt: skip
         """Whether the last effect of a model is more than noise, by the costs on sets of runs."""
+        # ``size`` holds the samples of each set over those of all runs
         with np.errstate(invalid="ignore"):  # both diverge: no gain
             gain = cost_without - cost
-        least = np.maximum(LEAST_PART * cost_without, LEAST_SHARE * misfit)
+        part = LEAST_PART * cost_without
+        noise = size * self.noise_cost
+        # what leaves nothing but noise, and did not before, is no correction of another's shape
+        completes = (cost < ADEQUATE * noise) & (gain > noise)
+        least = np.where(completes, part, np.maximum(part, self.least_share * misfit))
         return (gain > SIGNIFICANT * self.noise_gain(without, extended)) & (gain > least)
 
     def without(self, model: FittedModel, place: int) -> FittedModel:

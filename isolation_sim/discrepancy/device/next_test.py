@@ -110,6 +110,7 @@ def _sinusoid(
         temperature=np.full(len(time), float(np.mean(data.temperature))),
         fitted=np.ones(len(time), bool),
         force_noise=np.ones(1),
+        force_corner=np.full(1, np.inf),
         displacement_noise=np.zeros(1),
         sigma=np.ones(1),
         velocity_measured=np.ones(1, bool),

@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...identification.holds import hold_still
 from ...identification.measured_runs import MeasuredRuns
+from ...identification.noise import coloured_noise
 from ...identification.velocity import smooth
 from ..decisions import RUNAWAY_SHIFT
 from .model import FittedModel
@@ -36,7 +38,6 @@ def noise_residuals(base: FittedModel, shifts: NDArray, seed: int = 0) -> NDArra
     model = replace(base.model, data=data)
     random = np.random.default_rng(seed)
     without = data.bounded(model.forces(base.values, False)[0])
-    white = np.repeat(data.force_noise, data.lengths)
     columns = []
     for dx, dv, da in shifts:
         moved = replace(model, data=replace(data, x=data.x + dx, v=data.v + dv, a=data.a + da))
@@ -45,7 +46,10 @@ def noise_residuals(base: FittedModel, shifts: NDArray, seed: int = 0) -> NDArra
             # where the law itself runs away there is the noise of the force alone
             if np.sqrt(np.mean(shift[run] ** 2)) > RUNAWAY_SHIFT * size:
                 shift[run] = 0.0
-        shift += white * random.standard_normal(len(shift))
+        sizes = zip(data.force_noise, data.lengths, data.dt, data.force_corner, strict=True)
+        shift += np.concatenate(
+            [noise * coloured_noise(random, n, dt, corner) for noise, n, dt, corner in sizes]
+        )
         columns.append(shift * data.weight)
     return np.stack(columns, axis=1)
 
@@ -58,7 +62,8 @@ def _carried(full: MeasuredRuns, run: int, random: np.random.Generator) -> NDArr
         return np.zeros((3, b - a))
     # with the signal, so that the smoothing is the same one and its own error is in the result
     clean = full.x[a:b]
-    noisy = smooth(clean + level * random.standard_normal(b - a), float(full.dt[run]))
+    step = float(full.dt[run])
+    noisy = hold_still(*smooth(clean + level * random.standard_normal(b - a), step), step)
     shift = np.stack(noisy) - [clean, full.v[a:b], full.a[a:b]]
     if full.velocity_measured[run]:
         shift[1] = 0.0

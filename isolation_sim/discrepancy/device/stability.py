@@ -42,12 +42,13 @@ def stability(space: EffectSearch, searched: FittedModel, seed: int) -> list[Sta
     kept = np.array([~runs for _, runs in conditions(data)], float).reshape(-1, n_runs)
     draws = np.random.default_rng(seed).multinomial(n_runs, np.full(n_runs, 1 / n_runs), REDRAWN)
     weights = np.concatenate([kept, draws.astype(float)])
-    misfit = _costs(space.base, weights) - space.noise_cost * (weights @ data.lengths) / len(data.x)
+    sizes = (weights @ data.lengths) / len(data.x)
+    misfit = _costs(space.base, weights) - space.noise_cost * sizes
     costs = _costs(searched, weights)
     result = []
     for place, name in enumerate(searched.causes):
         without, rivals = space.rivals(searched, place)
-        helps = space.helps(without, searched, _costs(without, weights), costs, misfit)
+        helps = space.helps(without, searched, _costs(without, weights), costs, sizes, misfit)
         others = [one for one in rivals if np.isfinite(one.cost)]
         names = [name, *(one.causes[-1] for one in others)]
         penalised = [space.penalised(searched, costs)]

@@ -147,6 +147,7 @@ def loop_motion(table: LoopTable, samples: int, n_steps: int) -> MeasuredRuns:
         temperature=np.full(n * each, REFERENCE_TEMPERATURE),
         fitted=np.ones(n * each, bool),  # the table says which rows are held out
         force_noise=np.zeros(n),
+        force_corner=np.full(n, np.inf),
         displacement_noise=np.zeros(n),
         sigma=np.ones(n),
         velocity_measured=np.ones(n, bool),

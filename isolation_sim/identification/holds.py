@@ -1,0 +1,51 @@
+"""Rests within a test, such as the holds of a relaxation test."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+_WINDOW = 0.5
+"""s: two thirds of the shortest rest."""
+_LEAST_SAMPLES = 16
+_SLOW = 4e-3
+"""Speed over the largest one up to which a device rests. A sinusoid above 0.005 Hz is faster within
+a quarter of a second about its crest."""
+_SCATTER = 5e-3
+"""Scatter about the line, over the largest displacement, up to which it is noise."""
+_Motion = tuple[NDArray, NDArray, NDArray]
+
+
+def hold_still(x: NDArray, v: NDArray, a: NDArray, step: float) -> _Motion:
+    """Give a device that rests the constant velocity of the line through its displacement."""
+    # Noise of a velocity that is zero in truth drives every state that grows with |v|: a Bouc-Wen
+    # law would relax in a rest.
+    found = list(_rests(x, v, step))
+    if not found:
+        return x, v, a
+    x, v, a = x.copy(), v.copy(), a.copy()
+    for rest in found:
+        time = step * np.arange(rest.stop - rest.start)
+        slope, first = np.polyfit(time, x[rest], 1)
+        x[rest], v[rest], a[rest] = first + slope * time, slope, 0.0
+    return x, v, a
+
+
+def _rests(x: NDArray, v: NDArray, step: float) -> Iterator[slice]:
+    """Segments in which a line through every window is nearly level and close to the samples."""
+    n = max(round(_WINDOW / step), _LEAST_SAMPLES)
+    if len(x) <= 2 * n:
+        return
+    time = step * (np.arange(n) - (n - 1) / 2)
+    inertia = float(time @ time)
+    windows = np.lib.stride_tricks.sliding_window_view(x, n)
+    slopes = windows @ time / inertia
+    scatter = np.sqrt(np.maximum(windows.var(axis=1) - slopes**2 * inertia / n, 0.0))
+    level = np.abs(slopes) < _SLOW * float(np.percentile(np.abs(v), 99))
+    level &= scatter < _SCATTER * float(np.max(np.abs(x)))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], level, [False]]).astype(int)))
+    for first, end in edges.reshape(-1, 2):
+        if end - first >= n // 2:  # at its crest a sinusoid is level for a moment
+            yield slice(int(first), int(end) + n - 1)

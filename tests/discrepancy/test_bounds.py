@@ -1,0 +1,63 @@
+"""Values at the bound of their range: asked for by the data, or only left open."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from isolation_sim.discrepancy.device.bounds import needs_bound
+from isolation_sim.effects import EffectParameter
+
+T = np.linspace(0, 1, 200)
+
+
+class Decay:
+    """A loss d (1 - exp(-t / s)): of d and s the data tell the ratio alone where t is small."""
+
+    def __init__(self, data):
+        self.data = data
+
+    def bounds(self):
+        return np.array([0.0, 1e-3]), np.array([1.0, 1e3])
+
+    def lower(self, quantity):
+        return quantity.lower
+
+    def slices(self):
+        return [slice(0, 2)]
+
+    def residuals(self, values, derivatives):
+        loss, scale = values
+        e = np.exp(-T / scale)
+        columns = np.stack([1 - e, -loss * e * T / scale**2], axis=1)
+        return (loss * (1 - e) - self.data) / 1e-2, columns / 1e-2
+
+
+EFFECT = SimpleNamespace(
+    parameters=(
+        EffectParameter("loss", "1", "loss", lower=0.0, upper=1.0, strength=True),
+        EffectParameter("scale", "s", "time", lower=1e-3, upper=1e3),
+    )
+)
+
+
+def searched(data, values):
+    model = Decay(data)
+    residual = model.residuals(values, False)[0]
+    return SimpleNamespace(
+        model=model, effects=(EFFECT,), values=np.array(values), cost=float(residual @ residual)
+    )
+
+
+@pytest.mark.parametrize(
+    ("data", "values", "needed"),
+    [
+        (0.01 * T, (1.0, 100.0), False),  # (0.7, 70) fits as well
+        (1.4 * (1 - np.exp(-T / 0.3)), (1.0, 0.15), True),
+        (0.5 * (1 - np.exp(-T / 0.3)), (0.5, 0.3), False),  # none lies at its bound
+    ],
+)
+def test_a_bound_counts_where_the_gain_depends_on_it(data, values, needed):
+    one = searched(data, values)
+    gain = float(np.sum((data / 1e-2) ** 2)) - one.cost
+    assert needs_bound(one, 0, gain) == needed

@@ -1,0 +1,58 @@
+"""Rests of a device within noisy tests."""
+
+import numpy as np
+import pytest
+
+from isolation_sim.identification.holds import hold_still
+
+STEP, NOISE = 1 / 128, 1e-3
+
+
+def ramp_and_hold(seconds=8.0):
+    """A ramp of half a second to 1, a rest, a ramp back to -0.5 and another rest."""
+    time = np.arange(0, 2 * seconds, STEP)
+    x = np.interp(time, [0, 1, 1.5, seconds, seconds + 0.5], [0, 0, 1, 1, -0.5])
+    return time, x, np.gradient(x, STEP)
+
+
+def noisy(values, size, seed=0):
+    return values + size * np.random.default_rng(seed).standard_normal(len(values))
+
+
+def test_a_device_that_is_held_does_not_move():
+    time, x, v = ramp_and_hold()
+    still = hold_still(noisy(x, NOISE), noisy(v, 0.01, 1), 0 * x, STEP)
+    for begin, end in ((0.1, 0.9), (2, 7.5), (9, 15.5)):
+        rest = (time > begin) & (time < end)
+        assert np.max(np.abs(still[1][rest])) < 2e-3  # of 2 and 3 in the ramps, with 0.01 of noise
+        np.testing.assert_allclose(still[0][rest], x[rest], atol=2 * NOISE)
+    ramp = (time > 1.1) & (time < 1.4)
+    np.testing.assert_array_equal(still[0][ramp], noisy(x, NOISE)[ramp])
+
+
+@pytest.mark.parametrize("frequency", [0.01, 0.1, 0.7, 1.0, 2.0, 4.0, 17.3])
+@pytest.mark.parametrize("noise", [0.0, NOISE])
+def test_a_sinusoid_never_rests(frequency, noise):
+    time = np.arange(0, max(6 / frequency, 5), STEP)
+    x = noisy(np.sin(2 * np.pi * frequency * time), noise)
+    v = 2 * np.pi * frequency * np.cos(2 * np.pi * frequency * time)
+    still = hold_still(x, v, v, STEP)
+    np.testing.assert_array_equal(still[0], x)
+    np.testing.assert_array_equal(still[1], v)
+
+
+def test_a_beat_does_not_rest_where_it_is_small():
+    time = np.arange(0, 40, STEP)
+    x = np.sin(2 * np.pi * 1.0 * time) + np.sin(2 * np.pi * 1.05 * time)
+    v = np.gradient(x, STEP)
+    moved = hold_still(x, v, v, STEP)[0] - x
+    assert np.max(np.abs(moved)) < 0.01
+
+
+def test_creep_after_a_ramp_keeps_its_speed():
+    time = np.arange(0, 10, STEP)
+    x = np.minimum(time, 1) + 2e-3 * np.maximum(time - 1, 0)
+    still = hold_still(noisy(x, NOISE), np.gradient(x, STEP), 0 * x, STEP)
+    rest = (time > 2) & (time < 9)
+    np.testing.assert_allclose(still[1][rest], 2e-3, rtol=0.4)
+    np.testing.assert_allclose(still[0][rest], x[rest], atol=NOISE)
