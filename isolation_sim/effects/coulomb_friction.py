@@ -3,6 +3,7 @@
 Forms:
 
     smooth      level tanh(v / velocity)
+    magnetic    level (1 + growth I^2) tanh(v / velocity)                the magnet presses as B^2
     stribeck    level (1 + rise exp(-(v / v_s)^2)) tanh(10 v / v_s)      more at low velocity
     dahl        level z,   z' = (v - |v| z) / length                     elastic before it slides
 """
@@ -20,6 +21,12 @@ def smooth(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Friction that sets in over a small velocity."""
     level, velocity = parameters
     return level * np.tanh(signals.v / velocity)
+
+
+def magnetic(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Friction under a normal force that grows with the field."""
+    level, growth, velocity = parameters
+    return level * (1 + growth * signals.current**2) * np.tanh(signals.v / velocity)
 
 
 def plan_smooth(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -54,6 +61,10 @@ def stored_energy_dahl(x: Any, states: tuple, parameters: tuple) -> Any:
 
 
 LEVEL = EffectParameter("level", "N", "sliding friction", lower=0.0, strength=True, starts=(0.1,))
+VELOCITY = EffectParameter(
+    "velocity", "m/s", "range over which friction develops", lower=1e-6, divides=True,
+    starts=(0.002, 0.02, 0.2),
+)  # fmt: skip
 
 FORMS = (
     Effect(
@@ -62,10 +73,7 @@ FORMS = (
         title="Coulomb friction",
         parameters=(
             LEVEL,
-            EffectParameter(
-                "velocity", "m/s", "range over which friction develops", lower=1e-6, divides=True,
-                starts=(0.02, 0.2),
-            ),
+            VELOCITY,
         ),
         force=smooth,
         source="Coulomb (1785)",
@@ -83,7 +91,7 @@ FORMS = (
             ),
             EffectParameter(
                 "velocity", "m/s", "velocity range of the rise", lower=1e-5, divides=True,
-                starts=(0.1, 0.5),
+                starts=(0.01, 0.1, 0.5),
             ),
         ),
         force=stribeck,
@@ -97,7 +105,7 @@ FORMS = (
             LEVEL,
             EffectParameter(
                 "length", "m", "range over which friction develops", lower=1e-6, divides=True,
-                starts=(0.02, 0.1),
+                starts=(0.002, 0.02, 0.1),
             ),
         ),
         states=(Quantity("bent", "1", "friction over its sliding value"),),
@@ -105,5 +113,21 @@ FORMS = (
         rates=rates_dahl,
         stored_energy=stored_energy_dahl,
         source="Dahl (1968)",
+    ),
+    Effect(
+        cause="coulomb_friction",
+        form="magnetic",
+        title="Coulomb friction pressed by the magnet",
+        parameters=(
+            LEVEL,
+            EffectParameter(
+                "growth", "1/A^2", "growth of the friction with the squared current", lower=0.0,
+                starts=(1.0,),
+            ),
+            VELOCITY,
+        ),
+        force=magnetic,
+        needs=frozenset({"current"}),
+        source="Maxwell's stress in the gap, as the square of the field",
     ),
 )  # fmt: skip

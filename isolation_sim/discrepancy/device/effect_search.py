@@ -176,8 +176,10 @@ class EffectSearch:
     def _fit_effects(self, current: FittedModel, most: int = TRIED) -> list[FittedModel]:
         left = [e for e in self.effects if e.cause not in current.causes]
         result = screen(current, left, self.noise, self.pool)
-        threshold = max(SIGNIFICANT / 4, LEAST_PART * current.cost / 4)
-        chosen = [d for d in result if d.gain / max(d.noise_gain, 1.0) > threshold][:most]
+        least = LEAST_PART * current.cost
+        chosen = [
+            d for d in result if d.gain > max(SIGNIFICANT * max(d.noise_gain, 1.0), least) / 4
+        ][:most]
         chosen = list(self.pool.map(lambda d: refine(current, d, self.noise), chosen))
         return fit_directions(current, chosen, self.pool, self.advance)
 

@@ -20,6 +20,8 @@ from ...laws.law import Quantity
 OUTSIDE = "outside_catalogue"
 """Name of a cause that is none of the catalogue's."""
 
+_IN_CATALOGUE = ("sign(v)", "a")
+"""Terms that are effects of the catalogue: friction and inertia."""
 _BACKLASH_LAG = 2e-3
 """s: within which the play state follows the edge of its gap."""
 
@@ -184,7 +186,7 @@ def generic_terms(largest: float, has_current: bool, has_temperature: bool) -> t
         result += [_written((warmth, f)) for f in (_BY_V[1], _BY_X[5])]
     result += list(_with_time())
     result += [_with_play(round(part * largest, 6)) for part in (0.02, 0.06, 0.2)]
-    return tuple(result)
+    return tuple(term for term in result if term.form not in _IN_CATALOGUE)
 
 
 def variables(text: str) -> tuple[str, ...]:
