@@ -49,8 +49,8 @@ class MeasuredRuns:
     current: NDArray
     temperature: NDArray
     fitted: NDArray  # (n_samples,) bool: Whether a sample is fitted; the others are held out
-    # (n_runs,), N, Hz: Standard deviation of the noise of each run's force, and the corner of its
-    # low-pass; infinite if it is white
+    # force_noise, force_corner: (n_runs,), N, Hz: Standard deviation of the noise of each run's
+    # force, and the corner of its low-pass; infinite if it is white
     force_noise: NDArray
     force_corner: NDArray
     displacement_noise: NDArray  # (n_runs,), m: ``SensorNoise.deviation`` of each run

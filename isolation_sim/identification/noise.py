@@ -15,18 +15,25 @@ _BAND = 2 ** (1 / 3), 8
 """Ratio of the ends of a band of a spectrum, and its least number of lines."""
 _ALIKE = 2.5
 """Ratio of the powers of bands up to which they are one plateau; medians of few lines scatter."""
-_ABOVE = 4.0
-"""Ratio of a plateau's power to that of the highest frequencies from which it is one."""
-_SMALL = 0.01
-"""Share of a displacement's RMS up to which a plateau is noise and no motion."""
-_SMALL_FORCE = 0.03
-"""The same of a force, whose sensor is less exact."""
+
+
+class _Limits(NamedTuple):
+    """What makes a plateau in a spectrum noise."""
+
+    above: float  # Least ratio of its power to that of the highest frequencies
+    small: float  # Largest share of the signal's RMS
+
+
+_DISPLACEMENT = _Limits(4.0, 0.01)
+_FORCE = _Limits(12.0, 0.03)
+"""Its sensor is less exact, and its harmonics reach far."""
 _SHOWN = 0.25
 """Share of the runs that must show a channel's corner."""
 _AGREE = 1.5
 """Factor on the middle one within which half of the corners must lie."""
 _UNLIKE = 2.0
-"""Factor on the usual noise, absolute or as a share of the force, that no run exceeds."""
+"""Factor by which noise at the highest frequencies exceeds that between two samples if steps make
+it."""
 _ORDER = 4
 """Order of the low-pass of noise that is drawn."""
 
@@ -54,7 +61,7 @@ class SensorNoise(NamedTuple):
     corner: float
 
 
-def sensor_noise(signal: NDArray, small: float = _SMALL) -> SensorNoise:
+def sensor_noise(signal: NDArray, limits: _Limits = _DISPLACEMENT) -> SensorNoise:
     """Estimate the noise of a signal that is smooth otherwise, and small as a share of it."""
     # Below the corner of an amplifier's low-pass noise leaves a plateau in the spectrum, between
     # the motion, whose power falls with the frequency, and the corner. It is the widest one, of an
@@ -64,7 +71,7 @@ def sensor_noise(signal: NDArray, small: float = _SMALL) -> SensorNoise:
     total, n = float(power.sum()), power.size
     highest = size * white_noise(signal) ** 2
     ratio, least = _BAND
-    ends = [max(int(np.searchsorted(np.cumsum(power), (1 - small**2) * total)), least)]
+    ends = [max(int(np.searchsorted(np.cumsum(power), (1 - limits.small**2) * total)), least)]
     while ends[-1] + least <= n:
         ends.append(min(int(max(ends[-1] * ratio, ends[-1] + least)), n))
     levels = np.array([np.median(power[a:b]) / np.log(2) for a, b in pairwise(ends)])
@@ -74,7 +81,8 @@ def sensor_noise(signal: NDArray, small: float = _SMALL) -> SensorNoise:
             if levels[i:j].max() > _ALIKE * levels[i:j].min():
                 break
             level = float(np.median(power[ends[i] : ends[j]]) / np.log(2))
-            is_noise = _ABOVE * highest < level and level * ends[j] < small**2 * total
+            is_noise = level > limits.above * highest
+            is_noise &= level * ends[j] < limits.small**2 * total
             if is_noise and ends[j] >= widest * ends[i]:
                 widest = ends[j] / ends[i]
                 beyond = np.minimum(levels[j:], level) @ np.diff(ends[j:])
@@ -99,7 +107,7 @@ class ChannelNoise(NamedTuple):
 
 def channel_noise(forces: Sequence[NDArray], steps: Sequence[float]) -> ChannelNoise:
     """Estimate the noise of the force channel, which has one amplifier for all runs."""
-    each = [sensor_noise(force, _SMALL_FORCE) for force in forces]
+    each = [sensor_noise(force, _FORCE) for force in forces]
     nyquist = 0.5 / np.array(steps)
     corners = np.array([one.corner for one in each]) * nyquist
     shown = np.array([one.corner < 1 for one in each])
@@ -113,12 +121,15 @@ def channel_noise(forces: Sequence[NDArray], steps: Sequence[float]) -> ChannelN
             own = np.where(shown | (corner >= nyquist), own, np.median(own[shown]))
     if np.isinf(corner):
         own = np.array([white_noise(force) for force in forces])
-    # a force with steps has high frequencies of its own
-    size = np.array([np.sqrt(np.mean(np.square(force))) for force in forces])
-    relative = np.median(own[size > 0] / size[size > 0]) if size.any() else 0.0
-    return ChannelNoise(
-        np.minimum(own, _UNLIKE * np.maximum(np.median(own), relative * size)), corner
-    )
+        # a force with steps has high frequencies of its own, at few samples
+        beside = np.array([_beside_steps(force) for force in forces])
+        own = np.where(beside < own / _UNLIKE, beside, own)
+    return ChannelNoise(own, corner)
+
+
+def _beside_steps(signal: NDArray) -> float:
+    """Standard deviation of white noise by the median of a signal's second differences."""
+    return float(np.median(np.abs(np.diff(signal, 2))) / 0.6745 / np.sqrt(6.0))
 
 
 def coloured_noise(random: np.random.Generator, n: int, step: float, corner: float) -> NDArray:

@@ -113,3 +113,18 @@ def test_terms_that_would_leave_far_more_are_not_fitted(monkeypatch):
     )
     assert space._generic_term(fitted(1e4), fitted(100, "stop")) is None
     assert asked == [likely]
+
+
+def test_noise_counts_once_where_effects_are_screened(monkeypatch):
+    # half of the cost is removed in a direction in which noise is a thousand times as strong
+    space, current = Space(), fitted(1e6)
+    space.pool = SimpleNamespace(map=map)
+    gains = {"sharp": (5e5, 1e3), "noise": (6e3, 1e3), "small": (600, 1.0), "clear": (900, 1.0)}
+    found = [
+        SimpleNamespace(effect=name, gain=gain, noise_gain=noise)
+        for name, (gain, noise) in gains.items()
+    ]
+    monkeypatch.setattr(effect_search, "screen", lambda *given: found)
+    monkeypatch.setattr(effect_search, "refine", lambda base, one, noise: one)
+    monkeypatch.setattr(effect_search, "fit_directions", lambda base, chosen, *_: list(chosen))
+    assert [one.effect for one in space._fit_effects(current)] == ["sharp", "clear"]

@@ -118,4 +118,4 @@ def test_steps_of_a_force_are_no_noise():
     runs = [np.sin(2 * np.pi * f * TIME) for f in (0.4, 0.8, 1.2, 1.6)]
     noisy = [run + NOISE * random.standard_normal(TIME.size) for run in [*runs, steps * runs[1]]]
     assert white_noise(noisy[-1]) > 4 * NOISE
-    np.testing.assert_allclose(channel_noise(noisy, [1 / RATE] * 5).deviation, NOISE, rtol=1.1)
+    np.testing.assert_allclose(channel_noise(noisy, [1 / RATE] * 5).deviation, NOISE, rtol=0.2)
