@@ -121,9 +121,10 @@ def channel_noise(forces: Sequence[NDArray], steps: Sequence[float]) -> ChannelN
             own = np.where(shown | (corner >= nyquist), own, np.median(own[shown]))
     if np.isinf(corner):
         own = np.array([white_noise(force) for force in forces])
-        # a force with steps has high frequencies of its own, at few samples
+        # a force with steps has high frequencies of its own, at few samples; that of a coarse
+        # converter has equal samples
         beside = np.array([_beside_steps(force) for force in forces])
-        own = np.where(beside < own / _UNLIKE, beside, own)
+        own = np.where((0 < beside) & (beside < own / _UNLIKE), beside, own)
     return ChannelNoise(own, corner)
 
 

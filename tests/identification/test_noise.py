@@ -119,3 +119,9 @@ def test_steps_of_a_force_are_no_noise():
     noisy = [run + NOISE * random.standard_normal(TIME.size) for run in [*runs, steps * runs[1]]]
     assert white_noise(noisy[-1]) > 4 * NOISE
     np.testing.assert_allclose(channel_noise(noisy, [1 / RATE] * 5).deviation, NOISE, rtol=0.2)
+
+
+def test_a_coarse_converter_has_noise():
+    runs = [np.round(np.sin(2 * np.pi * f * TIME) / 0.02) * 0.02 for f in (0.2, 0.3)]
+    assert np.median(np.abs(np.diff(runs[0], 2))) == 0
+    assert np.all(channel_noise(runs, [1 / RATE] * 2).deviation > 1e-4)

@@ -164,7 +164,7 @@ class DeviceTests(Problem[FittedModel]):
             small = np.sqrt(MINOR * np.maximum(explained, 0.0))
             if self._is_noise(self.after, self.judged):
                 small *= 0.0  # what completes the law is no correction of another's form
-            allowed = np.maximum(self.significance, np.minimum(small, MOST_MINOR))
+            allowed = np.maximum(max(self.significance, 1e-9), np.minimum(small, MOST_MINOR))
             beyond = [float(np.max(one / allowed)) for one in corrected]
             least = int(np.argmin(beyond))
             if beyond[least] >= 1:
