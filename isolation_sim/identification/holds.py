@@ -40,12 +40,20 @@ def _rests(x: NDArray, v: NDArray, step: float) -> Iterator[slice]:
         return
     time = step * (np.arange(n) - (n - 1) / 2)
     inertia = float(time @ time)
-    windows = np.lib.stride_tricks.sliding_window_view(x, n)
-    slopes = windows @ time / inertia
-    scatter = np.sqrt(np.maximum(windows.var(axis=1) - slopes**2 * inertia / n, 0.0))
+    centred = x - np.mean(x)
+    slopes = np.correlate(centred, time, "valid") / inertia
+    mean, square = (_window_means(values, n) for values in (centred, centred**2))
+    scatter = np.sqrt(np.maximum(square - mean**2 - slopes**2 * inertia / n, 0.0))
     level = np.abs(slopes) < _SLOW * float(np.percentile(np.abs(v), 99))
     level &= scatter < _SCATTER * float(np.max(np.abs(x)))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], level, [False]]).astype(int)))
     for first, end in edges.reshape(-1, 2):
         if end - first >= n // 2:  # at its crest a sinusoid is level for a moment
             yield slice(int(first), int(end) + n - 1)
+
+
+def _window_means(values: NDArray, n: int) -> NDArray:
+    """Means of so many samples in a row."""
+    integral = np.concatenate([[0.0], np.cumsum(values)])
+    means: NDArray = (integral[n:] - integral[:-n]) / n
+    return means

@@ -41,9 +41,7 @@ _ORDER = 4
 def white_noise(signal: NDArray) -> float:
     """Standard deviation of a signal's white noise."""
     power, size = _spectrum(signal)
-    band = power[int(_UPPER_BAND * len(power)) :]
-    # the power of a noise line is exponentially distributed: median = ln 2 times mean
-    return float(np.sqrt(np.median(band) / np.log(2) / size))
+    return float(np.sqrt(_highest(power) / size))
 
 
 class SensorNoise(NamedTuple):
@@ -69,7 +67,7 @@ def sensor_noise(signal: NDArray, limits: _Limits = _DISPLACEMENT) -> SensorNois
     # below it.
     power, size = _spectrum(signal)
     total, n = float(power.sum()), power.size
-    highest = size * white_noise(signal) ** 2
+    highest = _highest(power)
     ratio, least = _BAND
     ends = [max(int(np.searchsorted(np.cumsum(power), (1 - limits.small**2) * total)), least)]
     while ends[-1] + least <= n:
@@ -78,12 +76,14 @@ def sensor_noise(signal: NDArray, limits: _Limits = _DISPLACEMENT) -> SensorNois
     widest, result = 2.0, SensorNoise(np.sqrt(highest / size), 1.0)
     for i in range(len(levels)):
         for j in range(i + 2, len(levels) + 1):
-            if levels[i:j].max() > _ALIKE * levels[i:j].min():
+            most = levels[i:j].max()
+            if most > _ALIKE * levels[i:j].min():
                 break
+            # the median of all lines is not above those of the bands
+            if ends[j] < widest * ends[i] or most <= limits.above * highest:
+                continue
             level = float(np.median(power[ends[i] : ends[j]]) / np.log(2))
-            is_noise = level > limits.above * highest
-            is_noise &= level * ends[j] < limits.small**2 * total
-            if is_noise and ends[j] >= widest * ends[i]:
+            if level > limits.above * highest and level * ends[j] < limits.small**2 * total:
                 widest = ends[j] / ends[i]
                 beyond = np.minimum(levels[j:], level) @ np.diff(ends[j:])
                 result = SensorNoise(np.sqrt(level / size), (ends[j] + beyond / level) / n)
@@ -142,6 +142,12 @@ def coloured_noise(random: np.random.Generator, n: int, step: float, corner: flo
 
     values = sosfilt(butter(_ORDER, 2 * corner * step, output="sos"), values)
     return values / max(float(np.std(values)), 1e-300)
+
+
+def _highest(power: NDArray) -> float:
+    """Mean power of the lines of the highest frequencies."""
+    # the power of a noise line is exponentially distributed: median = ln 2 times mean
+    return float(np.median(power[int(_UPPER_BAND * len(power)) :]) / np.log(2))
 
 
 def _spectrum(signal: NDArray) -> tuple[NDArray, float]:

@@ -163,7 +163,7 @@ class DeviceTests(Problem[FittedModel]):
             # as a share of the whole force, and on average of each run's own
             small = np.sqrt(MINOR * np.maximum(explained, 0.0))
             if self._is_noise(self.after, self.judged):
-                small *= 0.0  # what completes the law is no correction of another's form
+                small = np.zeros(2)  # what completes the law is no correction of another's form
             allowed = np.maximum(max(self.significance, 1e-9), np.minimum(small, MOST_MINOR))
             beyond = [float(np.max(one / allowed)) for one in corrected]
             least = int(np.argmin(beyond))
