@@ -9,11 +9,13 @@ A thing is loaded when it is first asked for. A file is run only when it is name
 from __future__ import annotations
 
 import hashlib
+import re
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
+from glob import escape
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -30,6 +32,9 @@ PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")
 """The project's packages, all in one folder."""
 UNIT = ".fmu"
 _CHECKOUT = Path(__file__).resolve().parents[1]
+_SHORT = 12  # Digits of a digest in the name of a copied file
+_DIGEST = rf"_[0-9a-f]{{{_SHORT}}}$"
+_NEIGHBOUR = r'absolute_place\("([^":/]+\.py)[":]'
 _files: dict[Path, tuple[str, ModuleType]] = {}
 
 
@@ -237,6 +242,45 @@ def code_files(names: Iterable[str]) -> dict[str, str]:
             there = file.is_file()
             result[str(file)] = _digest(file.read_bytes()) if there else "not found"
     return result
+
+
+def copy_code(names: Iterable[str], folder: Path) -> dict[str, str]:
+    """Copy files of code that places name into a folder; return each such place in the folder.
+
+    A copy's name has the digest of its text. What a file calls by ``absolute_place`` from beside
+    it is copied with it. A file that has changed since it was loaded is left where it is.
+    """
+    result = {}
+    for name in names:
+        file, inside = _split(absolute_place(name))
+        if file is None or file.suffix != ".py" or file not in _files:
+            continue
+        digest = _files[file][0]
+        if not has_changed(file, digest) and file.is_file():
+            copy = f"{re.sub(_DIGEST, '', file.stem)}_{digest[:_SHORT]}.py"
+            _copy_with_neighbours(file, folder / copy)
+            result[name] = f"{copy}:{inside}" if inside else copy
+    return result
+
+
+def copied_place(place: str, folder: Path) -> str:
+    """Return a place, or where its file is gone that of its only copy in a folder."""
+    file, inside = _split(absolute_place(place))
+    if file is None or file.is_file():
+        return place
+    copies = list(folder.glob(f"{escape(file.stem)}_{'[0-9a-f]' * _SHORT}.py"))
+    if len(copies) != 1:
+        return place
+    return f"{copies[0]}:{inside}" if inside else str(copies[0])
+
+
+def _copy_with_neighbours(file: Path, copy: Path) -> None:
+    text = file.read_bytes()
+    copy.write_bytes(text)
+    for name in re.findall(_NEIGHBOUR, text.decode()):
+        neighbour = file.with_name(name)
+        if neighbour.is_file() and not copy.with_name(name).exists():
+            _copy_with_neighbours(neighbour, copy.with_name(name))
 
 
 def has_changed(file: Path, digest: str) -> bool:

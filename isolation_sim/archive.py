@@ -11,6 +11,7 @@ from __future__ import annotations
 import ast
 import copyreg
 import json
+import re
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
@@ -18,12 +19,12 @@ from functools import lru_cache
 from importlib import import_module
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ground_motions.python_source import parse
-from ground_motions.registry import code_files, has_changed
+from ground_motions.registry import code_files, copied_place, has_changed
 
 from .effects.effect import Effect
 from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
@@ -40,6 +41,8 @@ from .version import __version__
 
 FILE = "result.npz"
 """Name of the file in a folder of results."""
+BASES = re.compile(r'^BASE = LAWS\["(.*)"\]$', re.MULTILINE)
+"""Places of base laws in the text of a law."""
 _LAW = "LAW"
 _LAW_MODULES = {"typing", "numpy", "isolation_sim.laws", "isolation_sim.laws.law"}
 _LAW_CALLS = {"Law", "Quantity", "len", "zip", "enumerate", "tuple", "limited", "learned"}
@@ -50,6 +53,13 @@ _PACKAGES = ("isolation_sim", "ground_motions", "controllers")
 _ERRORS: dict[str, type[Exception]] = {
     each.__name__: each for each in (Diverged, ControllerError, InputError)
 }
+
+
+class _Content(NamedTuple):
+    """What the tree of a result refers to."""
+
+    arrays: Mapping[str, np.ndarray]
+    folder: Path  # Of the file, which may have copies of files of code
 
 
 def save_archive(result: Any, path: str | Path) -> Path:
@@ -79,7 +89,7 @@ def load_archive(path: str | Path) -> Any:
                     )
                     array.flags.writeable = False
                     arrays[name.removesuffix(".npy")] = array
-        return _decode(tree["result"], arrays)
+        return _decode(tree["result"], _Content(arrays, Path(path).absolute().parent))
     except (OSError, KeyError, TypeError, AttributeError, ValueError, zipfile.BadZipFile) as error:
         if isinstance(error, InputError):
             raise InputError(f"{path}: {error}") from None
@@ -129,31 +139,42 @@ def _encode(value: Any, arrays: dict[int, tuple[str, np.ndarray]]) -> Any:
     }
 
 
-def _decode(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:
+def _decode(tree: Any, content: _Content) -> Any:
     if isinstance(tree, list):
-        return [_decode(each, arrays) for each in tree]
+        return [_decode(each, content) for each in tree]
     if not isinstance(tree, dict):
         return tree
     if "$object" in tree:
-        return _object(tree["$object"], {k: _decode(v, arrays) for k, v in tree["state"].items()})
-    ((kind, content),) = tree.items()
+        return _object(tree["$object"], {k: _decode(v, content) for k, v in tree["state"].items()})
+    ((kind, part),) = tree.items()
     if kind == "$array":
-        return arrays[content]
+        return content.arrays[part]
     if kind == "$criteria":
-        return Criteria(content)
+        return Criteria(part)
     if kind == "$dict":
-        return {_decode(k, arrays): _decode(v, arrays) for k, v in content}
+        return {_decode(k, content): _decode(v, content) for k, v in part}
     if kind == "$tuple":
-        return tuple(_decode(each, arrays) for each in content)
+        return tuple(_decode(each, content) for each in part)
     if kind == "$path":
-        return Path(content)
+        return Path(part)
     if kind == "$error":
-        return _ERRORS[content[0]](content[1])
+        return _ERRORS[part[0]](part[1])
     if kind == "$law":
-        return law_of_recipe(*_decode(content, arrays))
+        return law_of_recipe(*_beside(_decode(part, content), content.folder))
     if kind == "$effect":
-        return effect(*content)
+        return effect(*part)
     raise KeyError(kind)
+
+
+def _beside(recipe: tuple, folder: Path) -> tuple:
+    """A law's recipe; files that are gone are replaced by their copies in the folder."""
+    kind, first, *others = recipe
+    if kind == "text":
+        for place in BASES.findall(first):
+            first = first.replace(f'"{place}"', f'"{copied_place(place, folder)}"')
+    elif kind == "file" and (place := copied_place(first, folder)) != first:
+        first, others[0] = place, place.rpartition(":")[0] or place
+    return kind, first, *others
 
 
 def _object(place: str, state: dict[str, Any]) -> Any:

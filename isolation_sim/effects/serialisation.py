@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ground_motions.argument_types import checked
@@ -14,15 +16,20 @@ from .extend import separate
 from .registry import EFFECTS
 
 
-def device_code(device: Device) -> dict[str, str]:
-    """Files that a device's law and effects come from, each with its digest."""
+def device_places(device: Device) -> list[str]:
+    """Names or places under which a device's law and effects were found."""
     base, applied = separate(device)
     effects = (EFFECTS.called(effect, effect.cause) for effect, _ in applied)
-    return code_files([to_dict(base)["law"], *effects])
+    return [to_dict(base)["law"], *effects]
+
+
+def device_code(device: Device) -> dict[str, str]:
+    """Files that a device's law and effects come from, each with its digest."""
+    return code_files(device_places(device))
 
 
 @checked
-def device_section(device: Device, *comments: str, law_place: str = "") -> str:
+def device_section(device: Device, *comments: str, places: Mapping[str, str] | None = None) -> str:
     """Write a device as the ``[isolator]`` section of a scenario.
 
     Effects of the instruments, which are none of the device's, are left out and named in a comment.
@@ -33,9 +40,9 @@ def device_section(device: Device, *comments: str, law_place: str = "") -> str:
         In the tested device's own scale; with effects or without.
     *comments : str
         Lines to put on top.
-    law_place : str, optional
-        Place of the law beside the section, such as ``"extended_law.py:LAW"``, in place of the one
-        where it was found.
+    places : mapping of str to str, optional
+        Places beside the section, such as ``"extended_law.py:LAW"``, of a law or effects in files,
+        each by the place where it was found.
 
     Returns
     -------
@@ -58,14 +65,15 @@ def device_section(device: Device, *comments: str, law_place: str = "") -> str:
             "one polynomial for all currents"
         )
     section = tomlkit.table()
-    names = {effect: EFFECTS.called(effect, effect.cause) for effect, _ in applied}
-    places = [*names.values()] if law_place else [data["law"], *names.values()]
+    beside = places or {}
+    found = device_places(device)
+    law, *names = [beside.get(name, name) for name in found]
     left_out = [effect.name for effect, _ in applied if not effect.of_device]
     if left_out:
         comments = (*comments, f"without the effects of the instruments: {', '.join(left_out)}")
     for line in comments:
         section.add(tomlkit.comment(line))
-    section["law"] = law_place or data["law"]
+    section["law"] = law
     if np.isfinite(data["current_range"]).all():
         section["current_range_A"] = data["current_range"]
     if np.isfinite(data["tested_deformation"]):
@@ -76,14 +84,14 @@ def device_section(device: Device, *comments: str, law_place: str = "") -> str:
     section["force_scale"] = data["force_scale"]
     section["parameters"] = data["parameters"]
     tables = tomlkit.aot()
-    for effect, values in applied:
+    for name, (effect, values) in zip(names, applied, strict=True):
         if effect.of_device:
-            tables.append(tomlkit.item({"name": names[effect], "form": effect.form} | values))
+            tables.append(tomlkit.item({"name": name, "form": effect.form} | values))
     if tables:
         section["effect"] = tables
     document = tomlkit.document()
     document["isolator"] = section
-    if code := code_files(places):
+    if code := code_files(name for name in found if name not in beside):
         document["code"] = tomlkit.item(code)
         document["code"].comment("SHA-256 of files of code; a change is told")
     return tomlkit.dumps(document)

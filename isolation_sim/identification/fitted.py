@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions.argument_types import checked
+from ground_motions.registry import copy_code
 
 from ..archive import FILE, save_archive
-from ..effects import device_section
+from ..effects.serialisation import device_places, device_section
 from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
 from ..io.interchange import write_parts
@@ -355,7 +356,11 @@ class Fit(LawEvaluation):
         str
             TOML. The scales are those of one device of the tested size: change them.
         """
-        return device_section(self.device, f"fitted to {self.campaign.name}")
+        return self._section({})
+
+    def _section(self, places: Mapping[str, str]) -> str:
+        """The section, with the places of a law and effects that have been copied beside it."""
+        return device_section(self.device, f"fitted to {self.campaign.name}", places=places)
 
     def _exported(self) -> dict[str, pandas.DataFrame]:
         """The law, its numbers, the runs' errors and their loops, a table each."""
@@ -410,7 +415,8 @@ class Fit(LawEvaluation):
             path.parent.mkdir(parents=True, exist_ok=True)
             return write_parts(self._exported(), path.suffix[1:], path)
         with files_into(path, overwrite) as place:
-            write_text(self.scenario_section(), place / "fitted.toml")
+            places = copy_code(device_places(self.device), place)
+            write_text(self._section(places), place / "fitted.toml")
             for name, table in self._exported().items():
                 write_table(table.to_dict("records"), place / f"{file_name(name)}.csv")
             save_archive(self, place / FILE)

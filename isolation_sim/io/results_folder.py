@@ -154,6 +154,8 @@ _CONTENTS = {
     "diagnosis.json": "the diagnosis as JSON, in SI units",
     "report.md": "the diagnosis step by step, as text",
     "extended_law.toml": "the extended law: the [isolator] section of a scenario",
+    "extended_law.py": "the extended law with its equation: Python to read and edit",
+    "*.py": "copy of the file of a law or an effect",
     "controller.toml": "the tuned controller: the [[controller]] section of a scenario",
     "tuning.json": "every trial of the search with its scores; --resume continues from it",
     "trials.csv": "settings and mean score of every trial",

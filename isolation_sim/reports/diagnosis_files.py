@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ground_motions.registry import copy_code
+
 from ..archive import FILE, save_archive
 from ..discrepancy.diagnosis import Diagnosis, relative_error
-from ..effects.serialisation import device_section
+from ..discrepancy.tiers.law_file import text_beside
+from ..effects.serialisation import device_places, device_section
 from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
 from ..io.results_folder import files_into, write_contents
@@ -30,11 +33,13 @@ def _written(diagnosis: Diagnosis, folder: Path) -> list[Path]:
     section = ""
     if diagnosis.extended is not None:
         comment = f"{diagnosis.model}, extended by a diagnosis of {diagnosis.data}"
-        place = ""
+        law, *effects = device_places(diagnosis.extended)
         if diagnosis.ladder is not None and diagnosis.ladder.law_text:
-            texts[LAW_FILE] = diagnosis.ladder.law_text
-            place = f"{LAW_FILE}:LAW"
-        section = device_section(diagnosis.extended, comment, law_place=place)
+            texts[LAW_FILE] = text_beside(diagnosis.ladder.law_text, folder)
+            places = {law: f"{LAW_FILE}:LAW"} | copy_code(effects, folder)
+        else:
+            places = copy_code([law, *effects], folder)
+        section = device_section(diagnosis.extended, comment, places=places)
         texts["extended_law.toml"] = section
     written = [diagnosis_report(diagnosis, section).write(folder / "report.html")]
     written += [write_text(text, folder / name) for name, text in texts.items()]

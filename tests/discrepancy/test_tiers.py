@@ -124,6 +124,37 @@ def test_the_written_law_loads_fits_simulates_and_closes_the_ledger(diagnosis, c
     assert run.energy.closure_error < 1e-6
 
 
+def test_results_with_a_law_of_ones_own_can_be_moved(campaign, tmp_path):
+    own = tmp_path / "work" / "my_law.py"
+    own.parent.mkdir()
+    own.write_text(
+        "from dataclasses import replace\n\nfrom isolation_sim.laws.kelvin_voigt import LAW\n\n"
+        'SOFT = replace(LAW, name="soft")\n'
+    )
+    first = diagnose(campaign, f"{own}:SOFT", tiers="equation")
+    first.save(tmp_path / "first")
+    # the extended law is the base of the next diagnosis
+    second = diagnose(campaign, f"{tmp_path / 'first' / 'extended_law.py'}:LAW", tiers="causes")
+    second.save(tmp_path / "second")
+    iso.fit(campaign, law=f"{own}:SOFT").save(tmp_path / "fit")
+    moved = tmp_path / "elsewhere"
+    moved.mkdir()
+    for name in ("first", "second", "fit"):
+        (tmp_path / name).rename(moved / name)
+    own.unlink()
+    assert str(tmp_path / "work") not in (moved / "first" / "extended_law.py").read_text()
+    result = iso.evaluate(moved / "first" / "extended_law.toml", campaign)
+    assert result.error == pytest.approx(0.003, rel=0.15)
+    at = 0.004, 0.1, (), 0.0
+    assert iso.load(moved / "first").extended.force(*at) == first.extended.force(*at)
+    assert iso.load(moved / "second").judged.force(*at) == second.judged.force(*at)
+    # the neighbour of the copied law is there too
+    copies = sorted(path.name for path in (moved / "second").glob("*.py"))
+    assert [name.rpartition("_")[0] for name in copies] == ["extended_law", "my_law"]
+    assert iso.evaluate(moved / "fit" / "fitted.toml", campaign).error > 0.01
+    assert iso.load(moved / "fit").device.law.name == "soft"
+
+
 def test_a_saved_result_holds_the_law_and_nothing_else_that_runs(diagnosis, tmp_path, monkeypatch):
     diagnosis.save(tmp_path / "out")
     monkeypatch.setenv("ISOLATION_SIM_CACHE", str(tmp_path / "cache_of_another_machine"))

@@ -5,10 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.registry import copy_code
+
+from ...archive import BASES
 from ...errors import InputError
 from ...identification.parameterisation import Parameterisation
 from ...laws.law import Law
@@ -17,7 +21,7 @@ from .terms import Number, Term
 
 _HEAD = '''"""{title}
 
-    F = {base}(x, v)
+    F = {name}(x, v)
 {equation}
 {note}"""
 
@@ -31,6 +35,10 @@ from isolation_sim.laws.law import Law, Quantity
 BASE = LAWS["{base}"]
 N_STATES, N_PARAMETERS = len(BASE.states), len(BASE.parameters)
 '''
+
+
+_PATH_IMPORT = "from pathlib import Path\nfrom typing import Any\n"
+_PLACE_IMPORT = "import numpy as np\n\nfrom ground_motions.registry import absolute_place\n"
 
 
 @dataclass(frozen=True)
@@ -54,6 +62,16 @@ class Network:
     weights: NDArray
     # (n_units, 3): Each unit is multiplied by a polynomial of the limited |x|, by powers of m
     gates: NDArray | None = None
+
+
+def text_beside(text: str, folder: Path) -> str:
+    """The text of ``law_text`` for a folder, to which the file of the base law is copied."""
+    for place, beside in copy_code(BASES.findall(text), folder).items():
+        here = f'LAWS[absolute_place("{beside}", Path(__file__).parent)]'
+        text = text.replace(f'LAWS["{place}"]', here)
+        text = text.replace("from typing import Any\n", _PATH_IMPORT, 1)
+        text = text.replace("import numpy as np\n", _PLACE_IMPORT, 1)
+    return text
 
 
 def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title: str) -> str:
@@ -100,7 +118,7 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
     for name in [*unpack_parameters, *state_names]:
         if name in (*base.parameter_names, *base.state_names):
             raise InputError(f"{base.name} has {name!r} already; expected: a law without this term")
-    head = _HEAD.format(title=title, base=LAWS.called(base, base.name),
+    head = _HEAD.format(title=title, name=base.name, base=LAWS.called(base, base.name),
                         equation="\n".join(lines) or "      + learned", note=note)  # fmt: skip
     unpack = [
         f"    {', '.join(unpack_parameters)}, = parameters[N_PARAMETERS:]",
