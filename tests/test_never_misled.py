@@ -20,6 +20,7 @@ from isolation_sim.io.output_place import check_new_files, check_writable
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.reports.tables import as_text, criteria_tables
 from isolation_sim.simulation.batch import Case
+from isolation_sim.structures import plan_building
 
 ROOT = Path(__file__).resolve().parents[1]
 SHORT = '[ground]\nstop_s = 2.0\n[[controller]]\nname = "passive_off"\n'
@@ -83,7 +84,7 @@ def test_current_beyond_the_tests_is_told(shake, isolated):
 def test_a_batch_says_how_many_runs_leave_the_tests(shake, isolated):
     """Ratios equal those of single runs, for an element in a storey too."""
     braced = isolated.with_element(
-        iso.law("strain_stiffening").scaled(force=10.0), "storey1", 0, "brace"
+        iso.law("strain_stiffening").scaled(length=0.1, force=10.0), "storey1", 0, "brace"
     )
     cases = [
         Case(plant, shake.scaled(factor), iso.controller("constant", amperes=2.0))
@@ -101,10 +102,22 @@ def test_a_batch_says_how_many_runs_leave_the_tests(shake, isolated):
         assert batch.deformation_over_tested[k] == pytest.approx(
             run.reached_of_tests.deformation_ratio, rel=1e-6
         )
-        deformed = run.output("isolator_deformation_m")
-        assert run.reached_of_tests.deformation[0] == pytest.approx(
-            np.abs(deformed).max(), rel=2e-3
-        )
+        deformed = np.abs(run.history["deformation"]).max(axis=0)
+        assert run.reached_of_tests.deformation == pytest.approx(deformed, rel=2e-3)
+
+
+def test_the_deformation_of_an_isolator_in_plan_is_the_vector(shake):
+    """In the structure's scale, whatever the isolator's length scale."""
+    stiffness = [3e8, 3e8]
+    structure = plan_building([3e5] * 2, stiffness, stiffness, base_mass=3e5, plan=(20.0, 12.0))
+    plan = structure.on(iso.law("improved_bouc_wen").scaled(2.0, 3e3), biaxial=True)
+    lines, run = told(TestedRangeWarning, lambda: iso.simulate(plan, (shake, shake.scaled(0.8))))
+    along = np.asarray(run.history["deformation"])[:, :2]
+    reached = np.sqrt(np.max(np.sum(along**2, axis=1)))
+    assert reached > 1.1 * np.abs(along).max()
+    assert run.reached_of_tests.deformation.max() == pytest.approx(reached, rel=2e-3)
+    tested = run.reached_of_tests.tested_deformation[0]
+    assert any(f"{1e3 * reached:.0f} mm" in line for line in lines) == (reached > tested)
 
 
 def test_many_runs_say_what_single_runs_say(shake, tmp_path):

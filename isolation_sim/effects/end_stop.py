@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .effect import Effect, EffectInPlan, EffectParameter, Signals
-from .followers import positive
+from .followers import positive, raised
 
 STEEPEST = 20.0
 """u / w beyond which the exponential goes on linearly."""
@@ -35,7 +35,7 @@ def power(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Contact force."""
     k, gap, n = parameters
     u, w = positive(np.fabs(signals.x) - gap), gap / 10
-    return k * w * (u / w) ** n * np.sign(signals.x)
+    return k * w * raised(u / w, n) * np.sign(signals.x)
 
 
 def plan_power(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -48,7 +48,7 @@ def stored_energy_power(x: Any, states: tuple, parameters: tuple) -> Any:
     """Its potential."""
     k, gap, n = parameters
     u, w = positive(np.fabs(x) - gap), gap / 10
-    return k * w**2 * (u / w) ** (n + 1) / (n + 1)
+    return k * w**2 * raised(u / w, n + 1) / (n + 1)
 
 
 def two_gaps(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -56,7 +56,7 @@ def two_gaps(signals: Signals, states: tuple, parameters: tuple) -> Any:
     k, ahead, behind, n = parameters
     w = ahead / 10
     forwards, backwards = positive(signals.x - ahead) / w, positive(-signals.x - behind) / w
-    return k * w * (forwards**n - backwards**n)
+    return k * w * (raised(forwards, n) - raised(backwards, n))
 
 
 def stored_energy_two_gaps(x: Any, states: tuple, parameters: tuple) -> Any:
@@ -64,7 +64,7 @@ def stored_energy_two_gaps(x: Any, states: tuple, parameters: tuple) -> Any:
     k, ahead, behind, n = parameters
     w = ahead / 10
     forwards, backwards = positive(x - ahead) / w, positive(-x - behind) / w
-    return k * w**2 * (forwards ** (n + 1) + backwards ** (n + 1)) / (n + 1)
+    return k * w**2 * (raised(forwards, n + 1) + raised(backwards, n + 1)) / (n + 1)
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:

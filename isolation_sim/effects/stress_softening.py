@@ -23,7 +23,7 @@ from ..laws.in_plan import length
 from ..laws.law import Quantity
 from .effect import Effect, EffectInPlan, EffectParameter, Signals
 from .followers import hill as hill_curve
-from .followers import positive, rise
+from .followers import positive, raised, rise
 
 
 def ogden_roxburgh(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -35,7 +35,7 @@ def ogden_roxburgh(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
     loss, length, sharpness = parameters
-    return 1 + loss * np.expm1(-((positive(states[0]) / length) ** sharpness))
+    return 1 + loss * np.expm1(-raised(positive(states[0]) / length, sharpness))
 
 
 def hyperbolic(signals: Signals, states: tuple, parameters: tuple) -> Any:

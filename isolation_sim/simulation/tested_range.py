@@ -22,7 +22,8 @@ OVER_TESTED = ("deformation_over_tested", "current_over_tested")
 class Reached(NamedTuple):
     """Peaks of one run and tested values, in the structure's scale."""
 
-    # deformation, tested_deformation: of each element, m; current, tested_current: of each coil, A.
+    # deformation, tested_deformation: of each element, m; that of a biaxial device is the vector's
+    # and stands at its first element. current, tested_current: of each coil, A.
 
     deformation: NDArray
     tested_deformation: NDArray
@@ -64,7 +65,7 @@ def peak_currents(work: Workspace) -> NDArray:
     """Largest command of each coil in each lane, (n_channels + 1, lanes), A."""
     # a command is constant over a window
     commands = work.command[work.grid.windows[:-1, 0]]
-    return np.maximum(commands.max(axis=0), -commands.min(axis=0))
+    return np.maximum(commands.max(axis=0), -commands.min(axis=0)) + 0.0
 
 
 @lru_cache(maxsize=256)
@@ -85,23 +86,30 @@ def _peak_deformations(
     lane: int,
 ) -> NDArray:
     peaks = np.zeros(len(isolated.elements))
-    z: NDArray | None = None
+    motion: NDArray | None = None
     at_base = _at_base(isolated)
-    for e, element in enumerate(isolated.elements):
-        if not np.isfinite(element.device.tested_deformation):
+    for group in isolated.groups:
+        device = isolated.elements[group[0]].device
+        if not np.isfinite(device.tested_deformation):
             continue
-        if at_base[e]:
+        if at_base[group[0]]:
             # the isolators of most buildings: the kernel already has this peak
-            peaks[e] = np.atleast_1d(criteria["peak_base_displacement_m"])[lane]
+            peaks[group[0]] = np.atleast_1d(criteria["peak_base_displacement_m"])[lane]
             continue
-        if z is None:
-            n_pad = padded(work.kernel.shape, modes.eigenvalues.size)
-            n_points = len(work.grid.time)
-            z = work.z.reshape(n_points + 2, 2, n_pad, -1)[:n_points, ..., lane]
-        row = modes.deformation[e, 0]
-        n = row.size
-        peaks[e] = np.max(np.abs(z[:, 0, :n] @ row.real - z[:, 1, :n] @ row.imag))
+        if motion is None:
+            motion = _modal_motion(modes, work, lane)
+        # along x and y; a third element of a group is the load on it
+        along = [motion @ modes.deformation[e, 0] for e in group[:2]]
+        peaks[group[0]] = device.length * np.sqrt(np.max(sum(x.real**2 for x in along)))
     return peaks
+
+
+def _modal_motion(modes: Modes, work: Workspace, lane: int) -> NDArray:
+    """Modal coordinates at every point of the grid, (n_points, n_modes)."""
+    n_modes, n_points = modes.eigenvalues.size, len(work.grid.time)
+    n_pad = padded(work.kernel.shape, n_modes)
+    z = work.z.reshape(n_points + 2, 2, n_pad, -1)[:n_points, :, :n_modes, lane]
+    return z[:, 0] + 1j * z[:, 1]
 
 
 @lru_cache(maxsize=256)
@@ -117,7 +125,8 @@ def _at_base(isolated: IsolatedStructure) -> tuple[bool, ...]:
 def exceeded(runs: Mapping[str, Reached], isolated: IsolatedStructure) -> list[str]:
     """Warnings about elements and coils beyond their tests, for runs by controller."""
     sentences = []
-    for e, name in enumerate(isolated.element_names):
+    for e, *others in isolated.groups:
+        name = isolated.element_names[e].removesuffix("_x" if others else "")
         beyond = {
             run: 1e3 * each.deformation[e]
             for run, each in runs.items()
