@@ -4,6 +4,7 @@ Forms:
 
     first_order      field' = (I - field) / lag
     second_order     two such lags of lag / 2 one after the other, so that the field starts gently
+    two_stages       a part of the field lags by lag, the slow part by lag + slower_by
 """
 
 from typing import Any
@@ -43,6 +44,19 @@ def start_second(signals: Signals, parameters: tuple) -> tuple:
     return signals.current, signals.current
 
 
+def current_two(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Sum of the quick and the slow part."""
+    part = parameters[1]
+    return (1 - part) * states[0] + part * states[1]
+
+
+def rates_two(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Two lags side by side."""
+    lag, _, slow = parameters
+    quick_rate = (signals.current - states[0]) / (lag + SHORTEST)
+    return quick_rate, (signals.current - states[1]) / (lag + slow + SHORTEST)
+
+
 LAG = EffectParameter(
     "lag", "s", "time constant of the field, of both stages together", lower=0.0, upper=5.0,
     strength=True, starts=(0.02, 0.1, 0.5),
@@ -71,5 +85,37 @@ FORMS = (
         current=current,
         rates=rates_second,
         source="R-L coil and eddy currents in series",
+    ),
+    Effect(
+        cause="current_lag",
+        form="two_stages",
+        title="Current lag, quick and slow part",
+        parameters=(
+            LAG,
+            EffectParameter(
+                "slow_part",
+                "1",
+                "part of the field that follows slowly",
+                lower=0.0,
+                upper=0.9,
+                starts=(0.3,),
+            ),
+            EffectParameter(
+                "slower_by",
+                "s",
+                "time constant of the slow part above that of the quick one",
+                lower=0.0,
+                upper=20.0,
+                starts=(0.2, 1.0),
+            ),
+        ),
+        states=(
+            Quantity("quick", "A", "current whose field follows quickly"),
+            Quantity("slow", "A", "current whose field follows slowly"),
+        ),
+        start=start_second,
+        current=current_two,
+        rates=rates_two,
+        source="R-L coil beside eddy currents in the core",
     ),
 )

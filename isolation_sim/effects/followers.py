@@ -20,7 +20,7 @@ def positive(value: Any) -> Any:
 def raised(value: Any, exponent: Any) -> Any:
     """Power of a value from 0 on, whose derivatives are finite at zero."""
     # changes no value above 1e-148
-    return np.exp(exponent / 2 * np.log(value * value + 1e-300))
+    return (value > 0) * np.exp(exponent / 2 * np.log(value * value + 1e-300))
 
 
 def beyond(value: Any, width: Any) -> Any:

@@ -35,6 +35,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.laws import Device
 from isolation_sim.laws.current_dependence import CurrentDependence
 from isolation_sim.laws.registry import LAWS
+from isolation_sim.scenario.nonlinear import MoatWall
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.simulation.control import CoilDriver, Sensors
 from isolation_sim.simulation.run import simulate
@@ -805,3 +806,13 @@ def test_structure_without_a_coil_is_refused(record):
 def test_coils_are_limited_to_tested_currents(isolated):
     table = coil_table(context_of(MPC(), isolated, high=9.0))
     assert table.tolist() == [[0.0, np.inf, 0.0, 3.0, 0.0]]
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5])
+def test_a_moat_wall_is_predicted(isolated, record, exponent):
+    """Its force is a power of the overrun, whose derivative by the exponent has a logarithm."""
+    walled = MoatWall(gap_m=0.05, stiffness_N_per_m=1e8, exponent=exponent).added(isolated)
+    runs = [simulate(walled, record, c) for c in (controller("mpc"), controller("passive_off"))]
+    planned, off = (run.criteria["peak_floor_acceleration_m_s2"] for run in runs)
+    assert runs[1].criteria["peak_base_displacement_m"] > 0.05
+    assert planned < 0.8 * off

@@ -40,6 +40,16 @@ def test_field_after_a_step_of_the_current(form):
     np.testing.assert_allclose(force, 2e4 * held * (1 - left), atol=1e-4)
 
 
+def test_a_part_of_the_field_follows_slowly():
+    quick, part, slower = 0.05, 0.3, 0.4
+    numbers = {"lag": quick, "slow_part": part, "slower_by": slower}
+    device = spring(("current_lag.two_stages", numbers), k=(0.0, 1e4))
+    t, x, v = still(0.5)
+    force, _ = respond(device, t, x + 0.005, v, np.full(t.size, 2.0), np.zeros(2), 1e-9)
+    left = (1 - part) * np.exp(-t / (quick + 1e-4)) + part * np.exp(-t / (quick + slower + 1e-4))
+    np.testing.assert_allclose(force, 100 * (1 - left), atol=1e-4)
+
+
 def test_a_device_at_rest_has_its_field():
     device = spring(("current_lag.second_order", {"lag": 1.0}), k=(0.0, 1e4))
     assert device.law.rest(device.parameters_at(1.7)) == (1.7, 1.7)

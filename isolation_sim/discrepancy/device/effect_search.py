@@ -25,10 +25,10 @@ from ..decisions import (
     WELL_EXPLAINED,
     WORTH_REFITTING,
 )
-from .generic_terms import OUTSIDE
+from .generic_terms import OUTSIDE, with_each_power
 from .load_cell_offset import EACH_RUN
 from .model import FittedModel, fit_model
-from .screen import fit_direction, fit_directions, noise_gain, refine, refit, screen
+from .screen import Direction, fit_direction, fit_directions, noise_gain, refine, refit, screen
 
 
 @dataclass(eq=False)
@@ -113,14 +113,26 @@ class EffectSearch:
         return model
 
     def finish(self, best: FittedModel) -> FittedModel:
-        """Drop effects that are no longer needed."""
-        model, place = best, 0
+        """Drop effects that only imitate a generic term, or are no longer needed."""
+        model, place = self._without_imitations(best), 0
         while place < len(model.effects):
             without = self.without(model, place)
             if self._helps(without, model):
                 place += 1
             else:
                 model = without
+        return model
+
+    def _without_imitations(self, best: FittedModel) -> FittedModel:
+        """Put a generic term in an effect's place, where it is clearly better there."""
+        model = best
+        for place in reversed(range(len(best.effects))):
+            if OUTSIDE in model.causes or model.cost < ADEQUATE * self.noise_cost:
+                break
+            without = self.without(model, place)
+            found = screen(without, self.terms, self.noise, self.pool)
+            term = self._fitted_term(without, model, found[:TERMS_TRIED])
+            model = term or model
         return model
 
     def rivals(self, model: FittedModel, place: int) -> tuple[FittedModel, list[FittedModel]]:
@@ -197,15 +209,32 @@ class EffectSearch:
             one for one in found
             if current.cost - one.gain - self.noise_cost < left + enough
         ]  # fmt: skip
-        terms = fit_directions(current, likely[:TERMS_TRIED], self.pool, self.advance)
+        return self._fitted_term(current, best, likely[:TERMS_TRIED])
+
+    def _fitted_term(
+        self, current: FittedModel, best: FittedModel, likely: Sequence[Direction]
+    ) -> FittedModel | None:
+        """Fit generic terms; the best one, if it is clearly better than the best effect."""
+        terms = fit_directions(current, likely, self.pool, self.advance)
         term = min(terms, key=self._penalised, default=None)
         if term is None:
             return None
+        term = min(term, self._with_each_power(current, term), key=self._penalised)
         floor = min(self.noise_cost, term.cost)
         if not term.cost - floor < CLEARLY_BETTER * (best.cost - floor):
             return None
         chance = SIGNIFICANT * self.noise_gain(best, term)
         return term if self._penalised(best) - self._penalised(term) > chance else None
+
+    def _with_each_power(self, current: FittedModel, term: FittedModel) -> FittedModel:
+        """Fit a term with a polynomial of the current as its coefficient."""
+        found = with_each_power(term.effects[-1])
+        if found is None or not any("current" in each.needs for each in self.terms):
+            return term
+        family, power = found
+        start = np.zeros(len(family.parameters))
+        start[power] = term.values[-1]
+        return fit_direction(current, Direction(family, 0.0, 1.0, start))
 
     def _penalised(self, one: FittedModel) -> float:
         return float(self.penalised(one, np.array(one.cost)))

@@ -7,7 +7,7 @@ into an extended law in the same way.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
 from typing import Any
@@ -118,6 +118,38 @@ def _term(
     )
 
 
+@lru_cache(maxsize=64)
+def with_each_power(term: Effect) -> tuple[Effect, int] | None:
+    """The term with a coefficient for each power of the current, and the term's own power."""
+    words = term.form.split()
+    power = next((k for k, one in enumerate(_BY_I) if one.text and one.text in words), 0)
+    text = " ".join(words[:-1] if power else words)
+    factors = next((f for f in _by_motion() if " ".join(one.text for one in f) == text), ())
+    if not factors or text in _IN_CATALOGUE:
+        return None
+    motion = _written(factors)
+    product_of = motion.force
+    assert product_of is not None
+
+    def force(signals: Signals, states: tuple, parameters: tuple) -> Any:
+        by_current = sum(c * f.value(signals) for c, f in zip(parameters, _BY_I, strict=True))
+        return product_of(signals, states, (by_current,))
+
+    coefficients = tuple(
+        EffectParameter(
+            f"coefficient_{k}", _newtons_per((*factors, one)), f"of {text} I^{k}",
+            strength=k == 0, starts=(0.1,) if k == 0 else (0.0,),
+        )
+        for k, one in enumerate(_BY_I)
+    )  # fmt: skip
+    name = f"{text} (1, I, I^2)"
+    family = replace(
+        motion, form=name, title=f"Term {name}", parameters=coefficients, force=force,
+        needs=motion.needs | {"current"},
+    )  # fmt: skip
+    return family, power
+
+
 def _newtons_per(factors: tuple[_Factor, ...]) -> str:
     """Unit of the coefficient, such as N s/m^3."""
     powers: dict[str, int] = {}
@@ -167,18 +199,20 @@ def _with_play(gap: float) -> Effect:
     return _term(f"play of x over {1e3 * gap:.3g} mm", "N/m", force, state, rates)
 
 
+def _by_motion() -> list[tuple[_Factor, ...]]:
+    """Products of functions of displacement and velocity, and functions of the acceleration."""
+    products = [tuple(f for f in pair if f is not _NOTHING) for pair in product(_BY_X, _BY_V)]
+    return [*(one for one in products if one), *((f,) for f in _BY_A[1:])]
+
+
 @lru_cache(maxsize=8)
 def generic_terms(largest: float, has_current: bool, has_temperature: bool) -> tuple[Effect, ...]:
     """Dictionary of terms."""
     by_current = _BY_I if has_current else _BY_I[:1]
     result = [
-        _written(tuple(f for f in factors if f is not _NOTHING))
-        for factors in product(_BY_X, _BY_V, by_current)
-        if any(f is not _NOTHING for f in factors)
-    ]
-    result += [
-        _written(tuple(f for f in factors if f is not _NOTHING))
-        for factors in product(_BY_A[1:], by_current)
+        _written((*factors, *([power] if power is not _NOTHING else [])))
+        for factors, power in product([(), *_by_motion()], by_current)
+        if factors or power is not _NOTHING
     ]
     result += [_written((a, x)) for a, x in product(_BY_A[1:], _BY_X[1:3])]
     if has_temperature:
