@@ -4,10 +4,13 @@ Forms:
 
     first_order      field' = (I - field) / lag
     second_order     two such lags of lag / 2 one after the other, so that the field starts gently
+    rise_and_fall    first order, with a lag of its own while the field falls
     two_stages       a part of the field lags by lag, the slow part by lag + slower_by
 """
 
 from typing import Any
+
+import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Signals
@@ -42,6 +45,13 @@ def rates_second(signals: Signals, states: tuple, parameters: tuple) -> tuple:
 def start_second(signals: Signals, parameters: tuple) -> tuple:
     """The current has been on for long."""
     return signals.current, signals.current
+
+
+def rates_rise_and_fall(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """First-order lag that depends on the sign of the change."""
+    (field,), (lag, ratio) = states, parameters
+    falls = np.fabs(field) > np.fabs(signals.current)
+    return ((signals.current - field) / (lag * (1 + (ratio - 1) * falls) + SHORTEST),)
 
 
 def current_two(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -85,6 +95,28 @@ FORMS = (
         current=current,
         rates=rates_second,
         source="R-L coil and eddy currents in series",
+    ),
+    Effect(
+        cause="current_lag",
+        form="rise_and_fall",
+        title="Current lag that differs between rise and fall",
+        parameters=(
+            LAG,
+            EffectParameter(
+                "fall_ratio",
+                "1",
+                "time constant while the field falls over that while it rises",
+                lower=0.05,
+                upper=20.0,
+                divides=True,
+                starts=(0.4, 2.5),
+            ),
+        ),
+        states=(FIELD,),
+        start=start,
+        current=current,
+        rates=rates_rise_and_fall,
+        source="response times of magnetorheological dampers: Koo, Goncalves and Ahmadian (2006)",
     ),
     Effect(
         cause="current_lag",

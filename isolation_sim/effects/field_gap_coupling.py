@@ -4,6 +4,7 @@ Forms:
 
     field          I' = I max(1 - e |x|, 0)
     reluctance     I' = I / (1 + (e x)^2)          a longer path in series with the rest
+    off_centre     I' = I / (1 + (e (x - x_c))^2)  the same around another position
     whole_force    factor max(1 - e |x|, 0)        Li & Li, Eq 15: every parameter shrinks alike
 """
 
@@ -23,6 +24,12 @@ def field(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def reluctance(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """The current that gives the same field without deformation."""
     return signals.current / (1 + (parameters[0] * signals.x) ** 2)
+
+
+def off_centre(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """The current that gives the same field with the poles in line."""
+    loss, centre = parameters
+    return signals.current / (1 + (loss * (signals.x - centre)) ** 2)
 
 
 def whole_force(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -51,6 +58,24 @@ FORMS = (
         parameters=(STRENGTH,),
         current=reluctance,
         source="magnetic circuit with a gap that grows as x^2",
+    ),
+    Effect(
+        cause="field_gap_coupling",
+        form="off_centre",
+        title="Field-gap coupling by reluctance, off centre",
+        parameters=(
+            STRENGTH,
+            EffectParameter(
+                "centre",
+                "m",
+                "deformation at which the poles are in line",
+                lower=-100.0,
+                upper=100.0,
+                starts=(0.2, -0.2),
+            ),
+        ),
+        current=off_centre,
+        source="magnetic circuit whose poles are not in line at rest",
     ),
     Effect(
         cause="field_gap_coupling",

@@ -46,7 +46,7 @@ STRENGTH = EffectParameter(
 )  # fmt: skip
 
 EXPONENT = EffectParameter(
-    "exponent", "1", "sharpness of the knee", lower=1.0, upper=6.0, starts=(1.5, 4.0)
+    "exponent", "1", "sharpness of the knee", lower=0.7, upper=6.0, starts=(1.5, 4.0)
 )
 
 FORMS = (

@@ -50,6 +50,15 @@ def test_a_part_of_the_field_follows_slowly():
     np.testing.assert_allclose(force, 100 * (1 - left), atol=1e-4)
 
 
+def test_the_field_falls_with_a_lag_of_its_own():
+    device = spring(("current_lag.rise_and_fall", {"lag": 0.05, "fall_ratio": 3.0}), k=(0.0, 1e4))
+    t, x, v = still(0.5)
+    for first, then, lag in ((0.0, 2.0, 0.05), (2.0, 0.0, 0.15)):
+        force, _ = respond(device, t, x + 0.005, v, np.full(t.size, then), np.array([first]), 1e-9)
+        field = then + (first - then) * np.exp(-t / (lag + 1e-4))
+        np.testing.assert_allclose(force, 50 * field, atol=1e-3)
+
+
 def test_a_device_at_rest_has_its_field():
     device = spring(("current_lag.second_order", {"lag": 1.0}), k=(0.0, 1e4))
     assert device.law.rest(device.parameters_at(1.7)) == (1.7, 1.7)
