@@ -262,7 +262,8 @@ def test_results_are_replaced_on_request_alone(tmp_path, monkeypatch, capsys):
         capsys, "run", "job.toml", "--out", "out", "--quiet", "--no-figures", "--overwrite"
     )
     assert (code, out) == (0, "results: out\n")
-    assert not Path("out/mine.txt").exists() and Path("out/criteria.csv").exists()
+    assert Path("out/mine.txt").read_text() == "mine" and Path("out/criteria.csv").exists()
+    assert "mine" not in Path("out/README.txt").read_text()
     Path("other").mkdir()
     Path("other/thesis.txt").write_text("mine")
     code, _, err = command(capsys, "run", "job.toml", "--out", "other", "--overwrite")

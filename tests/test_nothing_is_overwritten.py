@@ -179,16 +179,25 @@ def test_earlier_results_are_replaced_by_complete_ones_alone(tmp_path):
     folder = tmp_path / "out"
     folder.mkdir()
     (folder / "old.csv").write_text("1")
+    (folder / "figures").mkdir()
+    (folder / "figures" / "map.svg").write_text("1")
     write_contents(folder, "Sweep")
     with pytest.raises(KeyboardInterrupt), replaced(folder, overwrite=True, resume=False):
         folder.mkdir()
         (folder / "half.csv").write_text("2")
         raise KeyboardInterrupt
-    assert sorted(path.name for path in folder.iterdir()) == ["README.txt", "old.csv"]
+    assert sorted(path.name for path in folder.iterdir()) == ["README.txt", "figures", "old.csv"]
+    own = ("notes.txt", "mine.csv", "new.csv", ".hidden", "thesis/1.txt", "figures/a/map.pdf")
+    (folder / "thesis").mkdir()
+    (folder / "figures" / "a").mkdir()
+    for name in own:
+        (folder / name).write_text("mine")
+    write_contents(folder, "Sweep")  # as sweep show does
     with replaced(folder, overwrite=True, resume=False):
         folder.mkdir()
         (folder / "new.csv").write_text("3")
-    assert [path.name for path in folder.iterdir()] == ["new.csv"]
+    left = {str(path.relative_to(folder)): text.decode() for path, text in content(folder).items()}
+    assert left == dict.fromkeys([*own, "new.csv-2"], "mine") | {"new.csv": "3"}
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
     with pytest.raises(InputError, match="is no results folder"):
         with replaced(folder, overwrite=True, resume=False):

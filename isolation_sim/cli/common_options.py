@@ -33,7 +33,8 @@ Export = Annotated[
     typer.Option("--export", help="Also write all results to one file: mat or xlsx."),
 ]
 Overwrite = Annotated[
-    bool, typer.Option("--overwrite", help="Replace earlier results in the results folder.")
+    bool,
+    typer.Option("--overwrite", help="Replace earlier results in the folder; other files stay."),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists.")]
 

@@ -280,9 +280,10 @@ def show(
     page = place / "report.html"
     if force or not page.exists():
         print(f"report: {result.to_html(page, criterion)}")
-        write_contents(place, f"Sweep {result.plan.name}")
     else:
         print(f"report: {page} (unchanged; --force replaces it)")
+    if figures is None:
+        write_contents(folder, f"Sweep {result.plan.name}")
 
 
 @app.command("new", epilog=examples("isolation-sim sweep new my_plan.toml"))

@@ -22,7 +22,7 @@ from .chunk import Chunk, Finished, run_chunk
 from .design import Design
 from .plan import SweepPlan
 from .result import Sweep
-from .store import Store
+from .store import STORED, Store
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -172,7 +172,7 @@ def run_design(
             cases_per_chunk = expected.cases_per_chunk
             store.begin(content, cases_per_chunk)
             # marks the folder as results, even if the process is killed
-            write_contents(store.folder, f"Sweep {design.plan.name}")
+            write_contents(store.folder, f"Sweep {design.plan.name}", STORED)
         with store.locked():
             if store.table.is_file():
                 store.reopen(cases_per_chunk)
@@ -188,6 +188,7 @@ def run_design(
                 if progress is not None:
                     progress(finished.n_runs, finished.n_failed)
             store.close()
+            write_contents(store.folder, f"Sweep {design.plan.name}")
         return Sweep(store.folder)
 
 

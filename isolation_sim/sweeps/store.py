@@ -26,6 +26,9 @@ from .design import differences
 FORMAT = 2
 """Version of the folder's format; version 1 had Parquet tables."""
 
+STORED = ("manifest.json", "chunks", "table.npz", "histories")
+"""Files and folders of a sweep, finished or not."""
+
 _AT_ONCE = 4_000_000
 """Largest number of values in memory while chunks are joined."""
 

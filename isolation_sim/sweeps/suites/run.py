@@ -14,7 +14,7 @@ from ...io.results_folder import file_name, is_results, write_contents
 from ...scenario import Scenario
 from ...scenario.job import with_place
 from ...scenario.suite import RecordSuite
-from .prepare import prepare
+from .prepare import INDEX, MOTIONS, prepare
 from .result import SWEEP, Suite
 
 if TYPE_CHECKING:
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 SCENARIO = "scenario.toml"
 MOTION = "motion"
+FILES = (SCENARIO, INDEX, MOTIONS, SWEEP)
+"""Files and folders of a suite, finished or not."""
 
 
 @checked
@@ -77,7 +79,8 @@ def run_suite(
         raise InputError(f"{folder}: is not empty; expected: a new folder{remedy}")
     folder = folder.absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    write_contents(folder, f"Suite {scenario.name}")  # marks the folder as results
+    # marks the folder as results, even if the process is killed
+    write_contents(folder, f"Suite {scenario.name}", FILES)
     step = step or (lambda text: None)
     step("building")
     plant = scenario.model_copy(update={"ground": Scenario().ground}).build().isolated
