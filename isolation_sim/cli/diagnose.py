@@ -97,9 +97,9 @@ def diagnose(
                 tiers=cast("Tier", tiers), progress=step,
             )  # fmt: skip
         result.save(folder.unfinished)
-        write_exports(export, folder.unfinished, f"Diagnosis of {result.data}")
     if as_json:
         print(result.to_json())
     elif not quiet:
         result.report()
     print_results(folder.path, as_json, quiet, where)
+    write_exports(export, folder.path, f"Diagnosis of {result.data}")

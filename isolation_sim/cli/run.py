@@ -69,7 +69,6 @@ def run(
             comparison = simulated(job.controllers, run_one, job.run_fixed_base)
             step("writing results")
             write_comparison(comparison, folder.unfinished, described.to_toml(), figures)
-            write_exports(export, folder.unfinished, comparison.title)
     if as_json:
         print(json_text(comparison), end="")
     elif not quiet:
@@ -82,5 +81,6 @@ def run(
     for divergence in comparison.diverged.values():
         print_error(divergence)
     print_results(folder.path, as_json, quiet, where)
+    write_exports(export, folder.path, comparison.title)
     if comparison.diverged:
         raise typer.Exit(1)

@@ -181,7 +181,6 @@ def run_plan(
     if not report.exists():
         result.to_html(report)
         write_contents(result.folder, f"Sweep {result.plan.name}")
-    write_exports(export, Path(result.folder), f"Sweep {design.plan.name}")
     if as_json:
         print(json_text(_report(result, time.perf_counter() - begun)))
     elif not quiet:
@@ -190,6 +189,7 @@ def run_plan(
     for warning in result.warnings():
         print_warning(warning)
     print_results(result.folder, as_json, quiet)
+    write_exports(export, Path(result.folder), f"Sweep {design.plan.name}")
     if set(result.counts) - {"ok"}:
         raise typer.Exit(1)
 

@@ -105,7 +105,7 @@ def files_into(folder: str | Path, overwrite: bool) -> Iterator[Path]:
 
 @contextmanager
 def replaced(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
-    """Move an earlier folder away during the work; restore it after an error, else its own files."""
+    """Move earlier results away during the work, and restore them after an error."""
     if overwrite and resume:
         raise InputError("--overwrite and --resume are both set; expected: at most one of them")
     if not overwrite or _is_free(folder):

@@ -174,6 +174,7 @@ def run_design(
             # marks the folder as results, even if the process is killed
             write_contents(store.folder, f"Sweep {design.plan.name}", STORED)
         with store.locked():
+            store.remove_pages()
             if store.table.is_file():
                 store.reopen(cases_per_chunk)
             done = store.finished()

@@ -29,6 +29,9 @@ FORMAT = 2
 STORED = ("manifest.json", "chunks", "table.npz", "histories")
 """Files and folders of a sweep, finished or not."""
 
+DRAWINGS = ("comparison", "map", "sensitivity")
+"""Figures of a sweep."""
+
 _AT_ONCE = 4_000_000
 """Largest number of values in memory while chunks are joined."""
 
@@ -120,6 +123,12 @@ class Store:
                     f"{self.folder}: another process runs this sweep; expected: wait for it"
                 ) from None
             yield
+
+    def remove_pages(self) -> None:
+        """Remove report and figures, which show fewer runs than there will be."""
+        drawings = [f"figures/{name}{end}" for name in DRAWINGS for end in (".svg", ".png")]
+        for name in ("report.html", *drawings):
+            (self.folder / name).unlink(missing_ok=True)
 
     def finished(self) -> set[int]:
         """Numbers of the complete chunks; incomplete ones are removed."""
