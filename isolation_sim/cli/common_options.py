@@ -20,7 +20,7 @@ AsJson = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print only errors and the results folder.")]
 Out = Annotated[
     Path | None,
-    typer.Option(help="Results folder; a number is added if it is not empty."),
+    typer.Option(help="Results folder; results/NAME by default, or the next free results/NAME-2."),
 ]
 DefaultOut = Annotated[Path | None, typer.Option(help="Results folder; results/NAME by default.")]
 Workers = Annotated[
@@ -63,10 +63,19 @@ def print_warning(text: str) -> None:
         _errors.print(f"warning: {text}", style="yellow", markup=False)
 
 
+def chosen_folder(out: Path | None, default: str, overwrite: bool) -> Path:
+    """Results folder: that of ``--out``, which must be free, or ``results/`` and the name."""
+    from ..io.results_folder import check_free, file_name
+
+    if out is not None and not overwrite:
+        check_free(out)
+    return Path("results") / file_name(default) if out is None else out
+
+
 def print_results(folder: Path, as_json: bool, quiet: bool, requested: Path | None = None) -> None:
     """Print the places of report and results; on standard error if JSON is on standard output.
 
-    ``requested``: the folder of ``--out``, which may already contain files.
+    ``requested``: the default folder, which may already contain files.
     """
     renamed = requested is not None and folder.absolute() != requested.absolute()
     if folder.is_relative_to(Path.cwd()):

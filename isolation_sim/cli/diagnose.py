@@ -14,6 +14,7 @@ from .common_options import (
     Overwrite,
     Quiet,
     check_exports,
+    chosen_folder,
     examples,
     print_results,
     progress,
@@ -85,10 +86,10 @@ def diagnose(
 ) -> None:
     """Find the differences between a simulation and measured data, and their causes."""
     from ..api import diagnose as run_diagnosis
-    from ..io.results_folder import ResultsFolder, file_name
+    from ..io.results_folder import ResultsFolder
 
     check_exports(export)
-    where = out or Path("results") / file_name(f"diagnosis of {data.resolve().stem}")
+    where = chosen_folder(out, f"diagnosis of {data.resolve().stem}", overwrite)
     with ResultsFolder(where, overwrite) as folder:
         with progress(quiet, _STEPS) as step:
             result = run_diagnosis(

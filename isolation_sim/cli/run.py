@@ -14,6 +14,7 @@ from .common_options import (
     Overwrite,
     Quiet,
     check_exports,
+    chosen_folder,
     examples,
     print_error,
     print_results,
@@ -46,7 +47,7 @@ def run(
 ) -> None:
     """Compare the controllers of a scenario."""
     from ..comparison import simulated
-    from ..io.results_folder import ResultsFolder, file_name
+    from ..io.results_folder import ResultsFolder
     from ..reports.comparison_files import json_text, write_comparison
     from ..reports.console import standard_console
     from ..scenario import Scenario, main_job
@@ -55,7 +56,7 @@ def run(
     check_exports(export)
     described = main_job() if scenario is None else Scenario.read(scenario)
     job = described.build()
-    where = out or Path("results") / file_name(described.name)
+    where = chosen_folder(out, described.name, overwrite)
     with ResultsFolder(where, overwrite) as folder:
         with (
             progress(quiet, len(job.controllers) + 1) as step,

@@ -221,6 +221,7 @@ def show(
         bool, typer.Option("--draw/--no-draw", help="Draw figures and write the report.")
     ] = True,
     force: Force = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print only errors and warnings.")] = False,
 ) -> None:
     """Print and draw the results of a sweep: medians, maps, sensitivities and the best runs.
 
@@ -245,6 +246,12 @@ def show(
     if draw:
         check_writable(place)
     console = standard_console()
+    console.quiet = quiet
+
+    def tell(line: str) -> None:
+        if not quiet:
+            print(line)
+
     console.print(controllers_table(result))
     console.print(best_table(result, criterion, best))
     sampled = result.finished and result.plan.sample is not None
@@ -261,7 +268,7 @@ def show(
     for warning in result.warnings():
         print_warning(warning)
     if csv is not None:
-        print(f"table: {result.to_csv(csv)}")
+        tell(f"table: {result.to_csv(csv)}")
     if not draw:
         return
     drawings: dict[str, Callable[[], Any]] = {"comparison": result.plot_comparison}
@@ -274,14 +281,14 @@ def show(
     for name, drawn in drawings.items():
         if force or not (target / f"{name}.svg").exists():
             for path in save(drawn(), target, name):
-                print(f"figure: {path}")
+                tell(f"figure: {path}")
         else:
-            print(f"figure: {target / name}.svg (unchanged; --force replaces it)")
+            tell(f"figure: {target / name}.svg (unchanged; --force replaces it)")
     page = place / "report.html"
     if force or not page.exists():
-        print(f"report: {result.to_html(page, criterion)}")
+        tell(f"report: {result.to_html(page, criterion)}")
     else:
-        print(f"report: {page} (unchanged; --force replaces it)")
+        tell(f"report: {page} (unchanged; --force replaces it)")
     if figures is None:
         write_contents(folder, f"Sweep {result.plan.name}")
 

@@ -163,6 +163,17 @@ def _check_replaceable(folder: Path) -> None:
         )
 
 
+def check_free(folder: Path, resumable: bool = False) -> None:
+    """Refuse a file, and a folder that is not empty."""
+    if folder.is_file():
+        raise InputError(f"{folder}: a file; expected: a new folder")
+    if not _is_free(folder):
+        remedy = ", or --overwrite" if is_results(folder) else ""
+        if resumable:
+            remedy = ", --overwrite, or --resume to continue"
+        raise InputError(f"{folder}: is not empty; expected: a new folder{remedy}")
+
+
 def is_results(folder: Path) -> bool:
     """Whether a folder was written by `write_contents`."""
     try:
@@ -187,7 +198,7 @@ _CONTENTS = {
     "table.txt": "criteria and energies of each run, in engineering units",
     "criteria.csv": "the same in SI units, one line per run",
     "criteria.json": "the same as JSON",
-    "scenario.toml": "the scenario; isolation-sim run scenario.toml runs it again",
+    "scenario.toml": "the scenario; isolation-sim {command} scenario.toml runs it again",
     "finding.txt": "the finding, in a paragraph",
     "diagnosis.json": "the diagnosis as JSON, in SI units",
     "report.md": "the diagnosis step by step, as text",
@@ -241,10 +252,14 @@ def write_contents(folder: str | Path, title: str, later: tuple[str, ...] = ()) 
         if again and "*" in pattern:
             there &= earlier
         listed |= dict.fromkeys(sorted(there - set(listed)), what)
+    command = "suite" if "suite.json" in listed else "run"
     names = [name + "/" * (folder / name).is_dir() for name in listed]
     width = max(map(len, names), default=0) + 2
     lines = [f"{title}, by isolation-sim {__version__}", ""]
-    lines += [f"{name:<{width}}{what}" for name, what in zip(names, listed.values(), strict=True)]
+    lines += [
+        f"{name:<{width}}{what.format(command=command)}"
+        for name, what in zip(names, listed.values(), strict=True)
+    ]
     return write_text("\n".join(lines) + "\n", folder / "README.txt")
 
 

@@ -32,7 +32,8 @@ MOST_CASES = 15 * LANES
 
 _CHUNK_SECONDS = 5.0
 _CHUNK_BYTES = 64e6
-_PILOT_SECONDS = 0.3
+_PILOT_SECONDS = 1.0
+"""Shortest time of the runs of an estimate: a single case does not fill the vector lanes."""
 
 
 @dataclass(frozen=True)
@@ -63,22 +64,22 @@ def estimate(design: Design) -> Estimate:
     # the first run of a law compiles
     run_chunk(chunk_of(design, 0, (0,)))
     n = design.n_cases
-    tried = 1
+    most, tried = min(MOST_CASES, n), 1
     while True:
         places = tuple(sorted({k * (n - 1) // max(tried - 1, 1) for k in range(tried)}))
         start = time.perf_counter()
         finished = run_chunk(chunk_of(design, 0, places))
         spent = time.perf_counter() - start
-        if spent > _PILOT_SECONDS or tried >= min(MOST_CASES, n):
+        if spent > _PILOT_SECONDS or tried >= most:
             break
-        tried = min(LANES * tried, MOST_CASES, n)
+        tried = min(LANES * tried, most)
     seconds = spent / len(places)
     size = (len(finished.table) + sum(map(len, finished.histories.values()))) / len(places)
     histories = design.plan.histories
     if isinstance(histories, list):
         size = len(finished.table) / len(places)
-    most = min(_CHUNK_SECONDS / seconds, _CHUNK_BYTES / size, MOST_CASES)
-    return Estimate(n, design.n_runs, seconds * n, size * n, max(1, int(most)))
+    per_chunk = min(_CHUNK_SECONDS / seconds, _CHUNK_BYTES / size, MOST_CASES)
+    return Estimate(n, design.n_runs, seconds * n, size * n, max(1, int(per_chunk)))
 
 
 @checked

@@ -20,6 +20,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..io.columns import column_names, columns_bytes, read_columns, write_columns
+from ..io.results_folder import check_free
 from .chunk import Finished
 from .design import differences
 
@@ -56,12 +57,9 @@ class Store:
 
     def check_free(self) -> None:
         """Refuse a folder that is not empty."""
-        if self.folder.is_file():
-            raise InputError(f"{self.folder}: a file; expected: a new folder")
-        there = self.folder.iterdir() if self.folder.exists() else ()
+        there = self.folder.iterdir() if self.folder.is_dir() else (self.folder,)
         if not all(path.name.endswith(_LEFT_OVER) for path in there):
-            remedy = ", --overwrite, or --resume to continue" if self.exists() else ""
-            raise InputError(f"{self.folder}: is not empty; expected: a new folder{remedy}")
+            check_free(self.folder, resumable=self.exists())
 
     def begin(self, content: dict[str, Any], cases_per_chunk: int) -> None:
         """Create the folder."""

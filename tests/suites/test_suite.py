@@ -261,7 +261,7 @@ def test_the_command_prints_tables_and_json(folder, suite, capsys):
     ("old", "new", "said"),
     [
         ('folder = "records"', "", "expected: one of folder, files, peer"),
-        ('"records"', '"missing"', "given no folder"),
+        ('"records"', '"missing"', "given a folder that does not exist"),
         ('rule = "en1998_1_2004"', 'rule = "en1998"', "unknown rule 'en1998'"),
         ('ground = "B"', 'ground = "F"', "ground"),
         ("a_g_m_s2 = 1.0", "a_g_m_s2 = 50.0", "expected: a higher limit"),

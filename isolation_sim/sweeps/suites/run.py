@@ -10,7 +10,7 @@ from ground_motions.argument_types import checked
 
 from ...errors import InputError
 from ...io.atomic_write import write_text
-from ...io.results_folder import file_name, is_results, write_contents
+from ...io.results_folder import check_free, file_name, is_results, write_contents
 from ...scenario import Scenario
 from ...scenario.job import with_place
 from ...scenario.suite import RecordSuite
@@ -74,9 +74,8 @@ def run_suite(
             "or isolation-sim run for one motion"
         )
     folder = Path("results") / file_name(scenario.name) if out is None else Path(out)
-    if not resume and folder.exists() and (folder.is_file() or any(folder.iterdir())):
-        remedy = ", --overwrite, or --resume to continue" if is_results(folder) else ""
-        raise InputError(f"{folder}: is not empty; expected: a new folder{remedy}")
+    if not resume:
+        check_free(folder, resumable=is_results(folder))
     folder = folder.absolute()
     folder.mkdir(parents=True, exist_ok=True)
     # marks the folder as results, even if the process is killed
