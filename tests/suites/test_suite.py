@@ -161,6 +161,7 @@ def test_a_suite_that_was_stopped_goes_on(folder, suite, monkeypatch):
     assert after[0] == 4  # what was finished
     assert sum(after) == 8
     pd.testing.assert_frame_equal(resumed.table, suite.table)
+    assert "isolation-sim suite scenario.toml runs it again" in (out / "README.txt").read_text()
     changed = Scenario.from_toml(SCENARIO.replace("= 1.0, ground", "= 2.0, ground"), folder)
     with pytest.raises(InputError, match="the suite has changed since"):
         run_suite(changed, out, resume=True)
