@@ -67,6 +67,20 @@ def test_a_workbook_has_each_table_and_history(results):
     assert len(sheet) == history.sizes["time"]
 
 
+def test_csv_has_each_history(results):
+    assert command("export", "csv", results) == 0
+    folder = results / "results_csv"
+    assert sorted(path.name for path in folder.iterdir()) == ["on_off.csv", "passive_off.csv"]
+    table, history = pandas.read_csv(folder / "on_off.csv"), read_netcdf(results / "on_off.nc")
+    np.testing.assert_allclose(table["time (s)"], history.time, rtol=1e-9)
+    for floor in history.dof.values:
+        column = table[f"displacement {floor} (m)"]
+        np.testing.assert_allclose(column, history.displacement.sel(dof=floor), rtol=1e-9)
+    assert "results_csv/" in (results / "README.txt").read_text()
+    assert command("export", "csv", results) == 2
+    assert command("export", "csv", results, "--force") == 0
+
+
 def test_a_building_without_coils(tmp_path):
     """Its histories have no channels, which netCDF 3 cannot express."""
     device = '[isolator]\nlaw = "kelvin_voigt"\nparameters = { k = 5e3, c = 1e3 }\n'

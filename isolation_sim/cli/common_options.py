@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
@@ -30,7 +30,7 @@ ReportFile = Annotated[Path | None, typer.Option(help="File for the report (HTML
 TestsFolder = Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")]
 Export = Annotated[
     list[str] | None,
-    typer.Option("--export", help="Also write all results to one file: mat or xlsx."),
+    typer.Option("--export", help="Also write all tables and histories: mat, xlsx or csv."),
 ]
 Overwrite = Annotated[
     bool,
@@ -91,29 +91,30 @@ def print_results(folder: Path, as_json: bool, quiet: bool, requested: Path | No
     print(f"results: {folder}", file=stream)
 
 
-def check_exports(forms: list[str] | None, folder: Path | None = None) -> None:
+def check_exports(
+    forms: list[str] | None, folder: Path | None = None, known: Collection[str] | None = None
+) -> None:
     """Refuse an unknown format of ``--export``, or an existing file, before the work starts."""
     from ..errors import InputError
-    from ..io.interchange import check_form
+    from ..io.interchange import EXPORTS, check_form, export_place
 
     for form in forms or ():
-        check_form(form)
-        if folder is not None and (folder / f"results.{form}").exists():
+        check_form(form, known or EXPORTS)
+        if folder is not None and (place := export_place(folder, form)).exists():
             raise InputError(
-                f"--export {form}: {folder / f'results.{form}'} exists; expected: isolation-sim "
-                f"export {form} --force, which replaces it"
+                f"--export {form}: {place} exists; expected: isolation-sim export {form} --force, "
+                "which replaces it"
             )
 
 
-def write_exports(forms: list[str] | None, folder: Path, title: str) -> None:
+def write_exports(forms: list[str] | None, folder: Path) -> None:
     """Write the results of a folder in other formats, and update its list of files."""
     from ..io.interchange import export_results
-    from ..io.results_folder import write_contents
+    from ..io.results_folder import update_contents
 
     for form in forms or ():
         export_results(folder, form)
-    if forms:
-        write_contents(folder, title)
+        update_contents(folder)
 
 
 def write_new_file(path: Path, text: str, force: bool) -> None:

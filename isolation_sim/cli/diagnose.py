@@ -103,4 +103,4 @@ def diagnose(
     elif not quiet:
         result.report()
     print_results(folder.path, as_json, quiet, where)
-    write_exports(export, folder.path, f"Diagnosis of {result.data}")
+    write_exports(export, folder.path)

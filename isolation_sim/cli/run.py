@@ -82,6 +82,6 @@ def run(
     for divergence in comparison.diverged.values():
         print_error(divergence)
     print_results(folder.path, as_json, quiet, where)
-    write_exports(export, folder.path, comparison.title)
+    write_exports(export, folder.path)
     if comparison.diverged:
         raise typer.Exit(1)

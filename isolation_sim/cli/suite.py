@@ -83,7 +83,7 @@ def suite(
     for warning in result.warnings():
         print_warning(warning)
     print_results(result.folder, as_json, quiet)
-    write_exports(export, Path(result.folder), f"Suite {result.name}")
+    write_exports(export, Path(result.folder))
     if len(failed):
         raise typer.Exit(1)
 

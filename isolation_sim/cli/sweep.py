@@ -189,7 +189,7 @@ def run_plan(
     for warning in result.warnings():
         print_warning(warning)
     print_results(result.folder, as_json, quiet)
-    write_exports(export, Path(result.folder), f"Sweep {design.plan.name}")
+    write_exports(export, Path(result.folder))
     if set(result.counts) - {"ok"}:
         raise typer.Exit(1)
 
@@ -228,7 +228,7 @@ def show(
     Existing figures and reports are replaced only with --force.
     """
     from ..io.output_place import check_new_files, check_writable
-    from ..io.results_folder import write_contents
+    from ..io.results_folder import update_contents
     from ..reports.console import standard_console
     from ..reports.style import save
     from ..reports.sweep_tables import best_table, controllers_table, sensitivity_table
@@ -290,7 +290,7 @@ def show(
     else:
         tell(f"report: {page} (unchanged; --force replaces it)")
     if figures is None:
-        write_contents(folder, f"Sweep {result.plan.name}")
+        update_contents(folder)
 
 
 @app.command("new", epilog=examples("isolation-sim sweep new my_plan.toml"))

@@ -104,7 +104,7 @@ def tune(
     where = sys.stderr if as_json else sys.stdout
     print(f"tuned controller: {folder / 'controller.toml'}", file=where)
     print_results(folder, as_json, quiet)
-    write_exports(export, folder, f"Tuning of {result.controller}")
+    write_exports(export, folder)
 
 
 def _pair(text: str, option: str, example: str) -> tuple[str, Any]:

@@ -176,11 +176,17 @@ def check_free(folder: Path, resumable: bool = False) -> None:
 
 def is_results(folder: Path) -> bool:
     """Whether a folder was written by `write_contents`."""
+    return _title(folder) is not None
+
+
+def _title(folder: Path) -> str | None:
+    """Title of a results folder; None for another folder."""
     try:
         first = (folder / "README.txt").read_text(encoding="utf-8").partition("\n")[0]
     except (OSError, UnicodeDecodeError):
-        return False
-    return ", by isolation-sim " in first
+        return None
+    title, by, _ = first.partition(", by isolation-sim ")
+    return title if by else None
 
 
 def _free_name(target: Path) -> Path:
@@ -234,6 +240,7 @@ _CONTENTS = {
     "*.nc": "histories of one run (netCDF, units inside); isolation_sim.read_run reads them",
     "results.mat": "all tables and histories for MATLAB: load results.mat",
     "results.xlsx": "all tables and histories as a workbook, one sheet per table",
+    "results_csv": "all histories as CSV; a sweep's table too",
     "*.csv": "table; its headings give the units",
 }
 
@@ -261,6 +268,12 @@ def write_contents(folder: str | Path, title: str, later: tuple[str, ...] = ()) 
         for name, what in zip(names, listed.values(), strict=True)
     ]
     return write_text("\n".join(lines) + "\n", folder / "README.txt")
+
+
+def update_contents(folder: Path) -> None:
+    """Write the list of files of a results folder again, with those written since."""
+    if (title := _title(folder)) is not None:
+        write_contents(folder, title)
 
 
 def file_name(name: str) -> str:

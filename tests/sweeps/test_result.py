@@ -7,9 +7,11 @@ import numpy as np
 import pandas
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LogNorm
 
 import isolation_sim as iso
 from isolation_sim.errors import InputError
+from isolation_sim.reports import sweep_figures
 from isolation_sim.reports.style import point_looks
 from isolation_sim.reports.sweep_figures import quantity_title
 from isolation_sim.reports.sweep_tables import best_table
@@ -239,6 +241,22 @@ def test_the_map_is_legible_in_grey(mixed):
     rgb = mesh.cmap(np.linspace(0, 1, 64))[:, :3]
     grey = rgb @ [0.299, 0.587, 0.114]
     assert (np.diff(grey) > 0).all() and grey[0] > 0.35
+
+
+def test_a_map_of_mostly_small_values_shows_their_differences(mixed, monkeypatch):
+    """Logarithmic colours; all panels have the levels that are marked on the colour bar."""
+    monkeypatch.setattr(sweep_figures, "_MOST_PRINTED", 0)
+    skewed = Sweep(mixed.folder)
+    table = mixed.table.assign(current=np.tile(np.repeat(np.arange(9.0), 3), 4))
+    table["peak_drift_m"] = 1e-3 * 1.5 ** table["current"] * table["isolators"]
+    vars(skewed)["table"] = table
+    *panels, bar = skewed.plot_map("current", "isolators", "peak_drift_m").axes
+    assert isinstance(panels[0].collections[0].norm, LogNorm)
+    levels = [float(each) for each in bar.get_yticks()]
+    assert len(levels) >= 5
+    for panel in panels:
+        (lines,) = panel.collections[1:]
+        assert set(lines.levels) <= set(levels)
 
 
 def test_a_map_of_scattered_points_takes_intervals(tmp_path):
