@@ -63,7 +63,8 @@ def reached(
 def peak_currents(work: Workspace) -> NDArray:
     """Largest command of each coil in each lane, (n_channels + 1, lanes), A."""
     # a command is constant over a window
-    return np.abs(work.command[work.grid.windows[:-1, 0]]).max(axis=0)
+    commands = work.command[work.grid.windows[:-1, 0]]
+    return np.maximum(commands.max(axis=0), -commands.min(axis=0))
 
 
 @lru_cache(maxsize=256)
