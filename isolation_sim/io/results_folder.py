@@ -270,6 +270,17 @@ def write_contents(folder: str | Path, title: str, later: tuple[str, ...] = ()) 
     return write_text("\n".join(lines) + "\n", folder / "README.txt")
 
 
+@contextmanager
+def removed_if_empty(folder: Path) -> Iterator[None]:
+    """After an error, remove a folder that contains only its list of files."""
+    try:
+        yield
+    except InputError:
+        if [path.name for path in folder.iterdir()] == ["README.txt"]:
+            shutil.rmtree(folder)
+        raise
+
+
 def update_contents(folder: Path) -> None:
     """Write the list of files of a results folder again, with those written since."""
     if (title := _title(folder)) is not None:

@@ -275,6 +275,7 @@ def test_bad_input_is_one_line(folder, tmp_path, capsys, old, new, said):
     assert code == 2
     assert said in error
     assert len(error.strip().splitlines()) == 1
+    assert not (tmp_path / "out").exists()
 
 
 def test_run_refuses_a_suite_and_suite_refuses_one_motion(folder, tmp_path, capsys):

@@ -10,7 +10,7 @@ from ground_motions.argument_types import checked
 
 from ...errors import InputError
 from ...io.atomic_write import write_text
-from ...io.results_folder import check_free, file_name, is_results, write_contents
+from ...io.results_folder import check_free, file_name, is_results, removed_if_empty, write_contents
 from ...scenario import Scenario
 from ...scenario.job import with_place
 from ...scenario.suite import RecordSuite
@@ -82,11 +82,12 @@ def run_suite(
     write_contents(folder, f"Suite {scenario.name}", FILES)
     step = step or (lambda text: None)
     step("building")
-    plant = scenario.model_copy(update={"ground": Scenario().ground}).build().isolated
-    try:
-        index = prepare(section, plant, folder, step)
-    except InputError as error:
-        raise with_place(error, scenario._source, "ground") from None
+    with removed_if_empty(folder):
+        plant = scenario.model_copy(update={"ground": Scenario().ground}).build().isolated
+        try:
+            index = prepare(section, plant, folder, step)
+        except InputError as error:
+            raise with_place(error, scenario._source, "ground") from None
     write_text(scenario.to_toml(), folder / SCENARIO)
     grounds = [
         [{"kind": "record_file", "file": str(folder / file)} for file in motion["files"]]
