@@ -12,7 +12,7 @@ from ground_motions.record import Record
 
 @checked
 def write_csv(record: Record, path: str | Path) -> Path:
-    """Write a record as ``time_s, ground_acceleration_m_s2`` with every digit.
+    """Write a record as ``time_s, ground_acceleration_m_s2``; accelerations with every digit.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def write_csv(record: Record, path: str | Path) -> Path:
     path = Path(path)
     comments = [f"# {' '.join(text.split())}" for text in (record.name, record.source)]
     rows = (
-        f"{time!r},{value!r}"
+        f"{time:.12g},{value!r}"
         for time, value in zip(record.time.tolist(), record.acceleration.tolist(), strict=True)
     )
     text = "\n".join([*comments, "time_s,ground_acceleration_m_s2", *rows, ""])

@@ -85,7 +85,11 @@ def read_folder(folder: str | Path) -> list[SuiteRecord]:
     """
     folder = Path(folder)
     if not folder.is_dir():
-        raise InputError(str(folder), "no folder", "a folder with files of records")
+        raise InputError(
+            str(folder),
+            "a file" if folder.is_file() else "a folder that does not exist",
+            "a folder with files of records",
+        )
     if (folder / _SEARCH_RESULTS).is_file():
         return _search_results(folder / _SEARCH_RESULTS, lambda name: folder / name)
     suffixes = {f".{name}" for name in READERS} - {".txt", ".dat"}

@@ -205,13 +205,15 @@ class Comparison(Printed):
         -------
         list of dict
             One per run: ``controller``, its criteria and ``energy_`` with each energy, SI units.
+            The fixed-base run is the last one, with criteria only.
         """
-        return [
+        records: list[dict[str, str | float]] = [
             {"controller": name}
             | self.criteria[name]
             | {f"energy_{key}": value for key, value in self.energy[name].items()}
             for name in self.runs
         ]
+        return records + [{"controller": name} | values for name, values in self.baseline.items()]
 
     @checked
     def plot(
@@ -383,8 +385,9 @@ def json_report(comparison: Comparison) -> dict[str, Any]:
         criteria of `isolation_sim.criteria.criteria` and, in ``energy``, ``closure_error`` and the
         energies at the end of the run (J); plain floats. ``"diverged": [{"controller": ...,
         "reason": ...}, ...]`` lists the runs that have no result, of failed controllers too.
+        ``"fixed_base": {...}`` has the criteria of the fixed-base run, if there is one.
     """
-    return {
+    report: dict[str, Any] = {
         "runs": [
             {
                 "controller": name,
@@ -398,3 +401,6 @@ def json_report(comparison: Comparison) -> dict[str, Any]:
             for name, error in comparison.diverged.items()
         ],
     }
+    if comparison.fixed_base is not None:
+        report["fixed_base"] = comparison.fixed_base.criteria
+    return report

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -13,6 +14,7 @@ from isolation_sim.cli.common_options import (
     Out,
     Overwrite,
     Quiet,
+    chosen_folder,
     examples,
     print_results,
     progress,
@@ -20,7 +22,7 @@ from isolation_sim.cli.common_options import (
 from isolation_sim.io.json_text import json_text
 from isolation_sim.registry import STUDIES
 
-from .study import about, default_folder
+from .study import about
 
 _PAPERS_WIDTH = 170
 """Columns of the papers' tables where standard output is no terminal."""
@@ -81,7 +83,7 @@ def papers(
         if not (as_json or quiet):
             standard_console(_PAPERS_WIDTH).print(layout(title, checks), "\n")
 
-    where = out or default_folder("papers")
+    where = chosen_folder(out, "papers", overwrite)
     path = reproduce(where, figures, short, show, overwrite)
     if as_json:
         print(json_text(records))
@@ -104,7 +106,7 @@ def _run(name: str) -> typer.Typer:
 
         from .study import perform
 
-        where = out or default_folder(name)
+        where = chosen_folder(out, Path(name).stem, overwrite)
         with progress(quiet, 1) as step:
             result, path = perform(name, where, short, step, overwrite)
         if as_json:

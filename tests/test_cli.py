@@ -281,6 +281,11 @@ BAD_INPUT = {
         {},
         "job.toml: ground: {here}/motion.csv: no such file",
     ),
+    "no motion": (
+        "[ground]\nscale_factor = 0",
+        {},
+        "job.toml: ground: the ground acceleration is 0 at all times; expected: ",
+    ),
     "missing time": (
         '[ground]\nfile = "motion.csv"',
         {"motion.csv": CSV.replace("time_s", "t")},
@@ -367,6 +372,7 @@ def test_bad_input_is_one_line(here, call, text, files, told):
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
+        ("run --out table.csv", "table.csv: a file; expected: a new folder"),
         ("run folder", "folder: cannot be read (Is a directory)"),
         ("run latin.toml", "latin.toml: cannot be read (not UTF-8)"),
         ("run table.csv", "table.csv: not TOML"),

@@ -61,6 +61,7 @@ def test_a_plan_is_announced_run_and_shown(plan, capsys):
     )  # fmt: skip
     assert code == 0
     assert "plan: medians over 6 cases" in out and "lowest rms drift" in out
+    assert command(capsys, "sweep", "show", "results/plan", "--quiet")[:2] == (0, "")
     names = ("comparison", "map")
     for name in names:
         for ending in ("svg", "png"):

@@ -9,6 +9,7 @@ import isolation_sim as iso
 from isolation_sim.cli import main
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
+from isolation_sim.io import interchange
 from isolation_sim.io.columns import columns_bytes
 from isolation_sim.io.netcdf import read_netcdf
 
@@ -64,6 +65,46 @@ def test_a_workbook_has_each_table_and_history(results):
         column = sheet[f"displacement {floor} (m)"]
         np.testing.assert_allclose(column, history.displacement.sel(dof=floor), rtol=1e-14)
     assert len(sheet) == history.sizes["time"]
+
+
+def test_csv_has_each_history(results):
+    assert command("export", "csv", results) == 0
+    folder = results / "results_csv"
+    assert sorted(path.name for path in folder.iterdir()) == ["on_off.csv", "passive_off.csv"]
+    table, history = pandas.read_csv(folder / "on_off.csv"), read_netcdf(results / "on_off.nc")
+    np.testing.assert_allclose(table["time (s)"], history.time, rtol=1e-9)
+    for floor in history.dof.values:
+        column = table[f"displacement {floor} (m)"]
+        np.testing.assert_allclose(column, history.displacement.sel(dof=floor), rtol=1e-9)
+    assert "results_csv/" in (results / "README.txt").read_text()
+    assert command("export", "csv", results) == 2
+    assert command("export", "csv", results, "--force") == 0
+
+
+def test_a_building_without_coils(tmp_path):
+    """Its histories have no channels, which netCDF 3 cannot express."""
+    device = '[isolator]\nlaw = "kelvin_voigt"\nparameters = { k = 5e3, c = 1e3 }\n'
+    (tmp_path / "a.toml").write_text(SCENARIO.split("[[controller]]")[0] + device)
+    with (tmp_path / "a.toml").open("a") as file:
+        file.write('[[controller]]\nname = "passive_off"\n')
+    words = ["--no-figures", "--quiet", "--export", "mat", "--export", "xlsx"]
+    assert command("run", tmp_path / "a.toml", "--out", tmp_path / "out", *words) == 0
+    history = iso.read_run(tmp_path / "out" / "passive_off.nc")
+    assert "current" not in history and history.displacement.shape[0] > 100
+    tree = loadmat(tmp_path / "out" / "results.mat", simplify_cells=True)
+    assert "displacement" in tree["passive_off"]
+
+
+def test_an_export_that_fails_leaves_the_finished_run(tmp_path, monkeypatch, capsys):
+    def fails(parts, path):
+        raise iso.InputError("too large")
+
+    monkeypatch.setitem(interchange.FORMS, "mat", fails)
+    (tmp_path / "short.toml").write_text(SCENARIO)
+    words = ["--no-figures", "--quiet", "--export", "mat"]
+    assert command("run", tmp_path / "short.toml", "--out", tmp_path / "out", *words) == 2
+    assert "too large" in capsys.readouterr().err
+    assert (tmp_path / "out" / "criteria.csv").exists()
 
 
 def test_the_folder_says_what_they_are(results):

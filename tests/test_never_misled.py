@@ -264,24 +264,23 @@ def test_fit_refuses_its_output_place_before_the_work(tmp_path, capsys):
 def test_results_are_replaced_on_request_alone(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("job.toml").write_text(SHORT)
-    for _ in range(2):
-        code, out, err = command(
-            capsys, "run", "job.toml", "--out", "out", "--quiet", "--no-figures"
-        )
-        assert code == 0
-    assert out == "results: out-2\n" and "--overwrite" in err
+    for expected, told in ((0, "warning"), (2, "out: is not empty; expected: a new folder, or")):
+        words = ("run", "job.toml", "--out", "out", "--quiet", "--no-figures")
+        code, _, err = command(capsys, *words)
+        assert code == expected and told in err
     Path("out/mine.txt").write_text("mine")
     code, out, _ = command(
         capsys, "run", "job.toml", "--out", "out", "--quiet", "--no-figures", "--overwrite"
     )
     assert (code, out) == (0, "results: out\n")
-    assert not Path("out/mine.txt").exists() and Path("out/criteria.csv").exists()
+    assert Path("out/mine.txt").read_text() == "mine" and Path("out/criteria.csv").exists()
+    assert "mine" not in Path("out/README.txt").read_text()
     Path("other").mkdir()
     Path("other/thesis.txt").write_text("mine")
     code, _, err = command(capsys, "run", "job.toml", "--out", "other", "--overwrite")
     assert code == 2 and "other: is no results folder" in err
     assert Path("other/thesis.txt").read_text() == "mine"
-    assert sorted(each.name for each in tmp_path.iterdir()) == ["job.toml", "other", "out", "out-2"]
+    assert sorted(each.name for each in tmp_path.iterdir()) == ["job.toml", "other", "out"]
 
 
 def test_a_failure_while_overwriting_keeps_the_old_results(tmp_path):
@@ -434,6 +433,8 @@ def test_a_fixed_base_stands_beside_the_runs(shake, isolated):
     text = str(found)
     assert "fixed" in text and f"{1e3 * found.fixed_base.criteria['peak_drift_m']:#.4g}" in text
     assert "J1" in str(iso.Comparison(found.runs)) and "fixed base" not in found.criteria
+    assert found.to_pandas().peak_drift_m.iloc[-1] == found.fixed_base.criteria["peak_drift_m"]
+    assert iso.json_report(found)["fixed_base"] == found.fixed_base.criteria
 
 
 @pytest.mark.parametrize(

@@ -52,6 +52,7 @@ COMMANDS = (
     "export fmu job.toml --controller passive_off --out out.fmu",
     "export opensees law.toml --current 0 --out out.tcl",
     "export mat done", "export mat done --out out.mat", "export xlsx done --out out.xlsx",
+    "export csv done", "export csv done --out other", "export csv done --out out.csv",
     "study study.py --quiet", "study study.py --quiet --out out",
     "study study.py --quiet --out other --overwrite", "study papers --out out.toml/x",
 )  # fmt: skip
@@ -59,7 +60,7 @@ PLACES = (
     "scenario.toml", "sweep.toml", "results", "results/job/mine.txt", "results/plan/mine.txt",
     "results/study/mine.txt", "results/suite/mine.txt", "out", "out/mine.txt", "other/mine.txt",
     "out.toml", "out.html", "out.csv", "out.fmu", "out.tcl", "out.mat",
-    "out.xlsx", "done/results.mat",
+    "out.xlsx", "done/results.mat", "done/results_csv/mine.csv",
     "figs/comparison.svg", "figs/loops.png", "figs/passive_off.h", "figs/passive_off.c",
     "README.txt",
 )  # fmt: skip
@@ -169,6 +170,7 @@ def test_whatever_exists_stays_as_it_is(desk, tmp_path, monkeypatch, number):
             before = content(folder)
             code = called(*command.split())
         after = content(folder)
+        before.pop(folder / "done" / "README.txt")  # an export adds a line to it
         assert {path: after.get(path) for path in before} == before
         assert code in (0, 2)
         hidden = [path for path in set(after) - set(before) if path.name.startswith(".")]
@@ -179,16 +181,25 @@ def test_earlier_results_are_replaced_by_complete_ones_alone(tmp_path):
     folder = tmp_path / "out"
     folder.mkdir()
     (folder / "old.csv").write_text("1")
+    (folder / "figures").mkdir()
+    (folder / "figures" / "map.svg").write_text("1")
     write_contents(folder, "Sweep")
     with pytest.raises(KeyboardInterrupt), replaced(folder, overwrite=True, resume=False):
         folder.mkdir()
         (folder / "half.csv").write_text("2")
         raise KeyboardInterrupt
-    assert sorted(path.name for path in folder.iterdir()) == ["README.txt", "old.csv"]
+    assert sorted(path.name for path in folder.iterdir()) == ["README.txt", "figures", "old.csv"]
+    own = ("notes.txt", "mine.csv", "new.csv", ".hidden", "thesis/1.txt", "figures/a/map.pdf")
+    (folder / "thesis").mkdir()
+    (folder / "figures" / "a").mkdir()
+    for name in own:
+        (folder / name).write_text("mine")
+    write_contents(folder, "Sweep")  # as sweep show does
     with replaced(folder, overwrite=True, resume=False):
         folder.mkdir()
         (folder / "new.csv").write_text("3")
-    assert [path.name for path in folder.iterdir()] == ["new.csv"]
+    left = {str(path.relative_to(folder)): text.decode() for path, text in content(folder).items()}
+    assert left == dict.fromkeys([*own, "new.csv-2"], "mine") | {"new.csv": "3"}
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
     with pytest.raises(InputError, match="is no results folder"):
         with replaced(folder, overwrite=True, resume=False):

@@ -593,7 +593,7 @@ def test_code_that_has_changed_since_a_file_was_written_is_told(desk, loops, cap
     command(["run", str(desk / "file.toml"), "--out", "out", "--no-figures", "--quiet"])
     commands = {
         "fitted.toml": ["evaluate", "fitted.toml", str(desk / "tests"), "--quiet"],
-        "out/scenario.toml": ["run", "out/scenario.toml", "--out", "again", "--no-figures"],
+        "out/scenario.toml": ["run", "out/scenario.toml", "--no-figures"],
     }
     parts = {"fitted.toml": "bearing", "out/scenario.toml": "slack"}
     for changed in (False, True):

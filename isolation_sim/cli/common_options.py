@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
@@ -20,7 +20,7 @@ AsJson = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print only errors and the results folder.")]
 Out = Annotated[
     Path | None,
-    typer.Option(help="Results folder; a number is added if it is not empty."),
+    typer.Option(help="Results folder; results/NAME by default, or the next free results/NAME-2."),
 ]
 DefaultOut = Annotated[Path | None, typer.Option(help="Results folder; results/NAME by default.")]
 Workers = Annotated[
@@ -30,10 +30,11 @@ ReportFile = Annotated[Path | None, typer.Option(help="File for the report (HTML
 TestsFolder = Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")]
 Export = Annotated[
     list[str] | None,
-    typer.Option("--export", help="Also write all results to one file: mat or xlsx."),
+    typer.Option("--export", help="Also write all tables and histories: mat, xlsx or csv."),
 ]
 Overwrite = Annotated[
-    bool, typer.Option("--overwrite", help="Replace earlier results in the results folder.")
+    bool,
+    typer.Option("--overwrite", help="Replace earlier results in the folder; other files stay."),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace a file that exists.")]
 
@@ -62,10 +63,19 @@ def print_warning(text: str) -> None:
         _errors.print(f"warning: {text}", style="yellow", markup=False)
 
 
+def chosen_folder(out: Path | None, default: str, overwrite: bool) -> Path:
+    """Results folder: that of ``--out``, which must be free, or ``results/`` and the name."""
+    from ..io.results_folder import check_free, file_name
+
+    if out is not None and not overwrite:
+        check_free(out)
+    return Path("results") / file_name(default) if out is None else out
+
+
 def print_results(folder: Path, as_json: bool, quiet: bool, requested: Path | None = None) -> None:
     """Print the places of report and results; on standard error if JSON is on standard output.
 
-    ``requested``: the folder of ``--out``, which may already contain files.
+    ``requested``: the default folder, which may already contain files.
     """
     renamed = requested is not None and folder.absolute() != requested.absolute()
     if folder.is_relative_to(Path.cwd()):
@@ -81,29 +91,30 @@ def print_results(folder: Path, as_json: bool, quiet: bool, requested: Path | No
     print(f"results: {folder}", file=stream)
 
 
-def check_exports(forms: list[str] | None, folder: Path | None = None) -> None:
+def check_exports(
+    forms: list[str] | None, folder: Path | None = None, known: Collection[str] | None = None
+) -> None:
     """Refuse an unknown format of ``--export``, or an existing file, before the work starts."""
     from ..errors import InputError
-    from ..io.interchange import check_form
+    from ..io.interchange import EXPORTS, check_form, export_place
 
     for form in forms or ():
-        check_form(form)
-        if folder is not None and (folder / f"results.{form}").exists():
+        check_form(form, known or EXPORTS)
+        if folder is not None and (place := export_place(folder, form)).exists():
             raise InputError(
-                f"--export {form}: {folder / f'results.{form}'} exists; expected: isolation-sim "
-                f"export {form} --force, which replaces it"
+                f"--export {form}: {place} exists; expected: isolation-sim export {form} --force, "
+                "which replaces it"
             )
 
 
-def write_exports(forms: list[str] | None, folder: Path, title: str) -> None:
+def write_exports(forms: list[str] | None, folder: Path) -> None:
     """Write the results of a folder in other formats, and update its list of files."""
     from ..io.interchange import export_results
-    from ..io.results_folder import write_contents
+    from ..io.results_folder import update_contents
 
     for form in forms or ():
         export_results(folder, form)
-    if forms:
-        write_contents(folder, title)
+        update_contents(folder)
 
 
 def write_new_file(path: Path, text: str, force: bool) -> None:

@@ -14,6 +14,7 @@ from .common_options import (
     Overwrite,
     Quiet,
     check_exports,
+    chosen_folder,
     examples,
     print_results,
     progress,
@@ -85,10 +86,10 @@ def diagnose(
 ) -> None:
     """Find the differences between a simulation and measured data, and their causes."""
     from ..api import diagnose as run_diagnosis
-    from ..io.results_folder import ResultsFolder, file_name
+    from ..io.results_folder import ResultsFolder
 
     check_exports(export)
-    where = out or Path("results") / file_name(f"diagnosis of {data.resolve().stem}")
+    where = chosen_folder(out, f"diagnosis of {data.resolve().stem}", overwrite)
     with ResultsFolder(where, overwrite) as folder:
         with progress(quiet, _STEPS) as step:
             result = run_diagnosis(
@@ -97,9 +98,9 @@ def diagnose(
                 tiers=cast("Tier", tiers), progress=step,
             )  # fmt: skip
         result.save(folder.unfinished)
-        write_exports(export, folder.unfinished, f"Diagnosis of {result.data}")
     if as_json:
         print(result.to_json())
     elif not quiet:
         result.report()
     print_results(folder.path, as_json, quiet, where)
+    write_exports(export, folder.path)

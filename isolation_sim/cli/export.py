@@ -114,12 +114,33 @@ def export_xlsx(results: Folder, out: OutFile = None, force: Force = False) -> N
     _export(results, "xlsx", out, force)
 
 
-def _export(results: Path, form: str, out: Path | None, force: bool) -> None:
-    from ..io.interchange import export_results
-    from ..io.output_place import check_new_files
+@app.command("csv", epilog=examples("isolation-sim export csv results/main_job"))
+def export_csv(
+    results: Folder,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the files; results_csv in the folder by default."),
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Write the histories of a results folder, and a sweep's table, to CSV files."""
+    from ..io.interchange import CSV, export_place, export_results
+    from ..io.results_folder import check_free, update_contents
 
-    check_new_files(force, out or results / f"results.{form}")
+    if not force:
+        check_free(out or export_place(results, CSV))
+    print(export_results(results, CSV, out))
+    update_contents(results)
+
+
+def _export(results: Path, form: str, out: Path | None, force: bool) -> None:
+    from ..io.interchange import export_place, export_results
+    from ..io.output_place import check_new_files
+    from ..io.results_folder import update_contents
+
+    check_new_files(force, out or export_place(results, form))
     print(export_results(results, form, out))
+    update_contents(results)
 
 
 @app.command(

@@ -13,7 +13,6 @@ from ..io.json_text import json_text
 from ..io.output_place import check_new_files
 from .common_options import (
     AsJson,
-    Export,
     Force,
     Quiet,
     TestsFolder,
@@ -59,15 +58,21 @@ def fit(
         Path | None,
         typer.Option(help="File for the report (HTML); beside or in --out by default."),
     ] = None,
-    export: Export = None,
+    export: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--export", help="Also write law and loops: mat or xlsx; a folder --out has CSV files."
+        ),
+    ] = None,
     force: Force = False,
     as_json: AsJson = False,
     quiet: Quiet = False,
 ) -> None:
     """Fit a law to measured runs."""
     from ..identification.fit import fit as run_fit
+    from ..io.interchange import FORMS
 
-    check_exports(export)
+    check_exports(export, known=FORMS)
     if export and out is None:
         raise InputError(
             f"--export {export[0]}: needs a file for the law; expected: --out fitted.toml as well"

@@ -14,6 +14,7 @@ from .common_options import (
     Overwrite,
     Quiet,
     check_exports,
+    chosen_folder,
     examples,
     print_error,
     print_results,
@@ -46,7 +47,7 @@ def run(
 ) -> None:
     """Compare the controllers of a scenario."""
     from ..comparison import simulated
-    from ..io.results_folder import ResultsFolder, file_name
+    from ..io.results_folder import ResultsFolder
     from ..reports.comparison_files import json_text, write_comparison
     from ..reports.console import standard_console
     from ..scenario import Scenario, main_job
@@ -55,7 +56,7 @@ def run(
     check_exports(export)
     described = main_job() if scenario is None else Scenario.read(scenario)
     job = described.build()
-    where = out or Path("results") / file_name(described.name)
+    where = chosen_folder(out, described.name, overwrite)
     with ResultsFolder(where, overwrite) as folder:
         with (
             progress(quiet, len(job.controllers) + 1) as step,
@@ -69,7 +70,6 @@ def run(
             comparison = simulated(job.controllers, run_one, job.run_fixed_base)
             step("writing results")
             write_comparison(comparison, folder.unfinished, described.to_toml(), figures)
-            write_exports(export, folder.unfinished, comparison.title)
     if as_json:
         print(json_text(comparison), end="")
     elif not quiet:
@@ -82,5 +82,6 @@ def run(
     for divergence in comparison.diverged.values():
         print_error(divergence)
     print_results(folder.path, as_json, quiet, where)
+    write_exports(export, folder.path)
     if comparison.diverged:
         raise typer.Exit(1)

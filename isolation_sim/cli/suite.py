@@ -68,7 +68,6 @@ def suite(
             step=lambda text: step(text, 0), progress=count_failures(step),
         )  # fmt: skip
     result.check(criterion)
-    write_exports(export, Path(result.folder), f"Suite {result.name}")
     if as_json:
         print(_json(result), end="")
     elif not quiet:
@@ -84,6 +83,7 @@ def suite(
     for warning in result.warnings():
         print_warning(warning)
     print_results(result.folder, as_json, quiet)
+    write_exports(export, Path(result.folder))
     if len(failed):
         raise typer.Exit(1)
 

@@ -181,7 +181,6 @@ def run_plan(
     if not report.exists():
         result.to_html(report)
         write_contents(result.folder, f"Sweep {result.plan.name}")
-    write_exports(export, Path(result.folder), f"Sweep {design.plan.name}")
     if as_json:
         print(json_text(_report(result, time.perf_counter() - begun)))
     elif not quiet:
@@ -190,6 +189,7 @@ def run_plan(
     for warning in result.warnings():
         print_warning(warning)
     print_results(result.folder, as_json, quiet)
+    write_exports(export, Path(result.folder))
     if set(result.counts) - {"ok"}:
         raise typer.Exit(1)
 
@@ -221,13 +221,14 @@ def show(
         bool, typer.Option("--draw/--no-draw", help="Draw figures and write the report.")
     ] = True,
     force: Force = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print only errors and warnings.")] = False,
 ) -> None:
     """Print and draw the results of a sweep: medians, maps, sensitivities and the best runs.
 
     Existing figures and reports are replaced only with --force.
     """
     from ..io.output_place import check_new_files, check_writable
-    from ..io.results_folder import write_contents
+    from ..io.results_folder import update_contents
     from ..reports.console import standard_console
     from ..reports.style import save
     from ..reports.sweep_tables import best_table, controllers_table, sensitivity_table
@@ -245,6 +246,12 @@ def show(
     if draw:
         check_writable(place)
     console = standard_console()
+    console.quiet = quiet
+
+    def tell(line: str) -> None:
+        if not quiet:
+            print(line)
+
     console.print(controllers_table(result))
     console.print(best_table(result, criterion, best))
     sampled = result.finished and result.plan.sample is not None
@@ -261,7 +268,7 @@ def show(
     for warning in result.warnings():
         print_warning(warning)
     if csv is not None:
-        print(f"table: {result.to_csv(csv)}")
+        tell(f"table: {result.to_csv(csv)}")
     if not draw:
         return
     drawings: dict[str, Callable[[], Any]] = {"comparison": result.plot_comparison}
@@ -274,15 +281,16 @@ def show(
     for name, drawn in drawings.items():
         if force or not (target / f"{name}.svg").exists():
             for path in save(drawn(), target, name):
-                print(f"figure: {path}")
+                tell(f"figure: {path}")
         else:
-            print(f"figure: {target / name}.svg (unchanged; --force replaces it)")
+            tell(f"figure: {target / name}.svg (unchanged; --force replaces it)")
     page = place / "report.html"
     if force or not page.exists():
-        print(f"report: {result.to_html(page, criterion)}")
-        write_contents(place, f"Sweep {result.plan.name}")
+        tell(f"report: {result.to_html(page, criterion)}")
     else:
-        print(f"report: {page} (unchanged; --force replaces it)")
+        tell(f"report: {page} (unchanged; --force replaces it)")
+    if figures is None:
+        update_contents(folder)
 
 
 @app.command("new", epilog=examples("isolation-sim sweep new my_plan.toml"))

@@ -97,7 +97,6 @@ def tune(
             evaluations=evaluations, seed=seed, pga_g=pga_g, out=folder, resume=resume,
             workers=workers, progress=step,
         )  # fmt: skip
-    write_exports(export, folder, f"Tuning of {result.controller}")
     if as_json:
         print(json_text(result.to_dict()))
     elif not quiet:
@@ -105,6 +104,7 @@ def tune(
     where = sys.stderr if as_json else sys.stdout
     print(f"tuned controller: {folder / 'controller.toml'}", file=where)
     print_results(folder, as_json, quiet)
+    write_exports(export, folder)
 
 
 def _pair(text: str, option: str, example: str) -> tuple[str, Any]:

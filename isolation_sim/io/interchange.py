@@ -1,9 +1,9 @@
-"""Export of results to MATLAB and Excel: all tables and histories of a folder in one file."""
+"""Export of results to MATLAB, Excel and CSV: all tables and histories of a folder."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,8 @@ from .netcdf import read_netcdf
 if TYPE_CHECKING:
     import pandas
 
+CSV = "csv"
+"""The format of several files."""
 MOST_ROWS = 1_048_575
 """Largest number of rows of a sheet, without its heading."""
 LONGEST_FIELD, LONGEST_SHEET = 63, 31
@@ -27,26 +29,27 @@ LONGEST_FIELD, LONGEST_SHEET = 63, 31
 
 @checked
 def export_results(folder: str | Path, form: str, out: str | Path | None = None) -> Path:
-    """Write all tables and histories of a results folder to one file.
+    """Write all tables and histories of a results folder to one file, or to CSV files.
 
     Parameters
     ----------
     folder : str or pathlib.Path
         Results of a run, a fit, a diagnosis, a sweep or a study: its CSV files, ``table.npz`` and
         netCDF files.
-    form : {"mat", "xlsx"}
+    form : {"mat", "xlsx", "csv"}
         ``"mat"``: MATLAB's format of version 5, one struct per file, whose fields are a table's
         columns, or a history's arrays with their axes and a struct ``units``. ``"xlsx"``: one sheet
         per table. A history has one sheet per first axis, and one column per index of the other
-        axes.
+        axes. ``"csv"``: the tables of ``"xlsx"`` that are no CSV files yet, one file each, with ten
+        digits; the histories of a sweep's cases too.
     out : str or pathlib.Path, optional
-        File to write; ``results.mat`` or ``results.xlsx`` in the folder by default. An existing
-        file is replaced.
+        File to write; ``results.mat`` or ``results.xlsx`` in the folder by default. For ``"csv"``
+        a folder, ``results_csv`` by default. Existing files are replaced.
 
     Returns
     -------
     pathlib.Path
-        The file.
+        The file or folder.
 
     Raises
     ------
@@ -54,23 +57,34 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
         If the format is unknown, the folder has no such files, or a table has more rows than a
         sheet can have.
     """
-    check_form(form)
+    check_form(form, EXPORTS)
     folder = Path(folder)
-    parts: dict[str, Any] = {}
-    for path in sorted([*folder.glob("*.csv"), *folder.glob("table.npz"), *folder.glob("*.nc")]):
-        parts[path.stem if path.stem not in parts else path.name] = _read(path)
-    if not parts:
+    patterns = ["table.npz", "*.nc", "histories/*.nc" if form == CSV else "*.csv"]
+    paths = sorted(path for pattern in patterns for path in folder.glob(pattern))
+    if not paths:
         what = "holds no results" if folder.is_dir() else "no such folder"
-        raise InputError(
-            f"{folder}: {what}; expected: a folder with CSV files, table.npz or netCDF files"
+        kinds = (
+            "table.npz or netCDF files" if form == CSV else "CSV files, table.npz or netCDF files"
         )
-    return write_parts(parts, form, folder / f"results.{form}" if out is None else Path(out))
+        raise InputError(f"{folder}: {what}; expected: a folder with {kinds}")
+    place = export_place(folder, form) if out is None else Path(out)
+    if form == CSV:
+        return _write_csv(paths, place)
+    parts: dict[str, Any] = {}
+    for path in paths:
+        parts[path.stem if path.stem not in parts else path.name] = _read(path)
+    return write_parts(parts, form, place)
 
 
-def check_form(form: str) -> None:
+def export_place(folder: Path, form: str) -> Path:
+    """File or folder of an export in a results folder."""
+    return folder / ("results_csv" if form == CSV else f"results.{form}")
+
+
+def check_form(form: str, known: Collection[str]) -> None:
     """Refuse an unknown format."""
-    if form not in FORMS:
-        raise unknown_name("form to export", form, FORMS)
+    if form not in known:
+        raise unknown_name("form to export", form, known)
 
 
 def write_parts(parts: dict[str, Any], form: str, path: Path) -> Path:
@@ -166,6 +180,17 @@ def _write_xlsx(parts: dict[str, Any], path: Path) -> None:
             table.to_excel(book, sheet_name=sheet, index=False)
 
 
+def _write_csv(paths: Iterable[Path], folder: Path) -> Path:
+    """Write each table to a file of its own."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in paths:
+        for axis, table in _flat(_read(path)).items():
+            name = f"{path.stem}_{axis}" if axis else path.stem
+            with atomic_write(folder / f"{name}.csv") as unfinished:
+                table.to_csv(unfinished, index=False, float_format="%.10g")
+    return folder
+
+
 def _flat(part: Any) -> dict[str, pandas.DataFrame]:
     """A table unchanged; a dataset as one table per first axis of its variables."""
     import pandas
@@ -193,3 +218,6 @@ def _heading(name: str, where: tuple, unit: str | None) -> str:
 
 
 FORMS: dict[str, Callable[[dict[str, Any], Path], None]] = {"mat": _write_mat, "xlsx": _write_xlsx}
+"""Writers of one file."""
+EXPORTS = (*FORMS, CSV)
+"""Formats of a folder's results."""

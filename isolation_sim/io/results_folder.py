@@ -32,10 +32,7 @@ class ResultsFolder:
 
     def _free(self) -> Path:
         target = self._target.absolute()
-        if self._overwrite:
-            return target
-        names = itertools.chain([target.name], (f"{target.name}-{k}" for k in itertools.count(2)))
-        return next(path for name in names if _is_free(path := target.with_name(name)))
+        return target if self._overwrite else _free_name(target)
 
     def __enter__(self) -> ResultsFolder:
         above = self.path.parents
@@ -62,8 +59,12 @@ class ResultsFolder:
         if self._overwrite and self.path.exists():
             self.path.rename(old)
         self.unfinished.rename(self.path)
-        shutil.rmtree(old, ignore_errors=True)
+        if old.exists():
+            _keep_own_files(old, self.path)
 
+
+_WRITTEN_SUFFIXES = {".svg", ".png", ".csv", ".nc", ".npz", ".unfinished"}
+"""Endings of the files in folders such as ``figures``; others there are the user's own."""
 
 _RESULT_FILES = ("result.npz", "tuning.json", "manifest.json", "suite.json", "finding.txt")
 """Files by which a folder contains a saved result."""
@@ -73,11 +74,11 @@ _RESULT_FILES = ("result.npz", "tuning.json", "manifest.json", "suite.json", "fi
 def files_into(folder: str | Path, overwrite: bool) -> Iterator[Path]:
     """Give a folder for the files of a result; none replaces another without ``overwrite``."""
     folder = Path(folder)
-    if overwrite or _is_free(folder):
+    if _is_free(folder):
         folder.mkdir(parents=True, exist_ok=True)
         yield folder
         return
-    for name in _RESULT_FILES:
+    for name in () if overwrite else _RESULT_FILES:
         if (folder / name).exists():
             raise InputError(
                 f"{folder}: contains a saved result ({name}); expected: another folder, or "
@@ -90,14 +91,14 @@ def files_into(folder: str | Path, overwrite: bool) -> Iterator[Path]:
         moves = {
             path: folder / path.relative_to(beside) for path in beside.rglob("*") if path.is_file()
         }
-        for place in moves.values():
+        for place in () if overwrite else moves.values():
             if place.exists():
                 raise InputError(
                     f"{place}: exists; expected: another folder, or overwrite=True to replace it"
                 )
         for path, place in moves.items():
             place.parent.mkdir(parents=True, exist_ok=True)
-            path.rename(place)
+            path.replace(place)
     finally:
         shutil.rmtree(beside, ignore_errors=True)
 
@@ -119,7 +120,38 @@ def replaced(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
         shutil.rmtree(folder, ignore_errors=True)
         earlier.rename(folder)
         raise
+    _keep_own_files(earlier, folder)
+
+
+def _keep_own_files(earlier: Path, folder: Path) -> None:
+    """Move the user's own files of an earlier folder into the new one, and remove the results."""
+    for path in _own_files(earlier):
+        place = folder / path.relative_to(earlier)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        path.rename(_free_name(place))
     shutil.rmtree(earlier)
+
+
+def _own_files(folder: Path) -> list[Path]:
+    """Files and folders in a results folder that its ``README.txt`` does not list."""
+    listed, own = _listed(folder), []
+    for path in folder.iterdir():
+        if path.name not in listed:
+            own.append(path)
+        elif path.is_dir() and is_results(path):
+            own += _own_files(path)
+        elif path.is_dir():
+            files = (each for each in path.rglob("*") if each.is_file())
+            own += [each for each in files if each.suffix not in _WRITTEN_SUFFIXES]
+    return own
+
+
+def _listed(folder: Path) -> set[str]:
+    """Names in the ``README.txt`` of a results folder, with itself."""
+    if not is_results(folder):
+        return set()
+    lines = (folder / "README.txt").read_text(encoding="utf-8").splitlines()[2:]
+    return {"README.txt", ".lock", *(line.partition("  ")[0].rstrip("/") for line in lines)}
 
 
 def _check_replaceable(folder: Path) -> None:
@@ -131,13 +163,36 @@ def _check_replaceable(folder: Path) -> None:
         )
 
 
+def check_free(folder: Path, resumable: bool = False) -> None:
+    """Refuse a file, and a folder that is not empty."""
+    if folder.is_file():
+        raise InputError(f"{folder}: a file; expected: a new folder")
+    if not _is_free(folder):
+        remedy = ", or --overwrite" if is_results(folder) else ""
+        if resumable:
+            remedy = ", --overwrite, or --resume to continue"
+        raise InputError(f"{folder}: is not empty; expected: a new folder{remedy}")
+
+
 def is_results(folder: Path) -> bool:
     """Whether a folder was written by `write_contents`."""
+    return _title(folder) is not None
+
+
+def _title(folder: Path) -> str | None:
+    """Title of a results folder; None for another folder."""
     try:
         first = (folder / "README.txt").read_text(encoding="utf-8").partition("\n")[0]
     except (OSError, UnicodeDecodeError):
-        return False
-    return ", by isolation-sim " in first
+        return None
+    title, by, _ = first.partition(", by isolation-sim ")
+    return title if by else None
+
+
+def _free_name(target: Path) -> Path:
+    """The path, or with a number added if it is in use."""
+    names = itertools.chain([target.name], (f"{target.name}-{k}" for k in itertools.count(2)))
+    return next(path for name in names if _is_free(path := target.with_name(name)))
 
 
 def _is_free(path: Path) -> bool:
@@ -149,7 +204,7 @@ _CONTENTS = {
     "table.txt": "criteria and energies of each run, in engineering units",
     "criteria.csv": "the same in SI units, one line per run",
     "criteria.json": "the same as JSON",
-    "scenario.toml": "the scenario; isolation-sim run scenario.toml runs it again",
+    "scenario.toml": "the scenario; isolation-sim {command} scenario.toml runs it again",
     "finding.txt": "the finding, in a paragraph",
     "diagnosis.json": "the diagnosis as JSON, in SI units",
     "report.md": "the diagnosis step by step, as text",
@@ -163,6 +218,7 @@ _CONTENTS = {
     "scores.csv": "scores by motion, before and after",
     "errors.csv": "relative RMS errors of each run, before and after",
     "causes.csv": "the identified causes, with their parameters",
+    "chunks": "finished parts of an unfinished sweep; --resume continues it",
     "table.npz": "one row per run, one array per column, in SI units; isolation_sim.load reads it",
     "result.npz": "all data; isolation_sim.load returns the object",
     "law.csv": "the fitted law: polynomials of the current, by parameter",
@@ -173,6 +229,9 @@ _CONTENTS = {
     "statistics.csv": "mean, median, 84th percentile, maximum of every criterion, in SI units",
     "runs.csv": "every run, in SI units",
     "suite.json": "the motions of the suite and their scaling",
+    "motions.csv": "the motions with their scale factors and processing",
+    "spectra.csv": "spectra of the motions and of the target",
+    "histories": "histories of the runs (netCDF); isolation_sim.read_run reads them",
     "motions": "the scaled motions",
     "sweep": "the sweep of the suite; isolation-sim sweep show reads it",
     "figures": "figures for publication, each as SVG and PNG",
@@ -181,21 +240,51 @@ _CONTENTS = {
     "*.nc": "histories of one run (netCDF, units inside); isolation_sim.read_run reads them",
     "results.mat": "all tables and histories for MATLAB: load results.mat",
     "results.xlsx": "all tables and histories as a workbook, one sheet per table",
+    "results_csv": "all histories as CSV; a sweep's table too",
     "*.csv": "table; its headings give the units",
 }
 
 
-def write_contents(folder: str | Path, title: str) -> Path:
-    """Write ``README.txt``, a list of the files, to a results folder."""
+def write_contents(folder: str | Path, title: str, later: tuple[str, ...] = ()) -> Path:
+    """Write ``README.txt``, a list of the files, to a results folder.
+
+    ``later``: files that follow. A second list does not add files that only a pattern describes:
+    they are the user's own.
+    """
     folder = Path(folder)
-    lines = [f"{title}, by isolation-sim {__version__}", ""]
-    listed: dict[Path, str] = {}
+    again, earlier = is_results(folder), _listed(folder)
+    listed: dict[str, str] = {}
     for pattern, what in _CONTENTS.items():
-        listed |= dict.fromkeys(sorted(set(folder.glob(pattern)) - set(listed)), what)
-    names = [path.name + "/" * path.is_dir() for path in listed]
+        there = {path.name for path in folder.glob(pattern)} | ({pattern} & set(later))
+        if again and "*" in pattern:
+            there &= earlier
+        listed |= dict.fromkeys(sorted(there - set(listed)), what)
+    command = "suite" if "suite.json" in listed else "run"
+    names = [name + "/" * (folder / name).is_dir() for name in listed]
     width = max(map(len, names), default=0) + 2
-    lines += [f"{name:<{width}}{what}" for name, what in zip(names, listed.values(), strict=True)]
+    lines = [f"{title}, by isolation-sim {__version__}", ""]
+    lines += [
+        f"{name:<{width}}{what.format(command=command)}"
+        for name, what in zip(names, listed.values(), strict=True)
+    ]
     return write_text("\n".join(lines) + "\n", folder / "README.txt")
+
+
+@contextmanager
+def removed_if_empty(folder: Path) -> Iterator[None]:
+    """After an error, remove a folder that contains only its list of files."""
+    try:
+        yield
+    except InputError:
+        if [path.name for path in folder.iterdir()] == ["README.txt"]:
+            shutil.rmtree(folder)
+        raise
+
+
+def update_contents(folder: Path) -> None:
+    """Write the list of files of a results folder again, with those written since."""
+    if (title := _title(folder)) is not None:
+        write_contents(folder, title)
 
 
 def file_name(name: str) -> str:

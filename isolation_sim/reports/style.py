@@ -129,7 +129,8 @@ def contour_lines(
     """Draw contour lines with their values."""
     lines = axes.contour(x, y, values, levels, **{"colors": "black", "linewidths": 0.6, **look})
     in_panel = axes.transData - axes.transAxes
-    for label in axes.clabel(lines, fmt=fmt, fontsize=6):
+    for label in axes.clabel(lines, fmt=fmt, fontsize=6, inline=False):
+        label.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6})
         # a number cut by the panel's edge would be misread
         label.set_visible(bool(abs(in_panel.transform(label.get_position()) - 0.5).max() < 0.46))
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
+    from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
     from ..sweeps.result import Sweep
@@ -92,7 +93,7 @@ def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figu
     frame[x], frame[y] = _cells(frame[x]), _cells(frame[y])
     printed = frame[x].nunique() * frame[y].nunique() <= _MOST_PRINTED
     middle = frame.groupby(["controller", y, x])[criterion].median() * factor
-    least, most = float(middle.min()), float(middle.max())
+    norm, levels = _scale(middle.to_numpy())
     rows = -(-len(sweep.controllers) // _ACROSS)
     across = min(_ACROSS, len(sweep.controllers))
     with style():
@@ -112,13 +113,11 @@ def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figu
                 )
             ]
             (across_at, x_edges), (up_at, y_edges) = sides
-            image = axes.pcolormesh(
-                x_edges, y_edges, cells.to_numpy(), cmap=shades, vmin=least, vmax=most
-            )
+            image = axes.pcolormesh(x_edges, y_edges, cells.to_numpy(), cmap=shades, norm=norm)
             if printed:
                 _print_cells(axes, cells.to_numpy())
-            else:
-                _contours(axes, across_at, up_at, cells.to_numpy(), lines=not binned)
+            elif not binned:
+                _contours(axes, across_at, up_at, cells.to_numpy(), levels)
             axes.set(xlim=x_edges[[0, -1]], ylim=y_edges[[0, -1]])
             axes.set(
                 xlabel=quantity_title(sweep, x), ylabel=quantity_title(sweep, y),
@@ -129,8 +128,27 @@ def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figu
         label_outer(panels, across)
         assert image is not None
         title = f"{title_of(criterion)} ({unit})" if unit else title_of(criterion)
-        figure.colorbar(image, ax=panels, label=title)
+        bar = figure.colorbar(image, ax=panels, label=title, ticks=levels, format="%g")
+        bar.ax.minorticks_off()
+        # a line too short for its number is found here
+        for level in levels if not (printed or binned) else ():
+            bar.ax.axhline(level, color="black", linewidth=0.6)
     return figure
+
+
+def _scale(values: np.ndarray) -> tuple[Normalize, list[float]]:
+    """Colour scale of a map, logarithmic for values that are mostly small, and its levels."""
+    from matplotlib.colors import LogNorm, Normalize
+    from matplotlib.ticker import LogLocator, MaxNLocator
+
+    least, most = float(np.nanmin(values)), float(np.nanmax(values))
+    skewed = 0 < 3 * least < most and np.nanmedian(values) - least < 0.25 * (most - least)
+    if not skewed:
+        norm, ticks = Normalize(least, most), MaxNLocator(7).tick_values(least, most)
+    else:
+        steps = (1, 2, 5) if most / least > 30 else (1, 1.5, 2, 3, 4, 6, 8)
+        norm, ticks = LogNorm(least, most), LogLocator(subs=steps).tick_values(least, most)
+    return norm, [float(tick) for tick in ticks if least <= tick <= most]
 
 
 def quantity_title(sweep: Sweep, name: str) -> str:
@@ -214,9 +232,12 @@ def _print_cells(axes: Axes, values: np.ndarray) -> None:
             axes.text(j, i, f"{values[i, j]:.3g}", fontsize=6, ha="center", va="center")
 
 
-def _contours(axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, lines: bool) -> None:
-    if lines and min(values.shape) > 1 and np.nanmin(values) < np.nanmax(values):
-        contour_lines(axes, x, y, values, 6)
+def _contours(
+    axes: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray, levels: Sequence[float]
+) -> None:
+    within = [level for level in levels if np.nanmin(values) < level < np.nanmax(values)]
+    if within and min(values.shape) > 1:
+        contour_lines(axes, x, y, values, within, "%g")
 
 
 def sensitivity(sweep: Sweep, criterion: str, controller: str | None) -> Figure:

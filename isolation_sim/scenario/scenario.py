@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
+from ground_motions import Record
 from ground_motions.registry import has_changed
 
 from ..code_check import CheckRow, check_building
@@ -247,17 +248,15 @@ class Scenario(Section):
                 "nominal", nominal, *plant,
             )  # fmt: skip
         many = len(self.ground) > 1
+        records = tuple(
+            once(partial(at, f"ground[{k}]" if many else "ground", ground.record), "ground", ground)
+            for k, ground in enumerate(self.ground)
+        )
+        at("ground", partial(_check_motion, records))
         return Job(
             source=self._source,
             isolated=isolated,
-            records=tuple(
-                once(
-                    partial(at, f"ground[{k}]" if many else "ground", ground.record),
-                    "ground",
-                    ground,
-                )
-                for k, ground in enumerate(self.ground)
-            ),
+            records=records,
             controllers={
                 entry.shown: at(f"controller[{k}]", entry.build)
                 for k, entry in enumerate(self.controller)
@@ -323,6 +322,14 @@ def _changed_code(code: Any, folder: str | Path) -> list[str]:
     return [
         file for file, digest in code.items() if has_changed(Path(folder, file).resolve(), digest)
     ]
+
+
+def _check_motion(records: Sequence[Record]) -> None:
+    if not any(record.acceleration.any() for record in records):
+        raise InputError(
+            "the ground acceleration is 0 at all times; expected: a motion, with a scale_factor "
+            "other than 0 and a start_s and stop_s within its strong part"
+        )
 
 
 def _check_rotation(isolated: IsolatedStructure) -> None:

@@ -152,7 +152,8 @@ class Sweep(Printed):
         Returns
         -------
         pandas.DataFrame
-            Rows of the table, the best first.
+            Rows of the table, the best first. Of a controller's runs with equal results, as those
+            over a quantity that it does not depend on, only the first is listed.
 
         Raises
         ------
@@ -167,7 +168,7 @@ class Sweep(Printed):
         good = self.table[self.table["status"] == "ok"].sort_values(
             criterion, ascending=not is_gain(criterion), kind="stable"
         )
-        return good.head(count)
+        return good.drop_duplicates(["controller", *self.criteria]).head(count)
 
     @checked
     def sensitivity(

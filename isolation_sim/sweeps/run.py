@@ -22,7 +22,7 @@ from .chunk import Chunk, Finished, run_chunk
 from .design import Design
 from .plan import SweepPlan
 from .result import Sweep
-from .store import Store
+from .store import STORED, Store
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -32,7 +32,8 @@ MOST_CASES = 15 * LANES
 
 _CHUNK_SECONDS = 5.0
 _CHUNK_BYTES = 64e6
-_PILOT_SECONDS = 0.3
+_PILOT_SECONDS = 1.0
+"""Shortest time of the runs of an estimate: a single case does not fill the vector lanes."""
 
 
 @dataclass(frozen=True)
@@ -63,22 +64,22 @@ def estimate(design: Design) -> Estimate:
     # the first run of a law compiles
     run_chunk(chunk_of(design, 0, (0,)))
     n = design.n_cases
-    tried = 1
+    most, tried = min(MOST_CASES, n), 1
     while True:
         places = tuple(sorted({k * (n - 1) // max(tried - 1, 1) for k in range(tried)}))
         start = time.perf_counter()
         finished = run_chunk(chunk_of(design, 0, places))
         spent = time.perf_counter() - start
-        if spent > _PILOT_SECONDS or tried >= min(MOST_CASES, n):
+        if spent > _PILOT_SECONDS or tried >= most:
             break
-        tried = min(LANES * tried, MOST_CASES, n)
+        tried = min(LANES * tried, most)
     seconds = spent / len(places)
     size = (len(finished.table) + sum(map(len, finished.histories.values()))) / len(places)
     histories = design.plan.histories
     if isinstance(histories, list):
         size = len(finished.table) / len(places)
-    most = min(_CHUNK_SECONDS / seconds, _CHUNK_BYTES / size, MOST_CASES)
-    return Estimate(n, design.n_runs, seconds * n, size * n, max(1, int(most)))
+    per_chunk = min(_CHUNK_SECONDS / seconds, _CHUNK_BYTES / size, MOST_CASES)
+    return Estimate(n, design.n_runs, seconds * n, size * n, max(1, int(per_chunk)))
 
 
 @checked
@@ -172,8 +173,9 @@ def run_design(
             cases_per_chunk = expected.cases_per_chunk
             store.begin(content, cases_per_chunk)
             # marks the folder as results, even if the process is killed
-            write_contents(store.folder, f"Sweep {design.plan.name}")
+            write_contents(store.folder, f"Sweep {design.plan.name}", STORED)
         with store.locked():
+            store.remove_pages()
             if store.table.is_file():
                 store.reopen(cases_per_chunk)
             done = store.finished()
@@ -188,6 +190,7 @@ def run_design(
                 if progress is not None:
                     progress(finished.n_runs, finished.n_failed)
             store.close()
+            write_contents(store.folder, f"Sweep {design.plan.name}")
         return Sweep(store.folder)
 
 

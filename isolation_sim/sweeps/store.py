@@ -20,11 +20,18 @@ import numpy as np
 
 from ..errors import InputError
 from ..io.columns import column_names, columns_bytes, read_columns, write_columns
+from ..io.results_folder import check_free
 from .chunk import Finished
 from .design import differences
 
 FORMAT = 2
 """Version of the folder's format; version 1 had Parquet tables."""
+
+STORED = ("manifest.json", "chunks", "table.npz", "histories")
+"""Files and folders of a sweep, finished or not."""
+
+DRAWINGS = ("comparison", "map", "sensitivity")
+"""Figures of a sweep."""
 
 _AT_ONCE = 4_000_000
 """Largest number of values in memory while chunks are joined."""
@@ -50,12 +57,9 @@ class Store:
 
     def check_free(self) -> None:
         """Refuse a folder that is not empty."""
-        if self.folder.is_file():
-            raise InputError(f"{self.folder}: a file; expected: a new folder")
-        there = self.folder.iterdir() if self.folder.exists() else ()
+        there = self.folder.iterdir() if self.folder.is_dir() else (self.folder,)
         if not all(path.name.endswith(_LEFT_OVER) for path in there):
-            remedy = ", --overwrite, or --resume to continue" if self.exists() else ""
-            raise InputError(f"{self.folder}: is not empty; expected: a new folder{remedy}")
+            check_free(self.folder, resumable=self.exists())
 
     def begin(self, content: dict[str, Any], cases_per_chunk: int) -> None:
         """Create the folder."""
@@ -117,6 +121,12 @@ class Store:
                     f"{self.folder}: another process runs this sweep; expected: wait for it"
                 ) from None
             yield
+
+    def remove_pages(self) -> None:
+        """Remove report and figures, which show fewer runs than there will be."""
+        drawings = [f"figures/{name}{end}" for name in DRAWINGS for end in (".svg", ".png")]
+        for name in ("report.html", *drawings):
+            (self.folder / name).unlink(missing_ok=True)
 
     def finished(self) -> set[int]:
         """Numbers of the complete chunks; incomplete ones are removed."""

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
 from ..io.json_text import json_text
-from ..io.results_folder import files_into, write_contents
+from ..io.results_folder import check_free, files_into, write_contents
 from ..rendering import Printed, render
 from ..search_range import SearchRange
 from .intervals import MARGIN, MeanInterval, mean_interval
@@ -340,9 +340,7 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
                     "arguments and files, or another folder"
                 )
         return Tuning(stored.content, stored.trials)
-    if folder.is_file() or (folder.is_dir() and any(folder.iterdir())):
-        remedy = ", --overwrite, or --resume to continue" if there.exists() else ""
-        raise InputError(f"{folder}: is not empty; expected: a new folder{remedy}")
+    check_free(folder, resumable=there.exists())
     new.save_state(folder)
     # marks the folder as results, even if the search is killed
     write_contents(folder, f"Tuning of {new.controller}")

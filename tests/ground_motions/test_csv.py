@@ -49,6 +49,7 @@ def test_a_written_file_says_what_it_holds(tmp_path):
     assert lines[0] == "# el_centro_1940_ns"
     assert "version of Chopra" in lines[1]
     assert lines[2] == "time_s,ground_acceleration_m_s2"
+    assert all(len(line.partition(",")[0]) <= 5 for line in lines[3:])
 
 
 def test_a_file_that_cannot_be_written(tmp_path, refused):

@@ -239,7 +239,9 @@ def test_bad_downloads_are_refused_by_name(tmp_path):
     (tmp_path / "no.zip").write_text("no zip file")
     with pytest.raises(InputError, match=r"no.zip: given no zip file"):
         read_peer(tmp_path / "no.zip")
-    with pytest.raises(InputError, match="no folder"):
+    with pytest.raises(InputError, match="given a file; expected: a folder"):
+        read_folder(__file__)
+    with pytest.raises(InputError, match="a folder that does not exist"):
         read_folder(tmp_path / "missing")
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="no file of a record"):

@@ -178,6 +178,22 @@ def test_the_report_is_operated(swept, opened, until, tmp_path, cut_off):
     assert failed.locator("tbody tr:visible").count() == 2
 
 
+def test_a_result_is_once_among_the_best_runs(swept, opened, tmp_path):
+    """Of a quantity that no controller depends on; the lines are of all controllers."""
+    twice = Sweep(swept.folder)
+    more = swept.table.assign(case=swept.table["case"] + 6, isolators=7.0)
+    vars(twice)["table"] = pandas.concat([swept.table, more], ignore_index=True)
+    page = opened(twice.to_html(tmp_path / "report.html"))
+    assert page.locator(".explorer tbody tr").count() == 8
+    assert page.locator(".explorer output").inner_text() == "16 of 16 runs"
+    lines = page.evaluate(
+        "document.querySelector('.explorer .plot').data.map((t) => [t.name, t.x.length])"
+    )
+    assert [name for name, _ in lines] == ["other runs", "passive off", "on-off", "best"]
+    per_run = lines[-1][1]
+    assert lines[0][1] == 16 * per_run and lines[1][1] == lines[2][1] == 4 * per_run
+
+
 def test_a_study_is_shown_with_its_table_and_figures(tmp_path):
     (tmp_path / "two_maps.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
     rows = [["far", "1.5", "a"], ["far", "1.5", "b"], ["near", "2", "c"]]

@@ -453,13 +453,16 @@ def test_figures(tmp_path, monkeypatch, name):
 
 def test_command(tmp_path, monkeypatch):
     monkeypatch.setattr("studies.papers.study.PAPERS", {"paper_003": PAPERS["paper_003"]})
-    out = tmp_path / "papers"
-    for expected in (out, tmp_path / "papers-2"):  # never overwritten
-        result = CliRunner().invoke(app, ["study", "papers", "--out", str(out), "--no-figures"])
+    monkeypatch.chdir(tmp_path)
+    out = Path("results/papers")
+    for expected in (out, Path("results/papers-2")):  # never overwritten
+        result = CliRunner().invoke(app, ["study", "papers", "--no-figures"])
         assert result.exit_code == 0
         assert "reproduced" in result.stdout and str(expected) in result.stdout.splitlines()[-1]
         names = {path.name for path in expected.iterdir()}
         assert names == {"README.txt", "paper_003.csv", "report.html"}
+    result = CliRunner().invoke(app, ["study", "papers", "--out", str(out), "--no-figures"])
+    assert "is not empty" in str(result.exception)
 
 
 def test_the_page_shows_every_number(outcome):

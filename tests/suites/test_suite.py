@@ -161,6 +161,7 @@ def test_a_suite_that_was_stopped_goes_on(folder, suite, monkeypatch):
     assert after[0] == 4  # what was finished
     assert sum(after) == 8
     pd.testing.assert_frame_equal(resumed.table, suite.table)
+    assert "isolation-sim suite scenario.toml runs it again" in (out / "README.txt").read_text()
     changed = Scenario.from_toml(SCENARIO.replace("= 1.0, ground", "= 2.0, ground"), folder)
     with pytest.raises(InputError, match="the suite has changed since"):
         run_suite(changed, out, resume=True)
@@ -261,7 +262,7 @@ def test_the_command_prints_tables_and_json(folder, suite, capsys):
     ("old", "new", "said"),
     [
         ('folder = "records"', "", "expected: one of folder, files, peer"),
-        ('"records"', '"missing"', "given no folder"),
+        ('"records"', '"missing"', "given a folder that does not exist"),
         ('rule = "en1998_1_2004"', 'rule = "en1998"', "unknown rule 'en1998'"),
         ('ground = "B"', 'ground = "F"', "ground"),
         ("a_g_m_s2 = 1.0", "a_g_m_s2 = 50.0", "expected: a higher limit"),
@@ -274,6 +275,7 @@ def test_bad_input_is_one_line(folder, tmp_path, capsys, old, new, said):
     assert code == 2
     assert said in error
     assert len(error.strip().splitlines()) == 1
+    assert not (tmp_path / "out").exists()
 
 
 def test_run_refuses_a_suite_and_suite_refuses_one_motion(folder, tmp_path, capsys):

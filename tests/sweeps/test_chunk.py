@@ -9,7 +9,8 @@ import pytest
 
 from isolation_sim.api import run_scenario
 from isolation_sim.io.columns import read_columns
-from isolation_sim.sweeps.chunk import run_chunk
+from isolation_sim.sweeps import run
+from isolation_sim.sweeps.chunk import Finished, run_chunk
 from isolation_sim.sweeps.design import validated
 from isolation_sim.sweeps.run import chunk_of
 
@@ -30,6 +31,21 @@ def mixed():
 @pytest.fixture(scope="module")
 def together(mixed):
     return rows_of(mixed)[0]
+
+
+def test_an_estimate_fills_the_vector_lanes(monkeypatch):
+    """A batch of runs takes hardly longer than one."""
+    now = [0.0]
+
+    def fake(chunk):
+        n = len(chunk.cases)
+        now[0] += 0.4 + 0.002 * n
+        return Finished(0, bytes(n), n, 0)
+
+    monkeypatch.setattr(run, "run_chunk", fake)
+    monkeypatch.setattr(run.time, "perf_counter", lambda: now[0])
+    vary = [{"field": "isolator.count", "low": 0.5, "high": 1.5, "count": 240}]
+    assert run.estimate(design_of(vary=vary)).seconds < 2 * (240 * 0.002 + 2 * 0.4)
 
 
 def test_a_row_is_the_single_run_of_its_case(mixed, together):

@@ -280,6 +280,22 @@ def test_an_unfinished_sweep_can_be_read(tmp_path, small_chunks):
     assert part.table["case"].tolist() == [k for k in range(9) for _ in range(3)]
 
 
+def test_the_report_of_an_unfinished_sweep_says_so_and_goes_with_its_end(tmp_path, small_chunks):
+    folder = tmp_path / "sweep"
+    stopped_after(folder, 3)
+    page = run.Sweep(folder).to_html(folder / "report.html").read_text()
+    assert "This sweep is unfinished" in page
+    (folder / "figures").mkdir()
+    for name in ("map.svg", "mine.svg"):
+        (folder / "figures" / name).write_text("")
+    finished = sweep(plan(), folder, workers=1, resume=True)
+    assert not (folder / "report.html").exists()
+    assert [path.name for path in (folder / "figures").iterdir()] == ["mine.svg"]
+    assert "unfinished" not in finished.to_html(folder / "report.html").read_text()
+    sweep(plan(), folder, workers=1, resume=True)
+    assert (folder / "report.html").exists()
+
+
 def test_killed_before_the_manifest_and_after_the_table(tmp_path, small_chunks, uninterrupted):
     """The two ends, where what is left is no chunk."""
     folder = tmp_path / "sweep"

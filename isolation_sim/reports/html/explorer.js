@@ -26,7 +26,14 @@
 
   function best(chosen, criterion, against) {
     const sign = criterion.more ? -1 : 1;
-    const order = [...chosen].sort((a, b) => sign * (criterion.values[a] - criterion.values[b])).slice(0, data.best);
+    // runs over a quantity that their controller does not depend on have one result
+    const seen = new Set(), order = [];
+    for (const k of [...chosen].sort((a, b) => sign * (criterion.values[a] - criterion.values[b]))) {
+      const found = [controllers.codes[k], ...criteria.map((c) => c.values[k])].join();
+      if (!seen.has(found)) order.push(k);
+      seen.add(found);
+      if (order.length === data.best) break;
+    }
     const columns = against === criterion ? [criterion] : [criterion, against];
     const cell = (tag, text) => Object.assign(document.createElement(tag), { textContent: text });
     const row = (texts, tag) => {
@@ -44,39 +51,42 @@
     root.querySelector("thead").replaceChildren(row(["case", ...fields.map((f) => f.name), ...columns.map((c) => c.name)], "th"));
     root.querySelector("tbody").replaceChildren(...order.map((k) =>
       row([told(cases[k]), ...fields.map((f) => valueOf(f, k)), ...columns.map((c) => result(c.values[k]))], "td")));
-    return order[0];
+    return order;
   }
 
-  // an axis a row, so that names and ends have room on a narrow screen too
-  function drawPaths(chosen, criterion, first) {
+  // an axis a row, so that names and ends have room on a narrow screen too: in a band, which no line crosses
+  const band = 0.36;
+  function drawPaths(chosen, criterion, order) {
     const axes = [...fields.map((f) => ({ name: f.name, values: f.values ?? f.codes, groups: f.values ? null : f.groups })),
       ...new Set([...data.paths.map((k) => criteria[k]), criterion])];
     const every = Math.max(1, Math.ceil(chosen.length / data.lines));
-    const drawn = chosen.filter((k, place) => place % every === 0 || k === first);
+    const drawn = controllers.groups.flatMap((_, code) =>
+      chosen.filter((k) => controllers.codes[k] === code).filter((k, place) => place % every === 0));
     const ends = axes.map(({ values }) => chosen.reduce(([low, high], k) => [Math.min(low, values[k]), Math.max(high, values[k])], [Infinity, -Infinity]));
     const at = (axis, k) => {
       const [low, high] = ends[axis];
       return high > low ? (axes[axis].values[k] - low) / (high - low) : 0.5;
     };
     const line = (runs) => ({
-      x: runs.flatMap((k) => [...axes.map((_, axis) => at(axis, k)), null]),
-      y: runs.flatMap(() => [...axes.keys(), null]),
+      x: runs.flatMap((k) => [...axes.flatMap((_, axis) => [at(axis, k), at(axis, k)]), null]),
+      y: runs.flatMap(() => [...axes.flatMap((_, axis) => [axis - band, axis]), null]),
       type: "scatter", mode: "lines", hoverinfo: "skip",
     });
-    const traces = controllers.groups.map((name, code) => ({
-      ...line(drawn.filter((k) => controllers.codes[k] === code)), name, opacity: 0.45,
-      line: { color: data.looks[code].colour, dash: data.looks[code].dashes || "solid", width: 1 },
+    const coloured = controllers.groups.map((name, code) => ({
+      ...line(order.filter((k) => controllers.codes[k] === code)), name,
+      line: { color: data.looks[code].colour, dash: data.looks[code].dashes || "solid", width: 1.5 },
     }));
-    if (first !== undefined) traces.push({ ...line([first]), name: "best", line: { color: "#000", width: 4 } });
+    const traces = [{ ...line(drawn), name: "other runs", opacity: 0.4, line: { color: "#aaa", width: 0.8 } }, ...coloured];
+    if (order.length) traces.push({ ...line([order[0]]), name: "best", line: { color: data.looks[controllers.codes[order[0]]].colour, width: 4 } });
     draw(paths, traces, (layout) => {
-      layout.shapes = axes.map((_, k) => ({ type: "line", x0: 0, x1: 1, y0: k, y1: k, layer: "below", line: { color: "#777", width: 1 } }));
+      layout.shapes = axes.map((_, k) => ({ type: "rect", x0: -0.02, x1: 1.02, y0: k - band, y1: k, layer: "above", fillcolor: "#eef0f3", line: { width: 0 } }));
       layout.annotations = axes.map(({ name, groups }, k) => {
         const [low, high] = ends[k];
         const between = chosen.length ? [...new Set([low, high].map((end) => (groups ? groups[end] : told(end))))] : ["no run"];
-        return { x: 0, y: k, text: `<b>${escaped(name)}</b>: ${between.map(escaped).join(" to ")}`, xanchor: "left", yanchor: "bottom", yshift: 2, showarrow: false,
-          bgcolor: "rgba(255,255,255,0.85)", borderpad: 1, font: { size: 12 } };
+        return { x: 0, y: k - band / 2, text: `<b>${escaped(name)}</b>: ${between.map(escaped).join(" to ")}`, xanchor: "left", yanchor: "middle", showarrow: false,
+          font: { size: 12 } };
       });
-      layout.yaxis.range = [axes.length - 0.7, -0.8];
+      layout.yaxis.range = [axes.length - 1, -band];
     });
   }
   const escaped = (text) => String(text).replaceAll("&", "&amp;").replaceAll("<", "&lt;");
@@ -129,10 +139,10 @@
     const chosen = [...cases.keys()].filter((k) => wanted.every((code, f) => code === null || fields[f].codes[k] === code));
     output.value = `${chosen.length} of ${cases.length} runs`;
     const criterion = criteria[role("criterion")], against = criteria[role("against")];
-    const first = best(chosen, criterion, against);
-    drawPaths(chosen, criterion, first);
+    const order = best(chosen, criterion, against);
+    drawPaths(chosen, criterion, order);
     drawTrade(chosen, criterion, against);
-    if (map) drawMap(chosen, criterion, fields[role("across")], fields[role("up")], first);
+    if (map) drawMap(chosen, criterion, fields[role("across")], fields[role("up")], order[0]);
   }
 
   root.addEventListener("change", show);

@@ -121,11 +121,11 @@ def _charts(axes: int, mapped: bool) -> tuple[Chart, ...]:
     )  # fmt: skip
     charts = [
         Chart(
-            "Runs over all quantities, one line per run, the best one bold",
+            f"Runs over all quantities: the {_BEST} best in colour, the best one bold, others grey",
             {"data": [], "layout": paths},
             "Each axis is horizontal, with its smallest value at the left; the table lists the "
             "best runs.",
-            height=50 * axes + 40,
+            height=64 * axes,
         ),
         Chart(
             "One criterion against another, one point per run",

@@ -25,6 +25,7 @@ _MOST_FAILED = 200
 def sweep_report(sweep: Sweep, criterion: str) -> Page:
     """Report of a sweep."""
     sweep.check(criterion, sweep.criteria, "criterion")
+    varied = ", ".join(sweep.parameters) or "nothing"
     any_good = bool((sweep.table["status"] == "ok").any())
     chosen: list[Block] = []
     if any_good:
@@ -37,8 +38,8 @@ def sweep_report(sweep: Sweep, criterion: str) -> Page:
         ("Failed runs", [*_failed(sweep)]),
         ("Inputs and versions", [
             Facts({
-                "Sweep": sweep.plan.name + ("" if sweep.finished else ", unfinished"),
-                "Varied": ", ".join(sweep.parameters) or "nothing",
+                "Sweep": sweep.plan.name + _state(sweep),
+                "Varied": varied,
                 "Controllers": ", ".join(map(as_written, sweep.controllers)),
                 "All numbers": "table.npz in the sweep's folder; isolation-sim sweep show "
                                "FOLDER --csv FILE writes them as CSV",
@@ -48,9 +49,13 @@ def sweep_report(sweep: Sweep, criterion: str) -> Page:
     ]  # fmt: skip
     return Page(
         f"Sweep: {sweep.plan.name}",
-        f"{len(sweep.table):,} runs, {', '.join(sweep.parameters) or 'nothing'} varied",
+        f"{len(sweep.table):,} runs{_state(sweep)}, {varied} varied",
         [Section(title, blocks) for title, blocks in parts if blocks],
     )
+
+
+def _state(sweep: Sweep) -> str:
+    return "" if sweep.finished else ", unfinished"
 
 
 def warnings_of(sweep: Sweep) -> list[Block]:
@@ -63,6 +68,14 @@ def _verdict(sweep: Sweep, criterion: str) -> tuple[str, str]:
     table = sweep.table
     failed = len(sweep.failed)
     first = (
+        ""
+        if sweep.finished
+        else (
+            "This sweep is unfinished: the report has the runs so far. isolation-sim sweep PLAN "
+            "--resume continues it. "
+        )
+    )
+    first += (
         f"{len(table):,} runs: {table['case'].nunique():,} cases under "
         f"{len(sweep.controllers)} controller{'s' * (len(sweep.controllers) != 1)}; "
         f"{f'{failed:,} failed' if failed else 'none failed'}."

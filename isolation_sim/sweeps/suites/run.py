@@ -10,11 +10,11 @@ from ground_motions.argument_types import checked
 
 from ...errors import InputError
 from ...io.atomic_write import write_text
-from ...io.results_folder import file_name, is_results, write_contents
+from ...io.results_folder import check_free, file_name, is_results, removed_if_empty, write_contents
 from ...scenario import Scenario
 from ...scenario.job import with_place
 from ...scenario.suite import RecordSuite
-from .prepare import prepare
+from .prepare import INDEX, MOTIONS, prepare
 from .result import SWEEP, Suite
 
 if TYPE_CHECKING:
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 SCENARIO = "scenario.toml"
 MOTION = "motion"
+FILES = (SCENARIO, INDEX, MOTIONS, SWEEP)
+"""Files and folders of a suite, finished or not."""
 
 
 @checked
@@ -72,19 +74,20 @@ def run_suite(
             "or isolation-sim run for one motion"
         )
     folder = Path("results") / file_name(scenario.name) if out is None else Path(out)
-    if not resume and folder.exists() and (folder.is_file() or any(folder.iterdir())):
-        remedy = ", --overwrite, or --resume to continue" if is_results(folder) else ""
-        raise InputError(f"{folder}: is not empty; expected: a new folder{remedy}")
+    if not resume:
+        check_free(folder, resumable=is_results(folder))
     folder = folder.absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    write_contents(folder, f"Suite {scenario.name}")  # marks the folder as results
+    # marks the folder as results, even if the process is killed
+    write_contents(folder, f"Suite {scenario.name}", FILES)
     step = step or (lambda text: None)
     step("building")
-    plant = scenario.model_copy(update={"ground": Scenario().ground}).build().isolated
-    try:
-        index = prepare(section, plant, folder, step)
-    except InputError as error:
-        raise with_place(error, scenario._source, "ground") from None
+    with removed_if_empty(folder):
+        plant = scenario.model_copy(update={"ground": Scenario().ground}).build().isolated
+        try:
+            index = prepare(section, plant, folder, step)
+        except InputError as error:
+            raise with_place(error, scenario._source, "ground") from None
     write_text(scenario.to_toml(), folder / SCENARIO)
     grounds = [
         [{"kind": "record_file", "file": str(folder / file)} for file in motion["files"]]
