@@ -441,6 +441,27 @@ def test_an_implausible_motion_is_told(shake, change, part):
     assert part in line and line in run.warnings()
 
 
+def test_units_that_agree_with_each_other_alone_are_told(shake):
+    """Masses in t and stiffnesses in kN/m beside isolators in N/m; bearings that are too stiff."""
+    masses, storeys = [320.0, 300.0, 180.0], [420e3, 380e3, 190e3]
+    sizes = {"base_mass": 350.0, "heights": [4.5, 3.5, 3.5]}
+    small = iso.shear_building(masses, storeys, **sizes)
+    large = iso.shear_building(
+        [1e3 * m for m in masses], [1e3 * k for k in storeys], **sizes | {"base_mass": 350e3}
+    )
+    for building, stiffness, part in (
+        (small, 8e6, "hardly longer than its fixed-base period of"),
+        (large, 8e9, "hardly longer than its fixed-base period of"),
+        (small, 8e3, "383 kg per storey of 3.83 m; floors have 2000 kg or more"),
+    ):
+        isolated = building.on(iso.law("kelvin_voigt", {"k": stiffness, "c": 0.02 * stiffness}))
+        lines, _ = told(PlausibilityWarning, lambda plant=isolated: iso.simulate(plant, shake))
+        assert any(part in line for line in lines)
+    right = large.on(iso.law("kelvin_voigt", {"k": 8e6, "c": 2e5}))
+    lines, _ = told(PlausibilityWarning, lambda: iso.simulate(right, shake.padded(after=20.0)))
+    assert lines == []
+
+
 def friction(stiffness):
     """A damper that slides at 300 kN, with a spring parallel to it."""
     numbers = {"k": stiffness, "c": 1e3, "alpha": 3e5, "A": 1e3, "beta": 5e2, "gamma": 5e2}

@@ -26,6 +26,10 @@ FIXED_BASE_PERIODS = (0.03, 10.0)
 """Plausible first fixed-base periods, s: from a stiff single storey to a tall tower."""
 ISOLATED_PERIODS = (0.15, 20.0)
 """Plausible first periods of isolated buildings, s."""
+LEAST_ISOLATION = 1.1
+"""Least ratio of the isolated to the fixed-base period of an isolated building."""
+FULL_STOREY, LIGHTEST_FLOOR = 2.5, 2000.0
+"""Height of a storey at full scale, m, and the least mean mass of its floors, kg."""
 LEAST_RIGID_DAMPING = 0.0628
 """Damping of rigid motion over the mass that is said, 1/s: a ratio of 1 % at a period of 2 s."""
 _MOST_REFINED = 50
@@ -252,7 +256,7 @@ _fixed_base_periods: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
 
 @lru_cache(maxsize=256)
 def implausible(isolated: Any, isolated_period: float) -> tuple[str, ...]:
-    """Warnings about implausible periods; ``isolated_period``: of the first mode, s."""
+    """Warnings about implausible periods and masses; ``isolated_period``: of the first mode, s."""
     structure = isolated.structure
     if wrong := implausible_matrices(structure):
         return wrong
@@ -279,10 +283,27 @@ def implausible(isolated: Any, isolated_period: float) -> tuple[str, ...]:
             f"buildings have {low:g} to {high:g} s: check length_scale and force_scale, or give "
             "target_period_s",
         )
-    if fixed > isolated_period:
+    if fixed * LEAST_ISOLATION > isolated_period:
+        relation = "below" if isolated_period < fixed else "hardly longer than"
         return (
-            f"{structure.name} has an isolated period of {isolated_period:.3g} s, below its "
+            f"{structure.name} has an isolated period of {isolated_period:.3g} s, {relation} its "
             f"fixed-base period of {fixed:.3g} s: check the units of masses (kg) and stiffnesses "
             "(N/m), and the isolators' scale",
         )
-    return ()
+    return light_floors(structure)
+
+
+def light_floors(structure: Any) -> tuple[str, ...]:
+    """Warning about masses that are far too small for storeys of this height."""
+    along = np.abs(structure.drift_rows) @ np.abs(structure.influence[:, 0]) > 0
+    if structure.heights is None or not along.any():
+        return ()
+    floor = structure.total_mass / np.count_nonzero(along)
+    height = float(np.mean(structure.heights[along]))
+    if height < FULL_STOREY or floor >= LIGHTEST_FLOOR:
+        return ()
+    return (
+        f"{structure.name} has {floor:.3g} kg per storey of {height:.3g} m; floors have "
+        f"{LIGHTEST_FLOOR:g} kg or more: check for masses in t (expected: kg) and stiffnesses in "
+        "kN/m (expected: N/m)",
+    )
