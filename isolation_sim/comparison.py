@@ -14,6 +14,7 @@ from .errors import Diverged, InputError, unknown_name
 from .io.results_folder import files_into
 from .named_values import Criteria
 from .rendering import Printed, render
+from .simulation.contact import touched
 from .simulation.result import cautions_of, decisions_of
 from .simulation.tested_range import of_runs
 from .written_names import as_written
@@ -159,10 +160,11 @@ class Comparison(Printed):
         -------
         list of str
             Elements beyond the tested deformation, coils beyond the tested current, clamped
-            commands, implausible periods, and cautions of the controllers.
+            commands, implausible periods, contacts with moat walls and end stops, and cautions of
+            the controllers.
         """
         sentences = [*next(iter(self.runs.values())).implausible, *of_runs(self.runs)]
-        sentences += cautions_of(self.runs)
+        sentences += [*touched(self.runs), *cautions_of(self.runs)]
         sentences += [
             f"{as_written(name)}: {run.clamped} commands were clamped to the supply's limits"
             for name, run in self.runs.items()

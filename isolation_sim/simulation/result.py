@@ -17,6 +17,7 @@ from ..io.results_folder import files_into
 from ..named_values import Criteria
 from ..rendering import Printed, render
 from ..written_names import as_written
+from .contact import contacts_of_outputs, touched
 from .plausibility import of_end, of_inputs, of_saved_end
 from .tested_range import Reached, of_runs, peak_currents, reached
 from .trajectory import Trajectory
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 _SAVED = (
     "isolated", "records", "controller", "source", "clamped", "steps", "unresolved", "reached",
     "outputs", "values", "states", "current", "command", "criteria", "energy", "peaks",
-    "reached_of_tests", "implausible", "decisions", "cautions", "end",
+    "reached_of_tests", "implausible", "decisions", "cautions", "end", "contacts",
 )  # fmt: skip
 """Saved and pickled attributes of a run."""
 
@@ -201,6 +202,11 @@ class Run(Printed, Trajectory):
             return of_end(self.isolated, self.modes, self.work)
         return of_saved_end(self.isolated, self.time, self.values)
 
+    @cached_property
+    def contacts(self) -> dict[str, int]:
+        """Number of contacts with each moat wall or end stop, by the element's name."""
+        return contacts_of_outputs(self.isolated, self.outputs.names, self.values)
+
     def warnings(self) -> list[str]:
         """Return warnings about the validity of the results.
 
@@ -209,10 +215,12 @@ class Run(Printed, Trajectory):
         list of str
             Elements beyond the tested deformation, coils beyond the tested current, clamped
             commands, implausible structures and ground motions, a building that moves or is
-            displaced at the end, and cautions of the controller.
+            displaced at the end, contacts with moat walls and end stops, and cautions of the
+            controller.
         """
-        sentences = [*self.implausible, *of_runs({self.controller: self})]
-        sentences += cautions_of({self.controller: self})
+        own = {self.controller: self}
+        sentences = [*self.implausible, *of_runs(own), *touched(own)]
+        sentences += cautions_of(own)
         if self.clamped:
             sentences.append(
                 f"{as_written(self.controller)}: {self.clamped} commands were clamped to the "

@@ -32,6 +32,8 @@ FULL_STOREY, LIGHTEST_FLOOR = 2.5, 2000.0
 """Height of a storey at full scale, m, and the least mean mass of its floors, kg."""
 LEAST_RIGID_DAMPING = 0.0628
 """Damping of rigid motion over the mass that is said, 1/s: a ratio of 1 % at a period of 2 s."""
+LEAST_SWAY = 0.3
+"""Least share of the mass that sways along the ground's directions in a translational mode."""
 _MOST_REFINED = 50
 
 
@@ -51,16 +53,33 @@ class ModalFacts(NamedTuple):
         return f"ModalFacts(periods with damping: {modes})"
 
 
-def modal_facts(isolated: Any, currents: float | Sequence[float]) -> ModalFacts:
-    """Modes with each element linearised at the frequency of the first mode."""
+def modal_facts(
+    isolated: Any, currents: float | Sequence[float], translational: bool = False
+) -> ModalFacts:
+    """Modes with each element linearised at the frequency of the first (translational) mode."""
     frequency = 1.0
     for _ in range(_MOST_REFINED):
         result = _modes_of(isolated.linearised(currents, frequency))
-        first = 1 / result.periods[0]
+        mode = translational_mode(isolated.structure, result.shapes) if translational else 0
+        first = 1 / result.periods[mode]
         if abs(first - frequency) <= 1e-10 * frequency:
             break
         frequency = first
     return result
+
+
+def translational_mode(structure: Any, shapes: NDArray) -> int:
+    """Number of the mode of the longest period that is no torsion; 0 if there is none."""
+    sway = structure.above_foundation[:, : len(structure.horizontal)]
+    masses = np.einsum("ij,ik,kj->j", sway, structure.mass, sway)
+    shares = np.sum((shapes.T @ structure.mass @ sway) ** 2 / masses, axis=1)
+    return int(np.argmax(shares >= LEAST_SWAY))
+
+
+def translational_period(isolated: Any) -> float:
+    """Period of small vibrations without current, of the first mode that is no torsion, s."""
+    modes = modal_facts(isolated, 0.0, translational=True)
+    return float(modes.periods[translational_mode(isolated.structure, modes.shapes)])
 
 
 def _modes_of(structure: Any) -> ModalFacts:
@@ -155,11 +174,13 @@ def with_damping(isolated: Any, device: Device, damping: float) -> Any:
 
 def isolation_elements(isolated: Any) -> list[int]:
     """Indices of the isolators: the elements at the base, without moat walls."""
-    return [
-        e
-        for e, name in enumerate(isolated.element_names)
-        if np.any(isolated.holding[e]) and not name.startswith("moat_wall")
-    ]
+    walls = moat_walls(isolated)
+    return [e for e, held in enumerate(isolated.holding) if np.any(held) and e not in walls]
+
+
+def moat_walls(isolated: Any) -> list[int]:
+    """Indices of the moat walls."""
+    return [e for e, name in enumerate(isolated.element_names) if name.startswith("moat_wall")]
 
 
 def facts(isolated: Any) -> dict[str, str]:
@@ -168,7 +189,9 @@ def facts(isolated: Any) -> dict[str, str]:
     result = {"Mass": f"{1e-3 * structure.total_mass:.5g} t"}
     if structure.base and structure.superstructure:
         with suppress(InputError):
-            result["Fixed-base period"] = f"{isolated.fixed_base().periods()[0]:.3g} s"
+            modes = isolated.fixed_base().modes()
+            result["Fixed-base period"] = f"{modes.periods[0]:.3g} s"
+            result["Damping on a fixed base"] = _damping_text(modes.damping_ratios)
     currents = [0.0]
     for channel in range(isolated.n_channels):
         low, high = isolated.current_range(channel)
@@ -176,10 +199,13 @@ def facts(isolated: Any) -> dict[str, str]:
     sentences = []
     for current in dict.fromkeys(currents):
         with suppress(InputError, ArithmeticError, ValueError):
-            modes = modal_facts(isolated, current)
+            modes = modal_facts(isolated, current, translational=True)
+            k = translational_mode(structure, modes.shapes)
             at = f" at {current:.3g} A" if isolated.n_channels else ""
+            torsion = f"; torsion {modes.periods[0]:.3g} s" if k else ""
             sentences.append(
-                f"{modes.periods[0]:.3g} s{at} (damping {100 * modes.damping_ratios[0]:.2g} %)"
+                f"{modes.periods[k]:.3g} s{at} (damping {100 * modes.damping_ratios[k]:.2g} %"
+                f"{torsion})"
             )
     if sentences and structure.base:
         result["Isolated period at rest"] = ", ".join(sentences)
@@ -197,7 +223,23 @@ def facts(isolated: Any) -> dict[str, str]:
     ]
     if amperes:
         result["Tested current"] = ", ".join(amperes)
+    own, others = (
+        np.array(isolated.element_names)[isolated.control_devices == each].tolist()
+        for each in (True, False)
+    )
+    if isolated.n_channels and others:
+        result["Control devices"] = (
+            f"{', '.join(own)}; J6, J9 and the control device force leave out {', '.join(others)}"
+        )
     return result
+
+
+def _damping_text(ratios: NDArray) -> str:
+    """Damping ratios of the first modes."""
+    texts = [f"{100 * ratio:.3g} %" for ratio in ratios]
+    if len(set(texts)) == 1 and len(texts) > 1:
+        return f"{texts[0]} in every mode"
+    return ", ".join(f"{text} in mode {k}" for k, text in enumerate(texts[:3], 1))
 
 
 @lru_cache(maxsize=256)
