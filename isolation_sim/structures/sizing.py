@@ -147,17 +147,17 @@ def sized(
     return device.scaled(force=float(np.exp(logarithm)))
 
 
-def with_damping(isolated: Any, device: Device, damping: float) -> Any:
+def with_damping(isolated: Any, device: Device, damping: float, name: str = "damping") -> Any:
     """Add dashpots between ground and base to reach a damping ratio of the first mode."""
     from ..laws.kelvin_voigt import LAW
 
     if not (np.isfinite(damping) and 0 <= damping < 1):
-        raise InputError(f"damping is {damping!r}; expected: a ratio, 0 or more and below 1")
+        raise InputError(f"{name} is {damping!r}; expected: a ratio, 0 or more and below 1")
     result = modal_facts(isolated, middle_current(device))
     own = float(result.damping_ratios[0])
     if damping < own:
         raise InputError(
-            f"damping is {damping:g}; expected: {own:.4g} or more, the ratio of building and "
+            f"{name} is {damping:g}; expected: {own:.4g} or more, the ratio of building and "
             "isolators alone"
         )
     held = [e for e, along in zip(isolated.elements, isolated.holding, strict=True) if along.any()]

@@ -152,9 +152,7 @@ def test_all_storeys_that_yield_are_in_the_fixed_base_run():
 def test_torsion_is_named_and_is_not_the_isolated_period():
     """Soft isolators at the middle of the slab leave torsion the longest mode."""
     k = [4e8, 3e8]
-    building = plan_building(
-        [3e5, 3e5], k, k, base_mass=3e5, plan=(24.0, 15.0), damping_ratio=0.03
-    )
+    building = plan_building([3e5, 3e5], k, k, base_mass=3e5, plan=(24.0, 15.0), damping_ratio=0.03)
     bearing = iso.law("kelvin_voigt", {"k": 8e6, "c": 2e5})
     rotation = iso.law("kelvin_voigt", {"k": 8e7, "c": 2e6})
     isolated = building.on(bearing).with_element(rotation, "base_rotation")
