@@ -246,7 +246,10 @@ class Comparison(Printed):
             raise unknown_name("figure", kind, _FIGURES)
         options = {"time_histories": direction, "loops": element}
         chosen = [options[kind]] if kind in options else []
-        return render(f"figures:{_FIGURES[kind]}", self.runs, *chosen)
+        runs = dict(self.runs)
+        if kind == "floor_envelopes" and self.fixed_base is not None:
+            runs[self.fixed_base.controller] = self.fixed_base
+        return render(f"figures:{_FIGURES[kind]}", runs, *chosen)
 
     @checked
     def to_html(self, path: str | Path, scenario: str = "") -> Path:

@@ -125,7 +125,7 @@ SCENARIOS = [
         "[isolator]\ntarget_period_s = 2.0\nlength_scale = 9.0",
         "length_scale and target_period_s are both set",
     ),
-    ("[isolator]\ntarget_period_s = 2.0\ndamping_ratio = 0.001", "damping_ratio is 0.001; expected"),
+    ("[isolator]\ntarget_period_s = 2.0\ndamping_ratio = 0.001", "damping_ratio is 0.001; exp"),
     ("[isolator]\ndesign_displacement_m = 0.1", "needs target_period_s"),
     ("[[isolator.effect]]\nname = 'frction'", "unknown effect 'frction'"),
     ("[[isolator.effect]]\nname = 'coulomb_friction'\nform = 'x'", "unknown form"),

@@ -319,4 +319,6 @@ def _text(number: float | None) -> str:
     if number is None:
         return "-"
     small = number != 0 and abs(number) < 0.01
+    if 9999.5 <= abs(number) < 1e7:
+        return f"{number:.0f}"
     return f"{number:.1e}" if small else f"{number:#.4g}".rstrip(".")
