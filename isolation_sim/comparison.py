@@ -39,6 +39,7 @@ _FIGURES = {
     "loops_in_plan": "loops_in_plan",
     "currents": "currents",
     "floor_envelopes": "floor_envelopes",
+    "floor_spectra": "floor_spectra",
     "energy": "energy_figure",
 }
 """Function of ``isolation_sim.reports.figures`` by the kind of figure."""
@@ -226,10 +227,11 @@ class Comparison(Printed):
 
         Parameters
         ----------
-        kind : {"time_histories", "loops", "loops_in_plan", "currents", "floor_envelopes", "energy"}
+        kind : {"time_histories", "loops", "loops_in_plan", "currents", "floor_envelopes", \
+                "floor_spectra", "energy"}
             Figure of ``isolation_sim.reports.figures``.
         direction : str, optional
-            Direction of the time histories; the first by default.
+            Direction of the time histories and floor spectra; the first by default.
         element : str, optional
             Name of the element of the loops; the first by default.
 
@@ -244,7 +246,7 @@ class Comparison(Printed):
         """
         if kind not in _FIGURES:
             raise unknown_name("figure", kind, _FIGURES)
-        options = {"time_histories": direction, "loops": element}
+        options = {"time_histories": direction, "floor_spectra": direction, "loops": element}
         chosen = [options[kind]] if kind in options else []
         runs = dict(self.runs)
         if kind == "floor_envelopes" and self.fixed_base is not None:

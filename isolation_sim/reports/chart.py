@@ -164,6 +164,19 @@ def touching(runs: Mapping[str, Run], wall: str) -> dict[str, Run]:
     return {name: run for name, run in runs.items() if run.contacts.get(wall)}
 
 
+def floor_spectra(runs: Mapping[str, Run], direction: str | None, looks: Sequence[Look]) -> list:
+    """Spectra of the absolute accelerations (m/s^2) of each level."""
+    lines: dict[str, dict[str, tuple[NDArray, NDArray]]] = {}
+    for name, run in runs.items():
+        for level, spectrum in run.floor_spectra(direction=direction).items():
+            lines.setdefault(level, {})[name] = spectrum.period, spectrum.sa
+    by_name = dict(zip(runs, looks, strict=True))
+    return [
+        Panel(level, "Period (s)", "Sa, 5 % (m/s²)", own, by_name, "m/s²", log_x=True)
+        for level, own in lines.items()
+    ]
+
+
 def elements_along(runs: Mapping[str, Run], direction: int) -> list[str]:
     """One element of each kind at the base: isolators, bearings, and walls that are touched."""
     isolated = next(iter(runs.values())).isolated

@@ -7,11 +7,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import NDArray
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from ground_motions import Record, ResponseSpectrum
 from ground_motions.argument_types import checked
 
 from ..archive import FILE, save_archive
+from ..errors import unknown_name
 from ..io.netcdf import write_netcdf
 from ..io.results_folder import files_into
 from ..named_values import Criteria
@@ -19,6 +22,7 @@ from ..rendering import Printed, render
 from ..written_names import as_written
 from .contact import contacts_of_outputs, touched
 from .plausibility import of_end, of_inputs, of_saved_end
+from .quantities import level_dofs
 from .tested_range import Reached, of_runs, peak_currents, reached
 from .trajectory import Trajectory
 
@@ -227,6 +231,48 @@ class Run(Printed, Trajectory):
                 "supply's limits"
             )
         return sentences
+
+    @checked
+    def floor_spectra(
+        self,
+        periods: ArrayLike | None = None,
+        damping: float = 0.05,
+        direction: str | None = None,
+    ) -> dict[str, ResponseSpectrum]:
+        """Return the response spectra of the absolute accelerations of all levels.
+
+        Parameters
+        ----------
+        periods : array_like, shape (m,), optional, s
+            Undamped natural periods; 60 from 0.05 to 5 s by default.
+        damping : float, default 0.05
+            Damping ratio of the oscillators, such as equipment on a floor.
+        direction : str, optional
+            Horizontal direction of ground motion; the first by default.
+
+        Returns
+        -------
+        dict of str to ground_motions.ResponseSpectrum
+            By the name of the level's dof, from below.
+
+        Raises
+        ------
+        InputError
+            If there is no such direction, or an argument cannot be used.
+        """
+        structure = self.isolated.structure
+        names = structure.horizontal
+        if direction is not None and direction not in names:
+            raise unknown_name("direction", direction, names)
+        column = 0 if direction is None else names.index(direction)
+        if periods is None:
+            periods = np.geomspace(0.05, 5.0, 60)
+        result = {}
+        for dof in level_dofs(structure)[:, column]:
+            name = structure.names[dof]
+            floor = Record(self.output(f"{name}_acceleration_m_s2"), self.records[0].dt, name=name)
+            result[name] = floor.spectrum(periods, damping)
+        return result
 
     @checked
     def plot(self, direction: str | None = None, element: str | None = None) -> Figure:
