@@ -156,11 +156,12 @@ def _isolators(isolated: IsolatedStructure) -> dict[str, bool]:
             kind = law.name + ", biaxial" * plan, element.channel is not None
             name = element.name.removesuffix("_x") if plan else element.name
             kinds.setdefault(kind, []).append(name)
-    return {
-        f"{names[0]}{f' to {names[-1]} ({len(names)})' * (len(names) > 1)}:\n"
-        f"{law}{', with coil' * driven}": driven
-        for (law, driven), names in kinds.items()
-    }
+    result = {}
+    for (law, driven), names in kinds.items():
+        several = f"{names[0]} to {names[-1]} ({len(names)})"
+        who = several if len(names) > 2 else " and ".join(names)
+        result[f"{who}:\n{law}{', with coil' * driven}"] = driven
+    return result
 
 
 def _from_above(axes: Axes, isolated: IsolatedStructure) -> None:
