@@ -157,10 +157,10 @@ def _isolators(isolated: IsolatedStructure) -> dict[str, bool]:
             name = element.name.removesuffix("_x") if plan else element.name
             kinds.setdefault(kind, []).append(name)
     result = {}
-    for (law, driven), names in kinds.items():
+    for (kind_of_law, driven), names in kinds.items():
         several = f"{names[0]} to {names[-1]} ({len(names)})"
         who = several if len(names) > 2 else " and ".join(names)
-        result[f"{who}:\n{law}{', with coil' * driven}"] = driven
+        result[f"{who}:\n{kind_of_law}{', with coil' * driven}"] = driven
     return result
 
 
