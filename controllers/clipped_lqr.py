@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions import STANDARD_GRAVITY
-from isolation_sim.errors import InputError
+from isolation_sim.errors import ControllerError
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure, Structure
 from isolation_sim.structures.modes import undamped_modes
 
 from .brysons_rule import BrysonsRule
-from .compiled import Decision
+from .compiled import CompiledController, Decision
 from .force_tracking import (
     MOTION,
     driven_elements,
@@ -25,6 +25,9 @@ from .force_tracking import (
     nearest_currents,
 )
 from .settings import Number, Optional, SearchRange, setting
+
+_MOST_NEWTON = 100
+"""Most steps of Newton's method for a Riccati equation; about 10 are needed."""
 
 # settings: these, the gains, the elements' directions, then those of the force tracking
 N_DOFS, N_ELEMENTS, HEAD = range(3)
@@ -138,7 +141,7 @@ class ClippedLQR(BrysonsRule):
         through = np.zeros((len(outputs), m))
         through[-n:] = on_acceleration / self.largest_acceleration
         weights = outputs.T @ outputs, np.eye(m) + through.T @ through, outputs.T @ through
-        with designing(self.name):
+        with designing(self):
             return unit * regulator_gain(a, b, *weights)
 
 
@@ -148,19 +151,45 @@ def regulator_gain(a: NDArray, b: NDArray, q: NDArray, r: NDArray, s: NDArray) -
 
     cross = np.linalg.solve(r, s.T)
     reduced = q - s @ cross
-    gain, _, _ = control.lqr(a - b @ cross, b, (reduced + reduced.T) / 2, r)
+    try:
+        gain, _, _ = control.lqr(a - b @ cross, b, (reduced + reduced.T) / 2, r)
+    except ValueError:
+        return gain_by_newton(a, b, q, r, s)
     return np.asarray(gain) + cross
 
 
+def gain_by_newton(a: NDArray, b: NDArray, q: NDArray, r: NDArray, s: NDArray) -> NDArray:
+    """Regulator of a stable plant, by Kleinman's iteration (1968) from no control."""
+    # each step is one Lyapunov equation, which also many devices at one place leave well scaled
+    from scipy.linalg import solve_continuous_lyapunov
+
+    if np.linalg.eigvals(a).real.max() >= 0:
+        raise ValueError("the structure on these isolators is not stable")
+    gain = np.zeros(b.T.shape)
+    for _ in range(_MOST_NEWTON):
+        before, closed = gain, a - b @ gain
+        weight = q - s @ gain - gain.T @ s.T + gain.T @ r @ gain
+        cost = solve_continuous_lyapunov(closed.T, -(weight + weight.T) / 2)
+        gain = np.linalg.solve(r, b.T @ cost + s.T)
+        if np.abs(gain - before).max() <= 1e-9 * np.abs(gain).max():
+            return gain
+    raise ValueError("Newton's method does not converge")
+
+
 @contextmanager
-def designing(name: str) -> Iterator[None]:
-    """Raise an error of one line if a Riccati equation has no accurate solution."""
+def designing(controller: CompiledController) -> Iterator[None]:
+    """Raise an error of one line, with the acceptable values, if a design has no solution."""
     try:
         yield
     except ValueError as error:
-        raise InputError(
-            f"{name}: the Riccati equation has no accurate solution with these settings "
-            f"({str(error).partition(';')[0]}); expected: settings that are less far apart"
+        given = ", ".join(
+            f"{name} = {getattr(controller, name):g}"
+            for name in controller.settings
+            if name.startswith("largest_")
+        )
+        raise ControllerError(
+            f"{controller.name} cannot be designed with {given} ({str(error).partition(';')[0]}); "
+            "expected: a smaller largest_force, or a larger largest_acceleration"
         ) from None
 
 

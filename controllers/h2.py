@@ -167,7 +167,7 @@ class H2(CompiledController):
         tracking = force_tracking(driven_elements(nominal, self.name), context)
         reference = tracking.reference(self.reference)
         plant, unit, linear = self.plant(nominal, reference, context.period)
-        with designing(self.name):
+        with designing(self):
             sampled = control.sample_system(plant.controller(), context.period, "bilinear")
         driven = [element.channel is not None for element in nominal.elements]
         head = [nominal.structure.n_dofs, len(sampled.A), len(tracking.elements)]

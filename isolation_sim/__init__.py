@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         TestedRangeWarning,
     )
     from .export.opensees import OpenSeesMaterial, opensees_material
+    from .fragility import Fragility, fit_fragility
     from .identification.campaign import read_campaign
     from .identification.fit import fit
     from .identification.fitted import Fit
@@ -108,6 +109,7 @@ _HOMES = {
     "Diagnosis": ".discrepancy.diagnosis",
     "Diverged": ".errors",
     "Fit": ".identification.fitted",
+    "Fragility": ".fragility",
     "InputError": ".errors",
     "IsolatedStructure": ".structures",
     "OpenSeesMaterial": ".export.opensees",
@@ -137,6 +139,7 @@ _HOMES = {
     "evaluate": ".api",
     "export_results": ".io.interchange",
     "fit": ".identification.fit",
+    "fit_fragility": ".fragility",
     "from_fixed_base": ".structures",
     "from_matrices": ".structures",
     "from_opensees": ".structures",
@@ -179,6 +182,7 @@ __all__ = [
     "Diagnosis",
     "Diverged",
     "Fit",
+    "Fragility",
     "InputError",
     "IsolatedStructure",
     "OpenSeesMaterial",
@@ -208,6 +212,7 @@ __all__ = [
     "evaluate",
     "export_results",
     "fit",
+    "fit_fragility",
     "from_fixed_base",
     "from_matrices",
     "from_opensees",

@@ -11,6 +11,7 @@ from ground_motions.argument_types import checked
 
 from .errors import ControllerWarning, InputError, PlausibilityWarning, TestedRangeWarning, warn
 from .registry import controller as named_controller
+from .simulation.contact import touched
 from .simulation.control import CoilDriver, Control, Sensors
 from .simulation.plausibility import at_end
 from .simulation.result import Run, cautions_of
@@ -88,8 +89,8 @@ def simulate(
     TestedRangeWarning
         If a deformation or a current exceeds those of the device tests.
     PlausibilityWarning
-        If the structure, its isolators or the ground motion are implausible for a building, or if
-        the building moves or is displaced at the end.
+        If the structure, its isolators or the ground motion are implausible for a building, if the
+        building moves or is displaced at the end, or if a moat wall or an end stop is touched.
     ControllerWarning
         If the controller was not made for these conditions.
     AccuracyWarning
@@ -154,8 +155,8 @@ def compare(
     TestedRangeWarning
         If a deformation or a current is beyond those at which the devices were tested.
     PlausibilityWarning
-        If the structure, its isolators or the ground motion are implausible for a building, or if
-        the building moves or is displaced at the end.
+        If the structure, its isolators or the ground motion are implausible for a building, if the
+        building moves or is displaced at the end, or if a moat wall or an end stop is touched.
     ControllerWarning
         If a controller was not made for these conditions.
     """
@@ -414,6 +415,7 @@ def _warn(runs: Mapping[str, Run]) -> None:
         (next(iter(runs.values())).implausible, PlausibilityWarning),
         (beyond_of(runs), TestedRangeWarning),
         (at_end(runs), PlausibilityWarning),
+        (touched(runs), PlausibilityWarning),
         (cautions_of(runs), ControllerWarning),
     ):
         for line in lines:

@@ -14,6 +14,7 @@ from .errors import Diverged, InputError, unknown_name
 from .io.results_folder import files_into
 from .named_values import Criteria
 from .rendering import Printed, render
+from .simulation.contact import touched
 from .simulation.result import cautions_of, decisions_of
 from .simulation.tested_range import of_runs
 from .written_names import as_written
@@ -38,6 +39,7 @@ _FIGURES = {
     "loops_in_plan": "loops_in_plan",
     "currents": "currents",
     "floor_envelopes": "floor_envelopes",
+    "floor_spectra": "floor_spectra",
     "energy": "energy_figure",
 }
 """Function of ``isolation_sim.reports.figures`` by the kind of figure."""
@@ -159,10 +161,11 @@ class Comparison(Printed):
         -------
         list of str
             Elements beyond the tested deformation, coils beyond the tested current, clamped
-            commands, implausible periods, and cautions of the controllers.
+            commands, implausible periods, contacts with moat walls and end stops, and cautions of
+            the controllers.
         """
         sentences = [*next(iter(self.runs.values())).implausible, *of_runs(self.runs)]
-        sentences += cautions_of(self.runs)
+        sentences += [*touched(self.runs), *cautions_of(self.runs)]
         sentences += [
             f"{as_written(name)}: {run.clamped} commands were clamped to the supply's limits"
             for name, run in self.runs.items()
@@ -226,10 +229,11 @@ class Comparison(Printed):
 
         Parameters
         ----------
-        kind : {"time_histories", "loops", "loops_in_plan", "currents", "floor_envelopes", "energy"}
+        kind : {"time_histories", "loops", "loops_in_plan", "currents", "floor_envelopes", \
+                "floor_spectra", "energy"}
             Figure of ``isolation_sim.reports.figures``.
         direction : str, optional
-            Direction of the time histories; the first by default.
+            Direction of the time histories and floor spectra; the first by default.
         element : str, optional
             Name of the element of the loops; the first by default.
 
@@ -244,9 +248,12 @@ class Comparison(Printed):
         """
         if kind not in _FIGURES:
             raise unknown_name("figure", kind, _FIGURES)
-        options = {"time_histories": direction, "loops": element}
+        options = {"time_histories": direction, "floor_spectra": direction, "loops": element}
         chosen = [options[kind]] if kind in options else []
-        return render(f"figures:{_FIGURES[kind]}", self.runs, *chosen)
+        runs = dict(self.runs)
+        if kind == "floor_envelopes" and self.fixed_base is not None:
+            runs[self.fixed_base.controller] = self.fixed_base
+        return render(f"figures:{_FIGURES[kind]}", runs, *chosen)
 
     @checked
     def to_html(self, path: str | Path, scenario: str = "") -> Path:

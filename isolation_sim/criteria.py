@@ -21,7 +21,9 @@ base. A structure without ``heights`` has storeys of equal height, which cancels
 Two definitions are adapted. The devices of the benchmark act beside bearings. A magnetorheological
 isolator is both bearing and damper. F in J6 is therefore the whole force of the isolators, and J6
 is 1 if nothing else carries the building. For the same reason J9 includes the elastic energy of the
-isolators at the end of the record. The uncontrolled structure is the same one with its coils off.
+isolators at the end of the record. Bearings without a coil, beside isolators with one, are no
+control devices: J6 and J9 leave them out. The uncontrolled structure is the same one with its coils
+off.
 
 Five ratios of the same kind use the centre of the base, drifts in m and all levels with the base.
 Another one uses the dissipated energy:
@@ -78,13 +80,16 @@ QUANTITIES = {
     "isolator_force": "isolator_force_N",
     "isolator_displacement": "isolator_displacement_m",
     "drift_ratio": "drift_ratio",
+    "isolation_force": "isolation_force_N",
+    "wall_force": "wall_force_N",
 }
 """Quantities by their attribute of `Response`, named as in the criteria, with units."""
 
-GEOMETRIC = ("isolator_displacement_m", "drift_ratio")
-"""Quantities that need the isolator positions or storey heights."""
+OPTIONAL = ("isolator_displacement_m", "drift_ratio", "isolation_force_N", "wall_force_N")
+"""Quantities of some structures: with isolator positions, storey heights, bearings without a coil
+beside isolators with one, moat walls."""
 
-_RESULTANTS = ("base_shear", "structural_shear", "isolator_force")
+_RESULTANTS = ("base_shear", "structural_shear", "isolator_force", "isolation_force", "wall_force")
 """Attributes with a single column."""
 
 
@@ -112,11 +117,16 @@ class Response:
     structural_shear : (..., n) array
         Shear between superstructure and base, N.
     isolator_force : (..., n) array
-        Resultant of the isolators' forces, N.
+        Resultant of the control devices' forces, N: the isolators with a coil; without any coil,
+        all elements between structure and ground.
     isolator_displacement : (..., n, n_isolators) array, optional
         Displacement of the isolators relative to the ground, m.
     drift_ratio : (..., n, n_storeys) array, optional
         Storey drifts over storey heights.
+    isolation_force : (..., n) array, optional
+        Resultant of all isolators' and bearings' forces, N.
+    wall_force : (..., n) array, optional
+        Resultant of the moat walls' forces, N.
 
     Raises
     ------
@@ -134,6 +144,8 @@ class Response:
     isolator_force: NDArray
     isolator_displacement: NDArray | None = None
     drift_ratio: NDArray | None = None
+    isolation_force: NDArray | None = None
+    wall_force: NDArray | None = None
 
     def __post_init__(self) -> None:
         n = len(self.time)
@@ -171,9 +183,11 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
         ``peak_`` and ``rms_`` of ``base_displacement_m``, ``floor_acceleration_m_s2`` (absolute,
         base included), ``superstructure_acceleration_m_s2`` (without the base), ``drift_m``,
         ``base_shear_N``, ``structural_shear_N`` and ``isolator_force_N``; of
-        ``isolator_displacement_m`` if the isolator positions are known, and of ``drift_ratio``
-        (drift over height) if the storey heights are known. With a reference also
-        ``J1`` to ``J9`` and the ``normalised_`` ratios of the module's docstring (dimensionless).
+        ``isolator_displacement_m`` if the isolator positions are known, of ``drift_ratio`` (drift
+        over height) if the storey heights are known, of ``isolation_force_N`` (all isolators and
+        bearings) if only some of them have a coil, and of ``wall_force_N`` with moat walls. With a
+        reference also ``J1`` to ``J9`` and the ``normalised_`` ratios of the module's docstring
+        (dimensionless).
 
     Raises
     ------

@@ -14,6 +14,7 @@ from isolation_sim.criteria import (
     response_criteria,
     response_of,
 )
+from isolation_sim.scenario.nonlinear import MoatWall
 from isolation_sim.simulation.outputs import output_names
 from isolation_sim.simulation.quantities import level_dofs, storey_rows
 
@@ -360,6 +361,25 @@ def test_isolator_force_leaves_out_what_no_coil_drives():
     values = np.random.default_rng(7).normal(size=(6, len(names)))
     found = response_of(stub_run(with_more, (record,), values)).isolator_force
     assert found == pytest.approx(values[:, names.index("isolator_force_N")])
+
+
+def test_the_isolation_layer_has_bearings_and_the_wall_has_its_own_force():
+    """Without a wall the layer's force is the base shear; J6 keeps to the control device."""
+    bearing, wall = iso.law("kelvin_voigt", {"k": 8e6, "c": 2e5}), MoatWall(
+        gap_m=0.05, stiffness_N_per_m=1e8
+    )  # fmt: skip
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    assert "Control devices" not in isolated.facts()
+    mixed = isolated.with_element(bearing, "base", name="bearing")
+    motion = el_centro_1940().cut(0, 6)
+    values = iso.simulate(mixed, motion).criteria
+    assert values["peak_isolation_force_N"] == pytest.approx(values["peak_base_shear_N"], rel=1e-6)
+    assert values["peak_isolator_force_N"] < 0.8 * values["peak_base_shear_N"]
+    assert "wall_force_N" not in "".join(values)
+    within = wall.added(mixed)
+    run = iso.simulate(within, motion)
+    assert run.criteria["peak_wall_force_N"] > 0 and run.contacts["moat_wall"] > 0
+    assert "leave out bearing, moat_wall" in within.facts()["Control devices"]
 
 
 def test_a_reference_under_another_ground_motion_is_refused(runs):

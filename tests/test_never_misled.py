@@ -15,10 +15,12 @@ import pytest
 import isolation_sim as iso
 from ground_motions import el_centro_1940, near_fault
 from isolation_sim.cli import main
+from isolation_sim.effects import effect, extend
 from isolation_sim.errors import Diverged, InputError, PlausibilityWarning, TestedRangeWarning
 from isolation_sim.io.output_place import check_new_files, check_writable
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.reports.tables import as_text, criteria_tables
+from isolation_sim.scenario.nonlinear import MoatWall
 from isolation_sim.simulation.batch import Case
 from isolation_sim.structures import plan_building
 
@@ -455,6 +457,27 @@ def test_an_implausible_motion_is_told(shake, change, part):
     assert part in line and line in run.warnings()
 
 
+def test_units_that_agree_with_each_other_alone_are_told(shake):
+    """Masses in t and stiffnesses in kN/m beside isolators in N/m; bearings that are too stiff."""
+    masses, storeys = [320.0, 300.0, 180.0], [420e3, 380e3, 190e3]
+    sizes = {"base_mass": 350.0, "heights": [4.5, 3.5, 3.5]}
+    small = iso.shear_building(masses, storeys, **sizes)
+    large = iso.shear_building(
+        [1e3 * m for m in masses], [1e3 * k for k in storeys], **sizes | {"base_mass": 350e3}
+    )
+    for building, stiffness, part in (
+        (small, 8e6, "hardly longer than its fixed-base period of"),
+        (large, 8e9, "hardly longer than its fixed-base period of"),
+        (small, 8e3, "383 kg per storey of 3.83 m; floors have 2000 kg or more"),
+    ):
+        isolated = building.on(iso.law("kelvin_voigt", {"k": stiffness, "c": 0.02 * stiffness}))
+        lines, _ = told(PlausibilityWarning, lambda plant=isolated: iso.simulate(plant, shake))
+        assert any(part in line for line in lines)
+    right = large.on(iso.law("kelvin_voigt", {"k": 8e6, "c": 2e5}))
+    lines, _ = told(PlausibilityWarning, lambda: iso.simulate(right, shake.padded(after=20.0)))
+    assert lines == []
+
+
 def friction(stiffness):
     """A damper that slides at 300 kN, with a spring parallel to it."""
     numbers = {"k": stiffness, "c": 1e3, "alpha": 3e5, "A": 1e3, "beta": 5e2, "gamma": 5e2}
@@ -491,6 +514,27 @@ def test_a_building_that_still_moves_at_the_end_is_told(isolated, tmp_path):
     assert iso.load(run.save(tmp_path / "run")).warnings() == run.warnings()
     quiet = pulse.padded(after=10.0)
     assert told(PlausibilityWarning, lambda: iso.simulate(isolated, quiet))[0] == []
+
+
+def test_contacts_with_walls_and_end_stops_are_told(isolated, shake, tmp_path):
+    """In one run, in a comparison, in many runs, and after loading."""
+    wall = MoatWall(gap_m=0.1, stiffness_N_per_m=1e8).added(isolated)
+    stop = {"gap": 0.004, "stiffness": 1e6, "exponent": 1.0}
+    device = extend(iso.reference_isolators(), [(effect("end_stop", "power"), stop)])
+    stopped = iso.reference_building().on(device)
+    for plant, name in ((wall, "moat_wall"), (stopped, "isolator")):
+        lines, run = told(PlausibilityWarning, lambda plant=plant: iso.simulate(plant, shake))
+        (line,) = (each for each in lines if "touched" in each)
+        beyond = abs(run.output(f"{name}_deformation_m")) > (0.1 if name == "moat_wall" else 0.04)
+        assert run.contacts == {name: np.count_nonzero(np.diff(beyond.astype(int)) == 1)}
+        assert line.endswith(f"passive off {name} {run.contacts[name]}") and line in run.warnings()
+    loaded = iso.load(run.save(tmp_path / "run"))
+    assert loaded.contacts == run.contacts and loaded.warnings() == run.warnings()
+    cases = [Case(wall, shake.scaled(0.1 * k), iso.controller("passive_off")) for k in range(1, 11)]
+    lines, batch = told(PlausibilityWarning, lambda: iso.simulate_many(cases))
+    touching = np.count_nonzero(batch.contacts)
+    assert any(line.startswith(f"{touching} of 10 runs touch") for line in lines)
+    assert batch.contacts[-1] == iso.simulate(wall, shake).contacts["moat_wall"]
 
 
 def test_el_centro_in_the_main_job_is_not_implausible(isolated):

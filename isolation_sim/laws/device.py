@@ -90,10 +90,12 @@ class Device:
                 outside |= values == 0
             if np.any(outside):
                 worst = int(np.argmax(outside))
+                at = f" at {currents[worst]:.4g} A" if self.depends_on_current else ""
+                not_zero = quantity.divides and quantity.lower <= 0 <= quantity.upper
                 raise InputError(
                     f"{self.name}: parameter {quantity.name!r} is {values[worst]:.6g} "
-                    f"{quantity.unit} at {currents[worst]:.4g} A; expected: "
-                    f"{quantity.lower:g} to {quantity.upper:g}{', not 0' * quantity.divides}"
+                    f"{quantity.unit}{at}; expected: "
+                    f"{quantity.lower:g} to {quantity.upper:g}{', not 0' * not_zero}"
                 )
 
     @property

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..criteria import columns
 from ..simulation.quantities import level_dofs, storey_rows
+from ..structures.sizing import moat_walls
 from .style import Look
 
 if TYPE_CHECKING:
@@ -19,6 +20,13 @@ if TYPE_CHECKING:
 
 OVER_TIME = "Time (s)"
 """Horizontal axis of the panels that zoom together on a page."""
+
+
+FIXED_BASE_LOOK = Look("#666666", (1.0, 1.2), "*")
+"""Look of the building on a fixed base, beside controllers."""
+
+_MOST_BEYOND = 3.0
+"""Largest part of an axis that is for the building on a fixed base, over that of isolated ones."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +48,7 @@ class Panel:
     groups: Mapping[str, str] = field(default_factory=dict)  # Name that lines share in the legend
     band: tuple[float, float] | None = None  # Abscissas of a shaded band
     limits: tuple[float, float] | None = None  # Lower and upper end of the vertical axis
+    reach: float | None = None  # Upper end of a horizontal axis from 0
 
 
 def ground_acceleration(run: Run, direction: int) -> Panel:
@@ -100,17 +109,40 @@ def loop(runs: Mapping[str, Run], element: str) -> Panel:
     return Panel(element, "Deformation (mm)", "Force (kN)", lines)
 
 
+def layer_loop(runs: Mapping[str, Run], direction: int) -> Panel:
+    """Force (kN) of all elements at the base over the base's mean displacement (mm)."""
+    lines = {}
+    for name, run in runs.items():
+        isolated, names = run.isolated, run.isolated.structure.names
+        displacement = columns(run, names, "displacement_m")
+        moved = displacement @ isolated.structure.isolation_rows[:, direction].mean(axis=0)
+        force = columns(run, isolated.element_names, "force_N") @ isolated.holding[:, direction]
+        lines[name] = 1e3 * moved, 1e-3 * force
+    title = f"isolation layer{_along(next(iter(runs.values())), direction)}"
+    return Panel(title, "Base displacement (mm)", "Force (kN)", lines)
+
+
 def envelopes(runs: Mapping[str, Run]) -> tuple[Panel, Panel]:
     """Peak absolute acceleration over the levels, and peak drift over the storeys."""
-    structure = next(iter(runs.values())).isolated.structure
+    # a building on a fixed base has no level at the base, and far larger peaks
+    isolated = {name: run for name, run in runs.items() if run.isolated.structure.base} or runs
+    looks = {name: FIXED_BASE_LOOK for name in runs if name not in isolated}
+    structure = next(iter(isolated.values())).isolated.structure
     ends = tuple(f"_{direction}" for direction in structure.directions)
 
     def panel(title: str, x: str, unit: str, key: str, factor: float, names: list) -> Panel:
         labels = [name.rsplit("_", 1)[0] if name.endswith(ends) else name for name in names]
-        peaks = {
-            name: (factor * run.peaks[key], np.arange(len(names))) for name, run in runs.items()
-        }
-        return Panel(f"{title} ({unit})", x, "", peaks, unit=unit, rows=labels)
+        peaks = {}
+        for name, run in runs.items():
+            values = factor * run.peaks[key]
+            peaks[name] = values, np.arange(len(names))[len(names) - len(values) :]
+        largest, most = (
+            max(np.max(peaks[name][0], initial=0.0) for name in some) for some in (runs, isolated)
+        )
+        if largest > _MOST_BEYOND * most:
+            x = f"{x}; {', '.join(looks)} to {largest:.3g}"
+        reach = 1.06 * min(largest, _MOST_BEYOND * most) or None
+        return Panel(f"{title} ({unit})", x, "", peaks, looks, unit, rows=labels, reach=reach)
 
     levels = [structure.names[dof] for dof in level_dofs(structure)[:, 0]]
     storeys = [structure.storeys[row] for row in storey_rows(structure)[:, 0]]
@@ -125,6 +157,37 @@ def element_along(run: Run, direction: int = 0) -> str:
     """Find the element whose loop represents the isolators."""
     along = run.isolated.holding[:, direction]
     return run.isolated.element_names[int(np.argmax(along != 0))]
+
+
+def touching(runs: Mapping[str, Run], wall: str) -> dict[str, Run]:
+    """Runs in which a wall is touched."""
+    return {name: run for name, run in runs.items() if run.contacts.get(wall)}
+
+
+def floor_spectra(runs: Mapping[str, Run], direction: str | None, looks: Sequence[Look]) -> list:
+    """Spectra of the absolute accelerations (m/s^2) of each level."""
+    lines: dict[str, dict[str, tuple[NDArray, NDArray]]] = {}
+    for name, run in runs.items():
+        for level, spectrum in run.floor_spectra(direction=direction).items():
+            lines.setdefault(level, {})[name] = spectrum.period, spectrum.sa
+    by_name = dict(zip(runs, looks, strict=True))
+    return [
+        Panel(level, "Period (s)", "Sa, 5 % (m/s²)", own, by_name, "m/s²", log_x=True)
+        for level, own in lines.items()
+    ]
+
+
+def elements_along(runs: Mapping[str, Run], direction: int) -> list[str]:
+    """One element of each kind at the base: isolators, bearings, and walls that are touched."""
+    isolated = next(iter(runs.values())).isolated
+    walls = [isolated.element_names[e] for e in moat_walls(isolated)]
+    untouched = {name for name in walls if not touching(runs, name)}
+    kinds: dict[tuple, str] = {}
+    for e in np.flatnonzero(isolated.holding[:, direction]).tolist():
+        element = isolated.elements[e]
+        if element.name not in untouched:
+            kinds.setdefault((element.device.law, element.channel), element.name)
+    return list(kinds.values())
 
 
 def _over_time(title: str, short: str, unit: str, lines: Mapping, **more: Any) -> Panel:

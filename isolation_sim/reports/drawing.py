@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..simulation.quantities import level_dofs, storey_rows
+from ..structures.sizing import isolation_elements, moat_walls
 from .style import DOUBLE_COLUMN, new_figure, style
 
 if TYPE_CHECKING:
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
 
 _STOREY = 3.0
 """Storey height in the drawing if the structure has none, m."""
+_COIL, _NO_COIL = "#0072B2", "#A66300"
+"""Colours of isolators with and without a coil."""
+_LINE = 0.29
+"""Height of a line of text, over that of a storey."""
 _WIDTH = 10.0
 """Width of the building in the elevation, m; the elevation is not to scale along x."""
 
@@ -25,7 +30,7 @@ def structure_drawing(isolated: IsolatedStructure) -> Figure:
     """Draw a structure with its isolators, moat walls and soil springs."""
     places = isolated.structure.isolator_positions
     with style():
-        figure = new_figure(DOUBLE_COLUMN, 3.6 if places is None else 7.0)
+        figure = new_figure(DOUBLE_COLUMN, 3.6 if places is None else 7.4)
         if places is None:
             side = figure.subplots(1, 1)
         else:
@@ -55,11 +60,18 @@ def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
         label = name.removesuffix(f"_{structure.directions[0]}")
         axes.text(half + 1.2, level, f"{label}, {1e-3 * structure.mass[dof, dof]:.4g} t",
                   va="center", fontsize=7)  # fmt: skip
-    below = -0.45 * tall
+    below = lowest = -0.45 * tall
     if structure.base:
-        for x in np.linspace(-0.8 * half, 0.8 * half, 4):
-            axes.fill_between([x - 0.5, x + 0.5], below, -thick, color="#0072B2", linewidth=0)
-        axes.text(half + 1.2, (below - thick) / 2, _isolators(isolated), va="center", fontsize=7)
+        kinds = _isolators(isolated)
+        colours = [_COIL if driven else _NO_COIL for driven in kinds.values()] or [_COIL]
+        for k, x in enumerate(np.linspace(-0.8 * half, 0.8 * half, max(4, len(kinds)))):
+            colour = colours[k % len(colours)]
+            axes.fill_between([x - 0.5, x + 0.5], below, -thick, color=colour, linewidth=0)
+        top = -2.2 * thick
+        for text, colour in zip(kinds, colours, strict=False):
+            axes.text(half + 1.2, top, text, va="top", fontsize=7, color=colour)
+            top -= _LINE * tall * (1 + text.count("\n"))
+        lowest = top
     wall = next((text for name, text in device_names.items() if name.startswith("moat_wall")), "")
     if wall:
         for sign in (-1, 1):
@@ -78,13 +90,14 @@ def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
                       linewidth=0.9)  # fmt: skip
         sway = structure.foundation[0]
         rocks = any(structure.names[d].startswith("rocking") for d in structure.foundation)
-        label = f"soil: sway, {1e-6 * structure.stiffness[sway, sway]:.4g} kN/mm"
-        axes.text(half + 1.2, (ground + below) / 2, label + "; rocking" * rocks, va="center",
-                  fontsize=7)  # fmt: skip
-    axes.plot([-1.4 * half, 1.4 * half], [ground, ground], color="0.2", linewidth=1.0)
-    axes.fill_between([-1.4 * half, 1.4 * half], ground - 0.2 * tall, ground, hatch="////",
+        label = f"soil: sway, {1e-6 * structure.stiffness[sway, sway]:.5g} kN/mm"
+        axes.text(half + 1.2, lowest, label + "; rocking" * rocks, va="top", fontsize=7)
+        lowest -= _LINE * tall
+    axes.plot([-1.2 * half, 1.2 * half], [ground, ground], color="0.2", linewidth=1.0)
+    axes.fill_between([-1.2 * half, 1.2 * half], ground - 0.2 * tall, ground, hatch="////",
                       facecolor="white", edgecolor="0.6", linewidth=0)  # fmt: skip
     axes.set_xlim(-2.4 * half, 3.0 * half)
+    axes.set_ylim(min(lowest, ground - 0.2 * tall), z[-1] + 2 * thick)
     axes.set_title(
         "from the side"
         + "; dashed: storeys that yield" * any("_hysteresis" in n for n in device_names),
@@ -121,18 +134,34 @@ def _in_space(axes: Any, structure: Structure) -> None:
     axes.set_box_aspect((*(high - low + 1.0), z[-1] + tall))
     axes.view_init(elev=38.0, azim=-60.0)
     axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="height over the base (m)")
-    axes.set_title("from above: isolators (blue) and floors", loc="left")
+    axes.set_title("from above: isolators\nand floors", loc="left", x=-0.5, y=0.8)
     axes.patch.set_visible(False)
 
 
-def _isolators(isolated: IsolatedStructure) -> str:
-    """Short description of the isolators."""
-    laws = []
+def drawing_title(isolated: IsolatedStructure) -> str:
+    """Contents of the drawing, in words."""
+    parts = ["storeys", *["isolators"] * bool(isolated.structure.base)]
+    parts += ["moat wall"] * bool(moat_walls(isolated))
+    parts += ["soil springs"] * bool(isolated.structure.foundation)
+    *most, last = parts
+    return f"The structure: {', '.join(most)} and {last}" if most else f"The structure: {last}"
+
+
+def _isolators(isolated: IsolatedStructure) -> dict[str, bool]:
+    """Short description of each kind of isolator, and whether it has a coil."""
+    layer, kinds = isolation_elements(isolated), dict[tuple[str, bool], list[str]]()
     for group, law in zip(isolated.groups, isolated.group_laws, strict=True):
-        name = isolated.element_names[group[0]]
-        if np.any(isolated.holding[group[0]]) and not name.startswith("moat_wall"):
-            laws.append(law.name + ", biaxial" * (len(group) > 1))
-    return "isolators: " + ", ".join(dict.fromkeys(laws))
+        if group[0] in layer:
+            element, plan = isolated.elements[group[0]], len(group) > 1
+            kind = law.name + ", biaxial" * plan, element.channel is not None
+            name = element.name.removesuffix("_x") if plan else element.name
+            kinds.setdefault(kind, []).append(name)
+    result = {}
+    for (kind_of_law, driven), names in kinds.items():
+        several = f"{names[0]} to {names[-1]} ({len(names)})"
+        who = several if len(names) > 2 else " and ".join(names)
+        result[f"{who}:\n{kind_of_law}{', with coil' * driven}"] = driven
+    return result
 
 
 def _from_above(axes: Axes, isolated: IsolatedStructure) -> None:
@@ -150,7 +179,7 @@ def _from_above(axes: Axes, isolated: IsolatedStructure) -> None:
     axes.margins(0.15)
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
-    axes.set_title("plan; centre of isolators: +, of mass: o", loc="left")
+    axes.set_title("plan; centre of\nisolators: +, of mass: o", loc="left")
 
 
 def _centre_of_mass(structure: Structure) -> tuple[float, float]:

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from ..simulation.result import Run
 
 SINKS = (
-    ("device_dissipation_J", "dissipated by devices", "0.55", ""),
+    ("device_dissipation_J", "dissipated by all elements", "0.55", ""),
     ("structural_damping_J", "dissipated by structure", "0.8", "////"),
-    ("device_stored_J", "stored in devices", "0.93", "||||"),
+    ("device_stored_J", "stored in all elements", "0.93", "||||"),
     ("strain_J", "strain", "#A6CEE3", "\\\\\\\\"),
     ("kinetic_J", "kinetic", "white", "xxxx"),
 )

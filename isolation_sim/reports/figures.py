@@ -6,6 +6,7 @@ Figures are made without pyplot: they need not be closed, and no window opens. `
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -18,7 +19,7 @@ from ..simulation.result import Run
 from ..written_names import as_written
 from . import chart, panels
 from .energy import draw_ledger, energy_figure
-from .style import DOUBLE_COLUMN, label_outer, legend, new_figure, save, style
+from .style import DOUBLE_COLUMN, label_outer, legend, line_looks, new_figure, save, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,6 +36,7 @@ __all__ = [
     "currents",
     "energy_figure",
     "floor_envelopes",
+    "floor_spectra",
     "loops",
     "loops_in_plan",
     "run_figure",
@@ -226,6 +228,33 @@ def floor_envelopes(runs: Runs) -> Figure:
         if len(by_name) > 1:
             legend(figure, left, "outside upper center")
     return figure
+
+
+@checked
+def floor_spectra(runs: Runs, direction: str | None = None) -> Figure:
+    """Response spectra of the absolute accelerations of the levels, 5 % damping.
+
+    Parameters
+    ----------
+    runs : Run, mapping of str to Run, or sequence of Run
+        Runs, by the name to print or by their controller's.
+    direction : str, optional
+        Direction of ground motion; the first by default.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Two columns wide, one panel per level.
+
+    Raises
+    ------
+    InputError
+        If there are no runs or no such direction.
+    """
+    by_name = panels.name_runs(runs)
+    # many points, at which markers would hide each other
+    looks = [replace(look, marker="") for look in line_looks(len(by_name))]
+    return panels.grid(chart.floor_spectra(by_name, direction, looks), 3, 2.0)
 
 
 @checked

@@ -196,9 +196,10 @@ def envelopes(left: Axes, right: Axes, runs: Mapping[str, Run]) -> None:
                                      (right, drift, "Storey", 0.5)):  # fmt: skip
         styles = line_styles(len(panel.lines), markers=True)
         for look, (name, (peaks, height)) in zip(styles, panel.lines.items(), strict=True):
+            if name in panel.looks:
+                look = panel.looks[name].print_keys()
             axes.plot(peaks, height + shift, label=name, **look)
-        largest = max(np.max(peaks, initial=0.0) for peaks, _ in panel.lines.values())
-        axes.set_xlim(0, 1.06 * largest or 1)
+        axes.set_xlim(0, panel.reach or 1)
         n = len(panel.rows)
         axes.set_ylim(-0.25, n - 0.75 + 2 * shift)
         every = -(-n // LABELS_A_HEIGHT) or 1

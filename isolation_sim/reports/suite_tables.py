@@ -94,6 +94,7 @@ def verdict(suite: Suite) -> list[str]:
             f"With {records} records the {statistic} is the response to design for "
             f"({rule.response_clause})."
         )
+    sentences += _contacts(suite)
     failed = len(suite.sweep.failed)
     if failed:
         sentences.append(
@@ -101,3 +102,21 @@ def verdict(suite: Suite) -> list[str]:
             "controllers have no design value."
         )
     return sentences
+
+
+def _contacts(suite: Suite) -> list[str]:
+    """Runs of each controller that touch a moat wall or an end stop."""
+    if "contacts" not in suite.table:
+        return []
+    touching = suite.table["contacts"].gt(0).groupby(suite.table["controller"], sort=False)
+    listed = [
+        f"{as_written(str(label))} {count} of {touching.size()[label]}"
+        for label, count in touching.sum().items()
+        if count
+    ]
+    if not listed:
+        return []
+    return [
+        f"Motions in which a moat wall or an end stop is touched: {', '.join(listed)}. Their peaks "
+        "come from the impact and can raise the mean far above the median."
+    ]

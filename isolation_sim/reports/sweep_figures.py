@@ -287,4 +287,6 @@ def title_of(criterion: str) -> str:
 
 def _unit_parts(name: str) -> int:
     """Count the parts of a criterion's name, between underscores, that form the unit."""
+    if name.endswith("_ratio"):
+        return 0
     return 2 if name.endswith(("_m_s2", "_m_s")) else 1 if unit_of(name)[0] else 0

@@ -37,7 +37,9 @@ _RESPONSE = {
     "drift_ratio": "storey drift over height",
     "base_shear_N": "base shear",
     "structural_shear_N": "structural shear",
-    "isolator_force_N": "isolator force",
+    "isolator_force_N": "control device force",
+    "isolation_force_N": "isolation layer force",
+    "wall_force_N": "moat wall force",
 }
 
 _GROUPS = {
@@ -49,18 +51,18 @@ _GROUPS = {
         Row("J3", "J3 peak isolator displacement"),
         Row("J4", "J4 peak storey drift ratio"),
         Row("J5", "J5 peak floor acceleration"),
-        Row("J6", "J6 device / base shear"),
+        Row("J6", "J6 control device / base shear"),
         Row("J7", "J7 RMS isolator displacement"),
         Row("J8", "J8 RMS floor acceleration"),
-        Row("J9", "J9 device work / input energy", max),
+        Row("J9", "J9 control work / input energy", max),
     ],
     # energies have no best value
     "Energy at the end": [
         Row("input_J", "input", None),
         Row("field_work_J", "field work", None),
-        Row("device_dissipation_J", "dissipated by devices", None),
+        Row("device_dissipation_J", "dissipated by all elements", None),
         Row("structural_damping_J", "dissipated by structure", None),
-        Row("device_stored_J", "stored in devices", None),
+        Row("device_stored_J", "stored in all elements", None),
         Row("strain_J", "strain", None),
         Row("kinetic_J", "kinetic", None),
         Row("closure_error", "closure error / peak input", None),
@@ -317,4 +319,6 @@ def _text(number: float | None) -> str:
     if number is None:
         return "-"
     small = number != 0 and abs(number) < 0.01
+    if 9999.5 <= abs(number) < 1e7:
+        return f"{number:.0f}"
     return f"{number:.1e}" if small else f"{number:#.4g}".rstrip(".")

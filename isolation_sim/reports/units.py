@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 UNITS = {
+    "drift_ratio": ("%", 1e2),
     "m_s2": ("m/s²", 1.0),
     "m_s": ("m/s", 1.0),
     "s": ("s", 1.0),

@@ -88,7 +88,7 @@ def _peaks(comparison: Comparison, name: str) -> tuple[str, str]:
     )
     share = energy["device_dissipation_J"] / energy["input_J"] if energy["input_J"] else 0.0
     spent = (
-        f"The devices dissipated {100 * share:.0f} % of the input energy of "
+        f"Isolators and other elements dissipated {100 * share:.0f} % of the input energy of "
         f"{_quantity('input_J', energy['input_J'])}; the energy balance closes within "
         f"{energy['closure_error']:.0e} of the peak input."
     )

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from ..errors import InputError
 from ..structures import (
     Structure,
     plan_building,
@@ -17,6 +18,16 @@ from .fields import InputPath, Number, Positive, Section, kind_by_keys
 
 _Row = Annotated[list[Positive], Field(min_length=1)]
 _Ratio = Annotated[float, Field(ge=0, lt=1)]
+
+
+def _check_lengths(section: ShearBuilding | PlanBuilding) -> None:
+    """Refuse a list of another length than that of the floors."""
+    n = len(section.floor_masses_kg)
+    for key, value in section:
+        if key.startswith("storey_") and value is not None and len(value) != n:
+            raise InputError(
+                f"{key} has {len(value)} numbers; expected: {n}, as floor_masses_kg has"
+            )
 
 
 class ReferenceBuilding(Section):
@@ -51,6 +62,7 @@ class ShearBuilding(Section):
 
     def build(self) -> Structure:
         """Return the structure."""
+        _check_lengths(self)
         first, second = self.rayleigh_modes
         return shear_building(
             self.floor_masses_kg,
@@ -89,6 +101,7 @@ class PlanBuilding(Section):
 
     def build(self) -> Structure:
         """Return the structure."""
+        _check_lengths(self)
         a, b = self.plan_m
         x, y = self.eccentricity_m
         return plan_building(

@@ -19,7 +19,7 @@ from ..structures import (
     with_vertical_motion,
 )
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
-from ..structures.sizing import sized
+from ..structures.sizing import sized, with_damping
 from .fields import Coefficients, Number, Positive, Registered, Section
 
 _Parameters = Annotated[
@@ -172,12 +172,11 @@ class Isolator(_Device):
         if self.vertical_period_s is not None:
             structure = with_vertical_motion(structure, self.vertical_period_s)
         loads = self.overturning or self.vertical_period_s is not None
-        return structure.on(
-            device,
-            damping=self.damping_ratio,
-            biaxial=self.biaxial,
-            load_changes=load_change_rows(structure, self.overturning) if loads else None,
-        )
+        changes = load_change_rows(structure, self.overturning) if loads else None
+        isolated = structure.on(device, biaxial=self.biaxial, load_changes=changes)
+        if self.damping_ratio is None:
+            return isolated
+        return with_damping(isolated, device, self.damping_ratio, "damping_ratio")
 
     def sized(self, structure: Structure) -> Isolator:
         """Return the section with scales in place of a target period."""

@@ -37,7 +37,7 @@ class Yielding(Section):
 class MoatWall(Section):
     """An elastic wall without friction around the base, on both sides in every direction."""
 
-    gap_m: Annotated[Positive, Field(description="between base and wall, at rest")]
+    gap_m: Annotated[float, Field(gt=0, le=10, description="between base and wall, at rest")]
     stiffness_N_per_m: Annotated[
         Positive, Field(description="of the wall; if exponent is not 1, the secant at gap / 10")
     ]

@@ -27,6 +27,7 @@ from ..errors import (
 )
 from ..structures import IsolatedStructure
 from ..written_names import as_written
+from .contact import contacts_of_lane
 from .control import CoilDriver, Control, Sensors
 from .inputs import traceable
 from .kernel.loading import compiling
@@ -107,6 +108,8 @@ class Batch:
         Warnings about structure, isolators and ground motion, separated by ``|``.
     cautions : (n_cases,) array of str
         Warnings of the controllers about their use.
+    contacts : (n_cases,) int array
+        Number of contacts with moat walls and end stops.
     """
 
     criteria: dict[str, NDArray]
@@ -120,6 +123,7 @@ class Batch:
     displacement_at_end: NDArray
     implausible: NDArray
     cautions: NDArray
+    contacts: NDArray
 
     def warnings(self) -> list[str]:
         """Return warnings about the validity of the results.
@@ -129,7 +133,8 @@ class Batch:
         list of str
             Each kind with the number of runs: beyond the tested deformations or currents,
             implausible structures and ground motions, a building that moves or is displaced at the
-            end, cautions of controllers, missed tolerances, clamped commands.
+            end, contacts with moat walls and end stops, cautions of controllers, missed tolerances,
+            clamped commands.
         """
         return of_many(vars(self))
 
@@ -190,7 +195,7 @@ def simulate_many(
         If runs exceed the deformations or currents of the device tests.
     PlausibilityWarning
         If structures, isolators or ground motions are implausible, or buildings move or are
-        displaced at the end.
+        displaced at the end, or moat walls or end stops are touched.
     ControllerWarning
         If controllers were not made for these conditions.
     """
@@ -262,6 +267,7 @@ def run_cases(
             if fates[at] is None:
                 matches = reached(lane.isolated, plan.modes[at], work, criteria, currents, at)
                 result.compare(k, matches)
+                result.contacts[k] = contacts_of_lane(lane.isolated, plan.modes[at], work, at)
                 result.end(k, *of_end(lane.isolated, plan.modes[at], work, at))
                 result.implausible[k] = BETWEEN.join(
                     of_inputs(lane.isolated, plan.modes[at], lane.records)
@@ -303,6 +309,7 @@ def run_cases(
             result.unresolved[k] = run.unresolved
             result.compare(k, run.reached_of_tests)
             result.end(k, *run.end)
+            result.contacts[k] = sum(run.contacts.values())
             result.implausible[k] = BETWEEN.join(run.implausible)
             result.cautions[k] = BETWEEN.join(cautions_of({run.controller: run}))
         if progress is not None:
@@ -310,7 +317,7 @@ def run_cases(
     return Batch(
         result.criteria, result.failure, result.diverged, result.clamped, result.unresolved,
         result.deformation, result.current, result.moving, result.displacement,
-        result.implausible, result.cautions,
+        result.implausible, result.cautions, result.contacts,
     )  # fmt: skip
 
 
@@ -347,6 +354,7 @@ class _Collected:
         self.displacement = np.full(n_cases, np.nan)
         self.implausible = np.full(n_cases, "", object)
         self.cautions = np.full(n_cases, "", object)
+        self.contacts = np.zeros(n_cases, int)
 
     def end(self, k: int, moving: bool, displacement: float) -> None:
         self.moving[k], self.displacement[k] = moving, displacement

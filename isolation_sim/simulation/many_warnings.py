@@ -11,7 +11,9 @@ import numpy as np
 from .plausibility import DISPLACED
 from .tested_range import OVER_TESTED, beyond_tests
 
-OF_RUNS = ("unresolved", "moving_at_end", "displacement_at_end", "implausible", "cautions")
+OF_RUNS = (
+    "unresolved", "moving_at_end", "displacement_at_end", "implausible", "cautions", "contacts",
+)  # fmt: skip
 """Names of further quantities by run, in ``Batch`` and in a sweep's table."""
 
 BETWEEN = " | "
@@ -25,6 +27,13 @@ def plausibility_of(runs: Mapping[str, Any]) -> list[str]:
     moving = np.asarray(runs["moving_at_end"], bool)
     aside = np.nan_to_num(np.asarray(runs["displacement_at_end"], float))
     lines = _listed(runs["implausible"])
+    # a table of an earlier release has no such column
+    touched = np.asarray(runs.get("contacts", 0)) > 0
+    if touched.any():
+        lines.append(
+            f"{_of(touched)} touch a moat wall or an end stop, so that their peaks depend on its "
+            "stiffness"
+        )
     if moving.any():
         lines.append(
             f"{_of(moving)} still move at the end, so that RMS values and energies depend on the "
@@ -48,7 +57,7 @@ def of_many(runs: Mapping[str, Any]) -> list[str]:
     lines = []
     if set(OVER_TESTED) <= set(runs):
         lines += beyond_tests(*(runs[name] for name in OVER_TESTED))
-    if set(OF_RUNS) <= set(runs):
+    if {*OF_RUNS} - {"contacts"} <= set(runs):
         lines += [*plausibility_of(runs), *cautions_of_many(runs)]
         missed = np.asarray(runs["unresolved"]) > 0
         if missed.any():

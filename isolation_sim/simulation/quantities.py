@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure, Structure
+from ..structures.sizing import isolation_elements, moat_walls
 
 
 def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str, NDArray]:
@@ -15,7 +16,8 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
     # Floor acceleration, base displacement and storey drift are vectors over the directions of
     # ground motion, at the dofs of these directions: the floors' centres. Rotations have an effect
     # only on forces and isolator displacements. The isolator force is that of the elements with a
-    # coil between structure and ground; without any coil, of all elements between them.
+    # coil between structure and ground; without any coil, of all elements between them. The
+    # isolation force is that of all isolators and bearings, where some have no coil.
     structure = isolated.structure
     n_directions = len(structure.directions)
     index = {name: k for k, name in enumerate(names)}
@@ -38,10 +40,12 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
     slabs = base[_by_direction(structure.influence[base])]
     levels, storeys = level_dofs(structure), storey_rows(structure)
     above = np.isin(levels, structure.superstructure).any(axis=1)
-    holding = isolated.holding
-    driven = np.array([e.channel is not None for e in isolated.elements], dtype=bool)
-    if np.any(holding[driven]):
-        holding = holding * driven[:, np.newaxis]
+    layer, walls = isolation_elements(isolated), moat_walls(isolated)
+    driven = [e for e in layer if isolated.elements[e].channel is not None]
+
+    def resultant(elements: Sequence[int]) -> NDArray:
+        return (isolated.holding[elements].T @ force[elements])[np.newaxis]
+
     result = {
         "base_displacement_m": items(displacement[slabs]),
         "floor_acceleration_m_s2": items(acceleration[levels]),
@@ -51,8 +55,12 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
         "structural_shear_N": -(structure.base_shear_rows(above_base=True) @ acceleration)[
             np.newaxis
         ],
-        "isolator_force_N": (holding.T @ force)[np.newaxis],
+        "isolator_force_N": resultant(driven or [*layer, *walls]),
     }
+    if 0 < len(driven) < len(layer):
+        result["isolation_force_N"] = resultant(layer)
+    if walls:
+        result["wall_force_N"] = resultant(walls)
     if structure.isolator_positions is not None:
         rows = structure.isolator_rows[_outermost(structure.isolator_positions)]
         result["isolator_displacement_m"] = items(rows @ displacement)

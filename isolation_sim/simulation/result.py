@@ -7,17 +7,22 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import NDArray
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
+from ground_motions import Record, ResponseSpectrum
 from ground_motions.argument_types import checked
 
 from ..archive import FILE, save_archive
+from ..errors import unknown_name
 from ..io.netcdf import write_netcdf
 from ..io.results_folder import files_into
 from ..named_values import Criteria
 from ..rendering import Printed, render
 from ..written_names import as_written
+from .contact import contacts_of_outputs, touched
 from .plausibility import of_end, of_inputs, of_saved_end
+from .quantities import level_dofs
 from .tested_range import Reached, of_runs, peak_currents, reached
 from .trajectory import Trajectory
 
@@ -32,7 +37,7 @@ if TYPE_CHECKING:
 _SAVED = (
     "isolated", "records", "controller", "source", "clamped", "steps", "unresolved", "reached",
     "outputs", "values", "states", "current", "command", "criteria", "energy", "peaks",
-    "reached_of_tests", "implausible", "decisions", "cautions", "end",
+    "reached_of_tests", "implausible", "decisions", "cautions", "end", "contacts",
 )  # fmt: skip
 """Saved and pickled attributes of a run."""
 
@@ -201,6 +206,11 @@ class Run(Printed, Trajectory):
             return of_end(self.isolated, self.modes, self.work)
         return of_saved_end(self.isolated, self.time, self.values)
 
+    @cached_property
+    def contacts(self) -> dict[str, int]:
+        """Number of contacts with each moat wall or end stop, by the element's name."""
+        return contacts_of_outputs(self.isolated, self.outputs.names, self.values)
+
     def warnings(self) -> list[str]:
         """Return warnings about the validity of the results.
 
@@ -209,16 +219,60 @@ class Run(Printed, Trajectory):
         list of str
             Elements beyond the tested deformation, coils beyond the tested current, clamped
             commands, implausible structures and ground motions, a building that moves or is
-            displaced at the end, and cautions of the controller.
+            displaced at the end, contacts with moat walls and end stops, and cautions of the
+            controller.
         """
-        sentences = [*self.implausible, *of_runs({self.controller: self})]
-        sentences += cautions_of({self.controller: self})
+        own = {self.controller: self}
+        sentences = [*self.implausible, *of_runs(own), *touched(own)]
+        sentences += cautions_of(own)
         if self.clamped:
             sentences.append(
                 f"{as_written(self.controller)}: {self.clamped} commands were clamped to the "
                 "supply's limits"
             )
         return sentences
+
+    @checked
+    def floor_spectra(
+        self,
+        periods: ArrayLike | None = None,
+        damping: float = 0.05,
+        direction: str | None = None,
+    ) -> dict[str, ResponseSpectrum]:
+        """Return the response spectra of the absolute accelerations of all levels.
+
+        Parameters
+        ----------
+        periods : array_like, shape (m,), optional, s
+            Undamped natural periods; 60 from 0.05 to 5 s by default.
+        damping : float, default 0.05
+            Damping ratio of the oscillators, such as equipment on a floor.
+        direction : str, optional
+            Horizontal direction of ground motion; the first by default.
+
+        Returns
+        -------
+        dict of str to ground_motions.ResponseSpectrum
+            By the name of the level's dof, from below.
+
+        Raises
+        ------
+        InputError
+            If there is no such direction, or an argument cannot be used.
+        """
+        structure = self.isolated.structure
+        names = structure.horizontal
+        if direction is not None and direction not in names:
+            raise unknown_name("direction", direction, names)
+        column = 0 if direction is None else names.index(direction)
+        if periods is None:
+            periods = np.geomspace(0.05, 5.0, 60)
+        result = {}
+        for dof in level_dofs(structure)[:, column]:
+            name = structure.names[dof]
+            floor = Record(self.output(f"{name}_acceleration_m_s2"), self.records[0].dt, name=name)
+            result[name] = floor.spectrum(periods, damping)
+        return result
 
     @checked
     def plot(self, direction: str | None = None, element: str | None = None) -> Figure:

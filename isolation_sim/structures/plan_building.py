@@ -75,9 +75,9 @@ def plan_building(
     k_y = positive_numbers("stiffnesses_y", stiffnesses_y, "N/m")
     centre = matrix("eccentricity", eccentricity, (2,))
     n = m.size
-    for what, row in (("stiffnesses_x", k_x), ("stiffnesses_y", k_y)):
-        if row.size != n:
-            raise InputError(f"{what} has {row.size} numbers; expected: {n}, one per storey")
+    for what, row in (("stiffnesses_x", k_x), ("stiffnesses_y", k_y), ("heights", heights)):
+        if row is not None and len(row) != n:
+            raise InputError(f"{what} has {len(row)} numbers; expected: {n}, one per storey")
     if sides.size != 2:
         raise InputError(f"plan has {sides.size} numbers; expected: the sides along x and y, in m")
     if isolator_positions is None:

@@ -69,6 +69,8 @@ def shear_building(
     slab = positive_numbers("base_mass", base_mass, "kg")
     if m.size != k.size:
         raise InputError(f"{m.size} masses, {k.size} stiffnesses; expected: one of each per storey")
+    if heights is not None and len(heights) != m.size:
+        raise InputError(f"heights has {len(heights)} numbers; expected: {m.size}, one per storey")
     if slab.size != 1:
         raise InputError(f"base_mass has {slab.size} values; expected: one, in kg")
     if damping not in _DAMPING:

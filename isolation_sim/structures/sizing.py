@@ -26,8 +26,14 @@ FIXED_BASE_PERIODS = (0.03, 10.0)
 """Plausible first fixed-base periods, s: from a stiff single storey to a tall tower."""
 ISOLATED_PERIODS = (0.15, 20.0)
 """Plausible first periods of isolated buildings, s."""
+LEAST_ISOLATION = 1.1
+"""Least ratio of the isolated to the fixed-base period of an isolated building."""
+FULL_STOREY, LIGHTEST_FLOOR = 2.5, 2000.0
+"""Height of a storey at full scale, m, and the least mean mass of its floors, kg."""
 LEAST_RIGID_DAMPING = 0.0628
 """Damping of rigid motion over the mass that is said, 1/s: a ratio of 1 % at a period of 2 s."""
+LEAST_SWAY = 0.3
+"""Least share of the mass that sways along the ground's directions in a translational mode."""
 _MOST_REFINED = 50
 
 
@@ -47,16 +53,33 @@ class ModalFacts(NamedTuple):
         return f"ModalFacts(periods with damping: {modes})"
 
 
-def modal_facts(isolated: Any, currents: float | Sequence[float]) -> ModalFacts:
-    """Modes with each element linearised at the frequency of the first mode."""
+def modal_facts(
+    isolated: Any, currents: float | Sequence[float], translational: bool = False
+) -> ModalFacts:
+    """Modes with each element linearised at the frequency of the first (translational) mode."""
     frequency = 1.0
     for _ in range(_MOST_REFINED):
         result = _modes_of(isolated.linearised(currents, frequency))
-        first = 1 / result.periods[0]
+        mode = translational_mode(isolated.structure, result.shapes) if translational else 0
+        first = 1 / result.periods[mode]
         if abs(first - frequency) <= 1e-10 * frequency:
             break
         frequency = first
     return result
+
+
+def translational_mode(structure: Any, shapes: NDArray) -> int:
+    """Number of the mode of the longest period that is no torsion; 0 if there is none."""
+    sway = structure.above_foundation[:, : len(structure.horizontal)]
+    masses = np.einsum("ij,ik,kj->j", sway, structure.mass, sway)
+    shares = np.sum((shapes.T @ structure.mass @ sway) ** 2 / masses, axis=1)
+    return int(np.argmax(shares >= LEAST_SWAY))
+
+
+def translational_period(isolated: Any) -> float:
+    """Period of small vibrations without current, of the first mode that is no torsion, s."""
+    modes = modal_facts(isolated, 0.0, translational=True)
+    return float(modes.periods[translational_mode(isolated.structure, modes.shapes)])
 
 
 def _modes_of(structure: Any) -> ModalFacts:
@@ -124,17 +147,17 @@ def sized(
     return device.scaled(force=float(np.exp(logarithm)))
 
 
-def with_damping(isolated: Any, device: Device, damping: float) -> Any:
+def with_damping(isolated: Any, device: Device, damping: float, name: str = "damping") -> Any:
     """Add dashpots between ground and base to reach a damping ratio of the first mode."""
     from ..laws.kelvin_voigt import LAW
 
     if not (np.isfinite(damping) and 0 <= damping < 1):
-        raise InputError(f"damping is {damping!r}; expected: a ratio, 0 or more and below 1")
+        raise InputError(f"{name} is {damping!r}; expected: a ratio, 0 or more and below 1")
     result = modal_facts(isolated, middle_current(device))
     own = float(result.damping_ratios[0])
     if damping < own:
         raise InputError(
-            f"damping is {damping:g}; expected: {own:.4g} or more, the ratio of building and "
+            f"{name} is {damping:g}; expected: {own:.4g} or more, the ratio of building and "
             "isolators alone"
         )
     held = [e for e, along in zip(isolated.elements, isolated.holding, strict=True) if along.any()]
@@ -151,11 +174,13 @@ def with_damping(isolated: Any, device: Device, damping: float) -> Any:
 
 def isolation_elements(isolated: Any) -> list[int]:
     """Indices of the isolators: the elements at the base, without moat walls."""
-    return [
-        e
-        for e, name in enumerate(isolated.element_names)
-        if np.any(isolated.holding[e]) and not name.startswith("moat_wall")
-    ]
+    walls = moat_walls(isolated)
+    return [e for e, held in enumerate(isolated.holding) if np.any(held) and e not in walls]
+
+
+def moat_walls(isolated: Any) -> list[int]:
+    """Indices of the moat walls."""
+    return [e for e, name in enumerate(isolated.element_names) if name.startswith("moat_wall")]
 
 
 def facts(isolated: Any) -> dict[str, str]:
@@ -164,7 +189,9 @@ def facts(isolated: Any) -> dict[str, str]:
     result = {"Mass": f"{1e-3 * structure.total_mass:.5g} t"}
     if structure.base and structure.superstructure:
         with suppress(InputError):
-            result["Fixed-base period"] = f"{isolated.fixed_base().periods()[0]:.3g} s"
+            modes = isolated.fixed_base().modes()
+            result["Fixed-base period"] = f"{modes.periods[0]:.3g} s"
+            result["Damping on a fixed base"] = _damping_text(modes.damping_ratios)
     currents = [0.0]
     for channel in range(isolated.n_channels):
         low, high = isolated.current_range(channel)
@@ -172,10 +199,13 @@ def facts(isolated: Any) -> dict[str, str]:
     sentences = []
     for current in dict.fromkeys(currents):
         with suppress(InputError, ArithmeticError, ValueError):
-            modes = modal_facts(isolated, current)
+            modes = modal_facts(isolated, current, translational=True)
+            k = translational_mode(structure, modes.shapes)
             at = f" at {current:.3g} A" if isolated.n_channels else ""
+            torsion = f"; torsion {modes.periods[0]:.3g} s" if k else ""
             sentences.append(
-                f"{modes.periods[0]:.3g} s{at} (damping {100 * modes.damping_ratios[0]:.2g} %)"
+                f"{modes.periods[k]:.3g} s{at} (damping {100 * modes.damping_ratios[k]:.2g} %"
+                f"{torsion})"
             )
     if sentences and structure.base:
         result["Isolated period at rest"] = ", ".join(sentences)
@@ -193,7 +223,23 @@ def facts(isolated: Any) -> dict[str, str]:
     ]
     if amperes:
         result["Tested current"] = ", ".join(amperes)
+    own, others = (
+        np.array(isolated.element_names)[isolated.control_devices == each].tolist()
+        for each in (True, False)
+    )
+    if isolated.n_channels and others:
+        result["Control devices"] = (
+            f"{', '.join(own)}; J6, J9 and the control device force leave out {', '.join(others)}"
+        )
     return result
+
+
+def _damping_text(ratios: NDArray) -> str:
+    """Damping ratios of the first modes."""
+    texts = [f"{100 * ratio:.3g} %" for ratio in ratios]
+    if len(set(texts)) == 1 and len(texts) > 1:
+        return f"{texts[0]} in every mode"
+    return ", ".join(f"{text} in mode {k}" for k, text in enumerate(texts[:3], 1))
 
 
 @lru_cache(maxsize=256)
@@ -252,7 +298,7 @@ _fixed_base_periods: WeakKeyDictionary[Any, float] = WeakKeyDictionary()
 
 @lru_cache(maxsize=256)
 def implausible(isolated: Any, isolated_period: float) -> tuple[str, ...]:
-    """Warnings about implausible periods; ``isolated_period``: of the first mode, s."""
+    """Warnings about implausible periods and masses; ``isolated_period``: of the first mode, s."""
     structure = isolated.structure
     if wrong := implausible_matrices(structure):
         return wrong
@@ -279,10 +325,27 @@ def implausible(isolated: Any, isolated_period: float) -> tuple[str, ...]:
             f"buildings have {low:g} to {high:g} s: check length_scale and force_scale, or give "
             "target_period_s",
         )
-    if fixed > isolated_period:
+    if fixed * LEAST_ISOLATION > isolated_period:
+        relation = "below" if isolated_period < fixed else "hardly longer than"
         return (
-            f"{structure.name} has an isolated period of {isolated_period:.3g} s, below its "
+            f"{structure.name} has an isolated period of {isolated_period:.3g} s, {relation} its "
             f"fixed-base period of {fixed:.3g} s: check the units of masses (kg) and stiffnesses "
             "(N/m), and the isolators' scale",
         )
-    return ()
+    return light_floors(structure)
+
+
+def light_floors(structure: Any) -> tuple[str, ...]:
+    """Warning about masses that are far too small for storeys of this height."""
+    along = np.abs(structure.drift_rows) @ np.abs(structure.influence[:, 0]) > 0
+    if structure.heights is None or not along.any():
+        return ()
+    floor = structure.total_mass / np.count_nonzero(along)
+    height = float(np.mean(structure.heights[along]))
+    if height < FULL_STOREY or floor >= LIGHTEST_FLOOR:
+        return ()
+    return (
+        f"{structure.name} has {floor:.3g} kg per storey of {height:.3g} m; floors have "
+        f"{LIGHTEST_FLOOR:g} kg or more: check for masses in t (expected: kg) and stiffnesses in "
+        "kN/m (expected: N/m)",
+    )

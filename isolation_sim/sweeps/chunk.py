@@ -127,6 +127,7 @@ def _alone(row: Row) -> Run | None:
         row.current_over_tested = run.reached_of_tests.current_ratio
         row.unresolved = run.unresolved
         row.moving_at_end, row.displacement_at_end = run.end
+        row.contacts = sum(run.contacts.values())
         row.implausible = BETWEEN.join(run.implausible)
         row.cautions = BETWEEN.join(cautions_of({run.controller: run}))
     except Exception as error:
@@ -156,6 +157,7 @@ def _side_by_side(rows: Sequence[Row]) -> None:
         row.current_over_tested = float(batch.current_over_tested[k])
         row.unresolved = int(batch.unresolved[k])
         row.moving_at_end = bool(batch.moving_at_end[k])
+        row.contacts = int(batch.contacts[k])
         row.displacement_at_end = float(batch.displacement_at_end[k])
         row.implausible, row.cautions = str(batch.implausible[k]), str(batch.cautions[k])
         reason = batch.failure[k]

@@ -69,7 +69,8 @@ class Sweep(Printed):
         ``deformation_over_tested`` and ``current_over_tested`` (peaks over those of the tests of
         the laws; 0 without tests), ``unresolved`` (steps that missed the tolerance),
         ``moving_at_end``, ``displacement_at_end`` (over the base's peak), ``implausible`` and
-        ``cautions`` (warnings as text), then criteria and energies in SI units.
+        ``cautions`` (warnings as text), ``contacts`` (with moat walls and end stops), then
+        criteria and energies in SI units.
         """
         import pandas
 
@@ -88,13 +89,13 @@ class Sweep(Printed):
 
     @cached_property
     def criteria(self) -> tuple[str, ...]:
-        """Columns of results with energies; those of geometry only if it is known."""
-        from .rows import geometric_names
+        """Columns of results with energies, without criteria that the structure lacks."""
+        from .rows import optional_names
 
         columns = list(self.table.columns)
         result = columns[1 + max(columns.index(name) for name in _ACCOUNT if name in columns) :]
-        geometric = [name for name in geometric_names() if name in result]
-        unknown = [name for name in geometric if self.table[name].isna().all()]
+        optional = [name for name in optional_names() if name in result]
+        unknown = [name for name in optional if self.table[name].isna().all()]
         return tuple(name for name in result if name not in unknown)
 
     @cached_property
@@ -130,7 +131,8 @@ class Sweep(Printed):
         list of str
             Each kind with the number of runs: beyond the tested deformations or currents,
             implausible structures and ground motions, a building that moves or is displaced at the
-            end, cautions of controllers, missed tolerances, clamped commands.
+            end, contacts with moat walls and end stops, cautions of controllers, missed tolerances,
+            clamped commands.
         """
         # a table of an earlier release has some of the columns
         known = [name for name in _ACCOUNT if name in self.table]

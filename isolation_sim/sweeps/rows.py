@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..comparison import UNCONTROLLED
-from ..criteria import GEOMETRIC, QUANTITIES, benchmark_criteria
+from ..criteria import OPTIONAL, QUANTITIES, benchmark_criteria
 from ..errors import Diverged, InputError
 from ..simulation.ledger import Ledger
 from ..simulation.many_warnings import OF_RUNS
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .design import CaseSpec
 
 _TYPES = {bool: np.bool_, int: np.int64, float: np.float64, str: np.str_}
-_OF_RUNS = dict(zip(OF_RUNS, (int, bool, float, str, str), strict=True))
+_OF_RUNS = dict(zip(OF_RUNS, (int, bool, float, str, str, int), strict=True))
 
 
 @dataclass
@@ -49,6 +49,7 @@ class Row:
     # implausible, cautions: Warnings about the inputs and of the controller
     implausible: str = ""
     cautions: str = ""
+    contacts: int = 0  # With moat walls and end stops
     # {"ok", "diverged", "refused", "error"}; refused: input that cannot be used, such as a current
     # outside the limits
     status: str = "ok"
@@ -66,9 +67,9 @@ def criteria_names() -> tuple[str, ...]:
     return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in QUANTITIES.values())
 
 
-def geometric_names() -> tuple[str, ...]:
-    """Names of the criteria that need a structure's geometry."""
-    return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in GEOMETRIC)
+def optional_names() -> tuple[str, ...]:
+    """Names of the criteria that some structures lack."""
+    return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in OPTIONAL)
 
 
 def _energy_names() -> tuple[str, ...]:

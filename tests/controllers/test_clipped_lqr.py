@@ -5,15 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import isolation_sim as iso
 from controllers import CurrentMap, controller
-from controllers.clipped_lqr import linear_model, regulator_gain
+from controllers.clipped_lqr import gain_by_newton, linear_model, regulator_gain
 from controllers.device_model import DeviceModel
 from controllers.device_states import SCRATCH, follow_states
 from isolation_sim.errors import InputError
 from isolation_sim.laws import law
 from isolation_sim.laws.hybrid import condition
 from isolation_sim.simulation.run import simulate
-from isolation_sim.structures import reference_building, reference_isolators
+from isolation_sim.structures import plan_building, reference_building, reference_isolators
 
 from .conftest import both_forms, context_of
 
@@ -185,3 +186,35 @@ def test_needs_a_coil():
     one = controller("clipped_lqr")
     with pytest.raises(InputError, match="no element of the nominal model is driven by a coil"):
         one.reset(context_of(one, nominal))
+
+
+def test_isolators_that_move_a_plan_building_alike_are_designed_all_the_same():
+    """Eight forces of three independent ones: the solver by invariant subspaces fails."""
+    stiff = np.array([420e6, 380e6, 330e6, 270e6, 190e6])
+    building = plan_building(
+        [320e3, 300e3, 280e3, 260e3, 180e3], stiff, stiff - [1e8, 1e8, 1e8, 1e8, 8e7],
+        base_mass=350e3, plan=(24.0, 15.0), damping_ratio=0.03, eccentricity=(1.2, 0.0),
+        isolator_positions=[[-12, -7.5], [12, -7.5], [-12, 7.5], [12, 7.5]],
+    )  # fmt: skip
+    isolated = building.on(law("strain_stiffening").scaled(length=25, force=400), biaxial=True)
+    gains = controller("clipped_lqr").force_gains(isolated, np.array([1.5]))
+    assert gains.shape == (8, 36) and np.isfinite(gains).all()
+
+
+def test_newtons_gain_is_that_of_the_riccati_equation():
+    rng = np.random.default_rng(1)
+    a, b = rng.standard_normal((6, 6)) - 4 * np.eye(6), rng.standard_normal((6, 2))
+    outputs, through = rng.standard_normal((8, 6)), rng.standard_normal((8, 2))
+    weights = outputs.T @ outputs, np.eye(2) + through.T @ through, outputs.T @ through
+    np.testing.assert_allclose(
+        gain_by_newton(a, b, *weights), regulator_gain(a, b, *weights), rtol=1e-8, atol=1e-10
+    )
+    with pytest.raises(ValueError, match="not stable"):
+        gain_by_newton(-a, b, *weights)
+
+
+def test_a_design_that_fails_leaves_the_other_controllers(isolated, record):
+    impossible = controller("clipped_lqr", largest_acceleration=1e-9, largest_force=1e9)
+    result = iso.compare(isolated, record, ["passive_off", impossible])
+    assert list(result.runs) == ["passive_off"]
+    assert "largest_acceleration = 1e-09" in result.failures()[0]

@@ -129,7 +129,7 @@ NUMBERS = {"c0": 1e4, "k0": 1e4, "c1": 1e3, "k1": 1e4, "alpha": 1e8}
         ({"current_range": 3.0}, "current_range"),
         ({"current": CurrentDependence.constant({"c0": 1.0})}, "'k0' is missing"),
         ({"current": CurrentDependence.constant(NUMBERS | {"k2": 1.0})}, "unknown parameter 'k2'"),
-        ({"current": CurrentDependence.constant(NUMBERS | {"k1": -1.0})}, "'k1' is -1 N/m at 0 A"),
+        ({"current": CurrentDependence.constant(NUMBERS | {"k1": -1.0})}, "'k1' is -1 N/m;"),
         ({"current": CurrentDependence.constant(NUMBERS | {"c1": 0.0})}, "0 to inf, not 0"),
         (
             {

@@ -14,9 +14,10 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 
 import isolation_sim as iso
+from ground_motions import Record
 from isolation_sim.criteria import response_of
 from isolation_sim.reports import figures
-from isolation_sim.reports.drawing import structure_drawing
+from isolation_sim.reports.drawing import drawing_title, structure_drawing
 from isolation_sim.reports.loops_fitted import fitted_loops
 from isolation_sim.reports.references import of_scenarios
 from isolation_sim.reports.style import (
@@ -374,7 +375,7 @@ def test_yielding_storeys_walls_and_soil_are_drawn_with_units():
     assert "yield shear 1800 kN" in shown
     assert "wall: gap 100 mm,\nstiffness 100 kN/mm" in shown
     sway = 8 * 1800 * 200**2 * 12 / (2 - 0.33)
-    assert f"soil: sway, {1e-6 * sway:.4g} kN/mm" in shown
+    assert f"soil: sway, {1e-6 * sway:.5g} kN/mm" in shown
     # they are no publications
     assert not any("kN" in citation.text for citation in of_scenarios([scenario]))
 
@@ -383,3 +384,27 @@ def test_yielding_storeys_walls_and_soil_are_drawn_with_units():
 def test_very_long_names(name, runs):
     given = {f"{key}_with_a_new_model_of_the_device_and_its_coil": r for key, r in runs.items()}
     check(OF_RUNS[name](given))
+
+
+def test_the_drawing_names_every_kind_of_isolator():
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    bearing = iso.law("kelvin_voigt", {"k": 4e6, "c": 1e5})
+    mixed = isolated.with_element(bearing, "base", name="rubber bearings")
+    shown = [text.get_text() for text in structure_drawing(mixed).axes[0].texts]
+    assert "isolator:\nstrain_stiffening, with coil" in shown
+    assert "rubber bearings:\nkelvin_voigt" in shown
+    assert drawing_title(mixed) == "The structure: storeys and isolators"
+
+
+def test_floor_spectra_are_those_of_the_accelerations(runs):
+    run = runs["passive_off"]
+    found = run.floor_spectra([0.0, 0.5], damping=0.02)
+    assert list(found) == ["base", *(f"floor{k}" for k in range(1, 6))]
+    acceleration = run.output("floor5_acceleration_m_s2")
+    roof = Record(acceleration, run.records[0].dt).spectrum([0.0, 0.5], 0.02)
+    np.testing.assert_array_equal(found["floor5"].sa, roof.sa)
+    assert found["floor5"].sa[0] == pytest.approx(np.abs(acceleration).max(), rel=1e-6)
+    drawn = iso.Comparison(runs).plot("floor_spectra")
+    assert [axes.get_title() for axes in drawn.axes] == list(found)
+    with pytest.raises(iso.InputError, match="direction"):
+        run.floor_spectra(direction="y")

@@ -136,3 +136,53 @@ def test_a_fit_report_is_operated(fit, opened, tmp_path, until):
         page,
         "[...document.querySelectorAll('.plot')].every((plot) => !plot._fullData[1].visible)",
     )
+
+
+@pytest.fixture(scope="module")
+def mixed():
+    """MR isolators beside rubber bearings within a wall that one controller touches."""
+    scenario = iso.Scenario.from_toml(
+        "[ground]\nstop_s = 8.0\n[[element]]\nname = 'rubber bearings'\ndirection = 'base'\n"
+        "law = 'kelvin_voigt'\nparameters = { k = 4e6, c = 1e5 }\n"
+        "length_scale = 1.0\nforce_scale = 1.0\n"
+        "[moat_wall]\ngap_m = 0.1\nstiffness_N_per_m = 1e8\n[simulation]\nfixed_base = true\n"
+        "[[controller]]\nname = 'passive_off'\n[[controller]]\nname = 'passive_on'\n"
+    )
+    return iso.run_scenario(scenario)
+
+
+def test_the_fixed_base_is_in_the_envelopes_and_named_at_the_trade_off(mixed, figures, unpacked):
+    drawn = figures(run_report(mixed).html())
+    trade_off = drawn["Trade-off: the lower left is better"]
+    assert [trace["name"] for trace in trade_off["data"]] == ["passive off", "passive on"]
+    assert trade_off["layout"]["annotations"][0]["text"].startswith("not drawn: fixed base ")
+    (points,) = (t for t in drawn["Peak absolute acceleration (m/s²)"]["data"]
+                 if t["name"] == "fixed base")  # fmt: skip
+    # a fixed base has no level at the base
+    assert unpacked(points["y"]).tolist() == [1, 2, 3, 4, 5]
+    peaks = mixed.fixed_base.peaks["floor_acceleration_m_s2"]
+    np.testing.assert_allclose(unpacked(points["x"]), peaks, rtol=1e-6)
+
+
+def test_every_kind_of_element_at_the_base_has_a_loop(mixed, figures, unpacked):
+    drawn = figures(run_report(mixed).html())
+    kinds = ["isolator", "rubber bearings", "isolation layer"]
+    assert all(f"passive off, {kind}" in drawn for kind in kinds)
+    touching = [name for name, run in mixed.runs.items() if run.contacts["moat_wall"]]
+    walls = [title for title in drawn if title.endswith(", moat_wall")]
+    assert walls == [f"{as_written(name)}, moat_wall" for name in touching]
+    force = unpacked(drawn["passive off, isolation layer"]["data"][0]["y"])
+    run = mixed.runs["passive_off"]
+    total = sum(run.output(f"{name}_force_N") for name in run.isolated.element_names)
+    assert np.abs(force).max() == pytest.approx(1e-3 * np.abs(total).max(), rel=1e-6)
+
+
+def test_columns_and_numbers_of_the_criteria(mixed):
+    table = criteria_table(mixed)
+    assert table.numeric == (False, True, True, True)
+    rows = {row.label: row.cells for row in reversed(table.rows)}
+    ratio = mixed.criteria["passive_off"]["peak_drift_m"]
+    assert float(rows["storey drift, mm"][0].text.rstrip("*")) == pytest.approx(
+        1e3 * ratio, rel=1e-3
+    )
+    assert not any("e+" in cell.text for row in table.rows for cell in row.cells)

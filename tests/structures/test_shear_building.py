@@ -81,7 +81,7 @@ ACCEPTED = {"masses": [1.0, 2.0], "stiffnesses": [3.0, 4.0], "base_mass": 1.0}
         ({"rayleigh_modes": (1, 3)}, "two different modes, 1 to 2"),
         ({"rayleigh_modes": (1, 1)}, "two different modes"),
         ({"rayleigh_modes": 1}, "rayleigh_modes is 1; expected: a list"),
-        ({"heights": [3.0]}, "heights has shape"),
+        ({"heights": [3.0]}, "heights has 1 numbers; expected: 2"),
     ],
 )
 def test_refuses(changes, message):

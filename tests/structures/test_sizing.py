@@ -7,7 +7,7 @@ import isolation_sim as iso
 from isolation_sim.errors import InputError
 from isolation_sim.simulation.run import fixed_base_run
 from isolation_sim.structures import plan_building, yielding_storeys
-from isolation_sim.structures.sizing import implausible, middle_current
+from isolation_sim.structures.sizing import implausible, middle_current, translational_period
 
 MASS, STIFFNESS, DAMPING = 3e5, 4e6, 2e5
 
@@ -147,3 +147,18 @@ def test_all_storeys_that_yield_are_in_the_fixed_base_run():
         for one in (isolated, yielding_storeys(isolated, 1.2e6))
     )
     assert yielding == pytest.approx(elastic, rel=1e-6)
+
+
+def test_torsion_is_named_and_is_not_the_isolated_period():
+    """Soft isolators at the middle of the slab leave torsion the longest mode."""
+    k = [4e8, 3e8]
+    building = plan_building([3e5, 3e5], k, k, base_mass=3e5, plan=(24.0, 15.0), damping_ratio=0.03)
+    bearing = iso.law("kelvin_voigt", {"k": 8e6, "c": 2e5})
+    rotation = iso.law("kelvin_voigt", {"k": 8e7, "c": 2e6})
+    isolated = building.on(bearing).with_element(rotation, "base_rotation")
+    torsion, sway = isolated.periods()[0], translational_period(isolated)
+    assert sway == pytest.approx(2 * np.pi * np.sqrt(9e5 / 8e6), rel=0.05) and torsion > 1.5 * sway
+    facts = isolated.facts()
+    assert facts["Isolated period at rest"].startswith(f"{sway:.3g} s (damping")
+    assert facts["Isolated period at rest"].endswith(f"; torsion {torsion:.3g} s)")
+    assert facts["Damping on a fixed base"] == "3 % in every mode"

@@ -15,8 +15,9 @@ from isolation_sim.reports.suite_figures import spectra_panel
 from isolation_sim.reports.suite_tables import verdict
 from isolation_sim.scenario import Scenario
 from isolation_sim.structures import plan_building, with_vertical_motion
+from isolation_sim.structures.sizing import translational_period
 from isolation_sim.sweeps.suites import Suite, run_suite
-from isolation_sim.sweeps.suites.prepare import isolated_period, prepare
+from isolation_sim.sweeps.suites.prepare import prepare
 
 SCENARIO = """
 name = "three"
@@ -182,6 +183,16 @@ def test_too_few_records_give_no_design_value(suite):
     assert "set isolated_period_s" in " ".join(verdict(other))
 
 
+def test_motions_that_touch_a_wall_are_counted(suite):
+    other = Suite(suite.folder)
+    first = suite.table["motion"] == suite.table["motion"].iloc[0]
+    vars(other)["table"] = suite.table.assign(contacts=first.astype(int))
+    (sentence,) = (each for each in verdict(other) if "touched" in each)
+    total = suite.table["motion"].nunique()
+    assert f"passive off 1 of {total}" in sentence
+    assert not any("touched" in each for each in verdict(suite))
+
+
 def test_two_directions_are_shaken_together(tmp_path):
     ground = el_centro_1940().cut(0.0, 3.0)
     files = [write_csv(ground.scaled(k), tmp_path / f"{k}.csv") for k in (1.0, 0.5)]
@@ -234,7 +245,9 @@ def test_the_isolated_period_of_a_linear_isolator():
     mass, stiffness = 1e5, 4e6
     alone = iso.from_matrices(np.diag([mass]), np.zeros((1, 1)), np.zeros((1, 1)))
     expected = 2 * np.pi * np.sqrt(mass / stiffness)
-    assert isolated_period(alone.on(iso.law("linear", {"k": stiffness}))) == pytest.approx(expected)
+    assert translational_period(alone.on(iso.law("linear", {"k": stiffness}))) == pytest.approx(
+        expected
+    )
 
 
 def run(capsys, *words):

@@ -101,7 +101,7 @@ class Table:
         """Whether each column holds mainly numbers; False for the row labels."""
         result = [False]
         for column in zip(*(row.cells for row in self.rows if row.cells), strict=True):
-            texts = [cell.text for cell in column if cell.text]
+            texts = [cell.text for cell in column if cell.text not in ("", "-")]
             result.append(2 * sum(map(is_number, texts)) >= len(texts))
         return tuple(result)
 

@@ -28,7 +28,7 @@ def panel_chart(
     timed = panel.x == OVER_TIME
     traces = []
     for name, (x, y) in panel.lines.items():
-        look = (looks or panel.looks)[name]
+        look = {**(looks or {}), **panel.looks}[name]
         keep = thinned(most, y) if timed else slice(None)
         pair = over(x[keep], y[keep]) if timed else {"x": numbers(x), "y": numbers(y)}
         shape = {"shape": "hv"} if panel.steps and look.joined else {}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 
 from ..chart import (
     OVER_TIME,
+    Panel,
     base_and_roof,
     coil_current,
-    element_along,
+    elements_along,
     ground_acceleration,
+    layer_loop,
     loop,
+    touching,
 )
 from ..chart import envelopes as level_envelopes
 from ..energy import SINKS, SUPPLY, instants_of, supply
@@ -29,7 +32,7 @@ if TYPE_CHECKING:
 
 # limit for the points of all lines together, which keeps reports of many long runs small
 _POINTS_OVER_TIME = 30_000
-_POINTS_OF_LOOPS = 15_000
+_POINTS_OF_LOOPS, _LEAST_POINTS = 15_000, 1_500
 # light to dark, so that the order shows without colour
 _BY_CURRENT = [[0, "#e8a33d"], [0.5, "#b5367a"], [1, "#1b0c42"]]
 
@@ -38,17 +41,21 @@ def trade_off(
     criteria: Mapping[str, Mapping[str, float]],
     looks: Mapping[str, Look],
     optima: Collection[str] = (),
+    beside: Collection[str] = (),
 ) -> tuple[Chart, Key]:
-    """Peak floor acceleration over peak base displacement, one point per run, and their legend."""
+    """Peak floor acceleration over peak base displacement, one point per run, and their legend.
+
+    The runs named in ``beside`` are not drawn.
+    """
     traces, lines = [], {}
     values = {
         name: (1e3 * each["peak_base_displacement_m"], each["peak_floor_acceleration_m_s2"])
         for name, each in criteria.items()
     }
-    widest, highest = (max(each[k] for each in values.values()) for k in (0, 1))
-    for name, (x, y) in values.items():
-        # a run that has no line in the other charts is the building with a fixed base
-        look = looks.get(name, Look("#666666", marker="*"))
+    # the building with a fixed base is far from the controllers, and is named above the chart
+    shown_values = {name: each for name, each in values.items() if name not in beside} or values
+    for name, (x, y) in shown_values.items():
+        look = looks[name]
         optimum = name in optima
         shown = f"{name}{' (full-information optimum)' * optimum}"
         # an optimum is no controller
@@ -59,13 +66,17 @@ def trade_off(
             "marker": {"symbol": symbol(look), "size": 11, "color": look.colour},
             "hovertemplate": f"{shown}<br>%{{x:.4g}} mm, %{{y:.4g}} m/s²<extra></extra>",
         })  # fmt: skip
+    across, up = (_around([each[k] for each in shown_values.values()]) for k in (0, 1))
     axes = layout(
-        "Peak base displacement (mm)",
-        "Peak floor acceleration (m/s²)",
-        hovermode="closest",
-        xaxis={"range": [-0.02 * widest, 1.05 * widest]},
-        yaxis={"range": [-0.05 * highest, 1.05 * highest]},
-    )
+        "Peak base displacement (mm)", "Peak floor acceleration (m/s²)", hovermode="closest",
+        xaxis={"range": across}, yaxis={"range": up},
+    )  # fmt: skip
+    if beside:
+        far = ", ".join(f"{name} {values[name][1]:.3g} m/s²" for name in beside)
+        axes["annotations"] = [{
+            "text": f"not drawn: {far}", "showarrow": False, "xref": "paper", "yref": "paper",
+            "x": 0.01, "y": 0.99, "xanchor": "left", "yanchor": "top",
+        }]  # fmt: skip
     listed = ", ".join(f"{name} {x:.3g} mm and {y:.3g} m/s²" for name, (x, y) in values.items())
     chart = Chart(
         "Trade-off: the lower left is better",
@@ -74,6 +85,13 @@ def trade_off(
         height=340,
     )
     return chart, Key({}, lines)
+
+
+def _around(values: Sequence[float]) -> list[float]:
+    """Interval around values, wide enough that differences of a few percent look small."""
+    low, high = min(values), max(values)
+    room = max(0.15 * (high - low), 0.05 * high)
+    return [max(low - room, -0.02 * high), high + room]
 
 
 def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[Chart]:
@@ -93,18 +111,24 @@ def time_histories(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> list[C
 
 
 def loops(runs: Mapping[str, Run]) -> list[Gallery]:
-    """Force over deformation of the isolators, coloured by the coil current."""
-    first = next(iter(runs.values()))
-    names = [element_along(first, k) for k in range(len(first.isolated.structure.horizontal))]
-    most = _POINTS_OF_LOOPS // (len(names) * len(runs))
-    return [_loops(runs, name, most) for name in names]
+    """Force over deformation of one element of each kind at the base, and of all together."""
+    isolated = next(iter(runs.values())).isolated
+    panels: list[tuple[Panel, int | None]] = []
+    for direction in range(len(isolated.structure.horizontal)):
+        names = elements_along(runs, direction)
+        for name in names:
+            shown = touching(runs, name) if name.startswith("moat_wall") else runs
+            panels.append((loop(shown, name), isolated.element(name).channel))
+        if len(names) > 1:
+            panels.append((layer_loop(runs, direction), None))
+    most = max(_POINTS_OF_LOOPS // (len(panels) * len(runs)), _LEAST_POINTS)
+    return [_loops(runs, panel, channel, most) for panel, channel in panels]
 
 
-def _loops(runs: Mapping[str, Run], element: str, most: int) -> Gallery:
-    panel = loop(runs, element)
+def _loops(runs: Mapping[str, Run], panel: Panel, channel: int | None, most: int) -> Gallery:
+    """Loops of all runs on equal axes, coloured by the current of a coil."""
     deformation = {name: x for name, (x, _) in panel.lines.items()}
     force = {name: y for name, (_, y) in panel.lines.items()}
-    channel = next(iter(runs.values())).isolated.element(element).channel
     currents = {n: _current(run, channel) for n, run in runs.items()}
     low, high = span(currents.values(), 0.0)
     axes = layout(
@@ -114,24 +138,29 @@ def _loops(runs: Mapping[str, Run], element: str, most: int) -> Gallery:
     )  # fmt: skip
     bar = {"title": {"text": "A", "side": "top"}, "thickness": 12, "len": 0.9, "outlinewidth": 0}
     charts = []
-    for name in runs:
+    for name in panel.lines:
         keep = thinned(most, deformation[name], force[name])
         trace = {
             "type": "scatter", "mode": "lines+markers", "meta": name,
             "x": numbers(deformation[name][keep]), "y": numbers(force[name][keep]),
             "line": {"color": "#a0a0a0", "width": 0.8},
             "marker": {
-                "size": 3.5, "color": numbers(currents[name][keep]), "colorscale": _BY_CURRENT,
+                "size": 3.5, "colorscale": _BY_CURRENT,
+                "color": "#404040" if channel is None else numbers(currents[name][keep]),
                 "cmin": low, "cmax": high, "showscale": channel is not None, "colorbar": bar,
             },
-            "hovertemplate": "%{x:.3g} mm, %{y:.4g} kN<br>%{marker.color:.3g} A<extra></extra>",
+            "hovertemplate": "%{x:.3g} mm, %{y:.4g} kN"
+            + "<br>%{marker.color:.3g} A" * (channel is not None) + "<extra></extra>",
         }  # fmt: skip
         summary = (
             f"{peaks({'deformation': deformation[name]}, 'mm')} "
-            f"{peaks({'force': force[name]}, 'kN')} Currents between "
-            f"{currents[name].min():.3g} and {currents[name].max():.3g} A."
+            f"{peaks({'force': force[name]}, 'kN')}"
         )
-        title = f"{name}, {element}"
+        if channel is not None:
+            summary += (
+                f" Currents between {currents[name].min():.3g} and {currents[name].max():.3g} A."
+            )
+        title = f"{name}, {panel.title}"
         charts.append(Chart(title, {"data": [trace], "layout": axes}, summary, "loop", 300))
     return Gallery(tuple(charts))
 
@@ -143,7 +172,7 @@ def _current(run: Run, channel: int | None) -> NDArray:
 def envelopes(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Gallery:
     """Peak absolute acceleration and peak drift over the height."""
     return Gallery(tuple(
-        panel_chart(panel, looks=looks, height=340, xaxis={"rangemode": "tozero"},
+        panel_chart(panel, looks=looks, height=340, xaxis={"range": [0, panel.reach or 1]},
               yaxis={"range": [-0.4, len(panel.rows) - 0.6]})
         for panel in level_envelopes(runs)
         if panel.rows

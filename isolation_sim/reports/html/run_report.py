@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from ground_motions import STANDARD_GRAVITY
 
+from ...simulation.run import FIXED_BASE
 from ...version import __version__
 from ...written_names import as_written
-from ..drawing import structure_drawing
+from ..chart import FIXED_BASE_LOOK
+from ..drawing import drawing_title, structure_drawing
 from ..references import of_runs
 from ..style import svg_text
 from ..tables import criteria_lines
@@ -48,11 +50,12 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
     look = looks(list(runs))
     left, right = _sides(comparison)
     key, ledgers = energies(runs)
+    beside = {} if comparison.fixed_base is None else {FIXED_BASE: comparison.fixed_base}
     points = comparison.criteria | comparison.baseline
     warnings = (*comparison.failures(), *comparison.warnings())
     sections = [
         Section("Verdict", [
-            *(trade_off(points, look, comparison.optima) if len(points) > 1 else ()),
+            *(trade_off(points, look, comparison.optima, beside) if len(points) > 1 else ()),
             Prose(verdict(comparison), "verdict"),
             *([Prose(tuple(f"Warning: {each}." for each in warnings), "warning")]
               if warnings else []),
@@ -60,16 +63,17 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
         Section("Criteria", [criteria_table(comparison)]),
         Section("Animation", [animation(runs, left, right)]),
         Section("Time histories", [
-            LineChoice(look, "Lines of all charts"),
+            LineChoice(look | dict.fromkeys(beside, FIXED_BASE_LOOK), "Lines of all charts"),
             TimeRange(float(first.time[0]), float(first.time[-1])),
             *time_histories(runs, look),
         ]),
         Section("Isolator loops", [
-            Prose(("Force of the isolators over their deformation; darker colours mean a larger "
-                   "coil current.",)),
+            Prose(("Force over deformation of one isolator of each kind, of moat walls that are "
+                   "touched, and of all elements at the base together; darker colours mean a "
+                   "larger coil current.",)),
             *loops(runs),
         ]),
-        Section("Floor envelopes", [envelopes(runs, look)]),
+        Section("Floor envelopes", [envelopes(runs | beside, look)]),
         Section("Energy", [
             Prose(("The input energy of the ground plus the work of the magnetic field equals the "
                    "stored plus the dissipated energy. The closure error is the largest mismatch "
@@ -77,7 +81,7 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
             key, ledgers,
         ]),
         Section("Structure", [Picture(
-            "The structure: storeys, isolators, moat wall and soil springs",
+            drawing_title(first.isolated),
             svg=svg_text(structure_drawing(first.isolated)),
         )]),
         Section("Inputs and versions", [*_inputs(comparison, scenario)]),

@@ -27,22 +27,12 @@ from ...io.json_text import json_text
 from ...io.results_folder import file_name
 from ...scenario.suite import RecordSuite
 from ...structures import IsolatedStructure
-from ...structures.modes import undamped_modes
+from ...structures.sizing import translational_period
 from ...version import __version__
 
 INDEX = "suite.json"
 MOTIONS = "motions"
 _PLOTTED = (0.02, 60)  # shortest period, s, and number of periods of the suite's spectra
-_FIXED_POINTS = 50
-
-
-def isolated_period(isolated: IsolatedStructure) -> float:
-    """Return the period of small vibrations on the isolators without current."""
-    frequency = 1.0
-    for _ in range(_FIXED_POINTS):
-        linear = isolated.linearised(0.0, frequency)
-        frequency = float(undamped_modes(linear.mass, linear.stiffness)[0][0] / (2 * np.pi))
-    return 1.0 / frequency
 
 
 def prepare(
@@ -65,7 +55,7 @@ def prepare(
             "new folder"
         )
     rule = section.suite_rule
-    period = section.isolated_period_s or isolated_period(isolated)
+    period = section.isolated_period_s or translational_period(isolated)
     step("reading records")
     records, changes = _scaled(section, rule, period, section.records(), step)
     records = [_padded(record, section.quiet_after_s) for record in records]
@@ -94,7 +84,7 @@ def _inputs(section: RecordSuite, isolated: IsolatedStructure) -> dict[str, Any]
     digests = {str(p): hashlib.sha256(p.read_bytes()).hexdigest() for p in section.sources()}
     return {
         "section": section.model_dump(mode="json"),
-        "period_s": section.isolated_period_s or isolated_period(isolated),
+        "period_s": section.isolated_period_s or translational_period(isolated),
         "directions": list(isolated.structure.directions),
         "files": digests,
         "software": f"isolation-sim {__version__}",

@@ -1,0 +1,85 @@
+"""Contacts with moat walls and end stops."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..effects import separate
+from ..structures import IsolatedStructure
+from ..written_names import as_written
+from .modal import Modes
+from .workspace import Workspace, padded
+
+
+class Stop(NamedTuple):
+    """Element with a stop."""
+
+    element: int  # Its number
+    # low, high: Deformations at which the stop begins, m, in the structure's scale
+    low: float
+    high: float
+
+
+@lru_cache(maxsize=256)
+def stops(isolated: IsolatedStructure) -> tuple[Stop, ...]:
+    """Elements that are walls, or have an end stop."""
+    found = []
+    for e, element in enumerate(isolated.elements):
+        for effect, values in separate(element.device)[1]:
+            if effect.cause == "end_stop":
+                length, gap = element.device.length, values.get("gap", 0.0)
+                low, high = values.get("behind", gap), values.get("ahead", gap)
+                found.append(Stop(e, -length * low, length * high))
+    return tuple(found)
+
+
+def contacts_of_outputs(
+    isolated: IsolatedStructure, names: tuple[str, ...], values: NDArray
+) -> dict[str, int]:
+    """Contacts with each stop by the element's name, from all outputs at the samples."""
+    result = {}
+    for stop in stops(isolated):
+        name = isolated.element_names[stop.element]
+        result[name] = _entries(stop, values[:, names.index(f"{name}_deformation_m")])
+    return result
+
+
+def contacts_of_lane(isolated: IsolatedStructure, modes: Modes, work: Workspace, lane: int) -> int:
+    """Contacts with all stops in one lane of a finished block."""
+    n, total = modes.eigenvalues.size, 0
+    n_points, n_pad = len(work.grid.time), padded(work.kernel.shape, n)
+    for stop in stops(isolated):
+        z = work.z.reshape(n_points + 2, 2, n_pad, -1)[work.grid.samples, :, :n, lane]
+        row = isolated.elements[stop.element].device.length * modes.deformation[stop.element, 0]
+        total += _entries(stop, z[:, 0] @ row.real - z[:, 1] @ row.imag)
+    return total
+
+
+def _entries(stop: Stop, deformation: NDArray) -> int:
+    """Number of times that a deformation comes to a stop."""
+    beyond = (deformation < stop.low) | (deformation > stop.high)
+    return int(np.count_nonzero(np.diff(beyond.astype(int), prepend=0) == 1))
+
+
+def touched(runs: Mapping[str, Any]) -> list[str]:
+    """Warning about contacts in several runs (``Run``)."""
+    each = {
+        name: {element: count for element, count in run.contacts.items() if count}
+        for name, run in runs.items()
+    }
+    listed = [
+        f"{as_written(name)} {', '.join(f'{element} {n}' for element, n in counts.items())}"
+        for name, counts in each.items()
+        if counts
+    ]
+    if not listed:
+        return []
+    return [
+        "moat walls or end stops are touched, so that peaks depend on their stiffness; number of "
+        f"contacts: {'; '.join(listed)}"
+    ]
