@@ -7,7 +7,15 @@ import pandas as pd
 import pytest
 
 import isolation_sim as iso
-from ground_motions import Record, el_centro_1940, read_csv, response_spectrum, write_csv
+from ground_motions import (
+    STANDARD_GRAVITY,
+    Record,
+    asce7_22_two_period,
+    el_centro_1940,
+    read_csv,
+    response_spectrum,
+    write_csv,
+)
 from isolation_sim.cli import main
 from isolation_sim.errors import InputError
 from isolation_sim.io.results_folder import is_results
@@ -179,6 +187,20 @@ def test_too_few_records_give_no_design_value(suite):
     assert "small vibrations" not in " ".join(verdict(suite))
     other.index["inputs"]["section"]["isolated_period_s"] = None
     assert "set isolated_period_s" in " ".join(verdict(other))
+
+
+def test_the_level_of_an_asce_target_is_that_of_python(suite):
+    given = {"kind": "asce7_22_two_period", "S_DS_g": 1.0, "S_D1_g": 0.6, "T_L_s": 8.0}
+    section = Scenario.model_validate({"ground": {"folder": "x", "target": given}}).ground[0]
+    target, g = section.target.spectrum(), STANDARD_GRAVITY
+    assert target.psa(2.0)[0] == pytest.approx(0.3 * g)
+    assert target.name == asce7_22_two_period(g, 0.6 * g, 8.0).name
+    other = Suite(suite.folder)
+    other.index["inputs"]["section"] |= {"rule": "asce7_22_17"}
+    other.index["inputs"]["section"]["target"] = section.target.model_dump()
+    assert "ask for MCE_R" in " ".join(verdict(other))
+    other.index["inputs"]["section"]["target"]["level"] = "mce_r"
+    assert "ask for MCE_R" not in " ".join(verdict(other))
 
 
 def test_two_directions_are_shaken_together(tmp_path):
