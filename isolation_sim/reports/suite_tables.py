@@ -85,8 +85,8 @@ def verdict(suite: Suite) -> list[str]:
         target_keys = suite.index["inputs"]["section"]["target"]
         if rule.clause.startswith("ASCE 7-22") and target_keys.get("level") == "design":
             sentences.append(
-                "The target is the design spectrum. ASCE 7-22, 16.2 and 17.3, ask for MCE_R, 1.5 times "
-                'it: set level = "mce_r" in the target.'
+                "The target is the design spectrum. ASCE 7-22, 16.2 and 17.3, ask for MCE_R, "
+                '1.5 times it: set level = "mce_r" in the target.'
             )
     records = suite.index["n_records"]
     if statistic is None:

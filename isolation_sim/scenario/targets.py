@@ -16,7 +16,8 @@ from ..io.csv_table import read_csv_table
 from .fields import InputPath, NonNegative, Positive, Section, kind_by_keys
 
 _Level = Annotated[
-    Literal["design", "mce_r"], Field(description="design, or mce_r, which ASCE 7-22 16.2 and 17.3 ask for")
+    Literal["design", "mce_r"],
+    Field(description="design, or mce_r, which ASCE 7-22 16.2 and 17.3 ask for"),
 ]
 _PSA = {"psa_g": STANDARD_GRAVITY, "psa_m_s2": 1.0}
 

@@ -167,7 +167,7 @@ def test_closed_form_of_a_wavelet_is_the_oscillators_response():
     periods = np.array([0.5, 0.9, 2.0])
     wavelets = matching._Wavelets(periods)
     time, peak = np.arange(0.0, 30.0, 0.002), np.full(3, 14.0)
-    shapes = wavelets._shapes(np.arange(3), time, peak)
+    shapes = [wavelets.acceleration(np.array([k]), peak[:1], np.ones(1), time) for k in range(3)]
     at = np.linspace(8.0, 22.0, 40)
     for row, period in enumerate(periods):
         found = wavelets._influence(np.full(40, row), at, np.arange(3), peak)

@@ -251,6 +251,24 @@ def test_the_vertical_component_goes_along(tmp_path, scaling):
         prepare(section, isolated, tmp_path / "two")
 
 
+def test_all_records_that_cannot_be_matched_are_named(tmp_path, monkeypatch):
+    """Too small a tolerance for both. They are matched in a process of its own."""
+    monkeypatch.setattr("isolation_sim.sweeps.suites.prepare.match_spectrum", None)
+    for name, start in (("a", 0.0), ("b", 2.0)):
+        write_csv(el_centro_1940().cut(start, 8.0), tmp_path / f"{name}.csv")
+    given = {
+        "folder": str(tmp_path), "scaling": "matched", "isolated_period_s": 0.5,
+        "target": {"kind": "en1998_1_2004", "a_g_m_s2": 3.0, "ground": "B"},
+        "rule": "asce7_22_17", "match_tolerance": 0.001,
+    }  # fmt: skip
+    section = Scenario.model_validate({"ground": given}).ground[0]
+    plant, steps = iso.reference_building().on(iso.reference_isolators()), []
+    said = r"2 of 2 components: given a .*% from the target .*, b .*; expected: 0\.1%"
+    with pytest.raises(InputError, match=said):
+        prepare(section, plant, tmp_path / "out", steps.append, workers=1)
+    assert steps[-1] == "matching: 2 of 2 components"
+
+
 def test_the_isolated_period_of_a_linear_isolator():
     mass, stiffness = 1e5, 4e6
     alone = iso.from_matrices(np.diag([mass]), np.zeros((1, 1)), np.zeros((1, 1)))
