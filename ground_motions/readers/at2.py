@@ -51,8 +51,8 @@ def read_at2(path: str | Path) -> Record:
     Raises
     ------
     InputError
-        If the file cannot be read; holds velocity (VT2) or displacement (DT2); has no units, unknown
-        ones, or no NPTS and DT; is cut off; or has a sample that is not a finite number.
+        If the file cannot be read; holds velocity (VT2) or displacement (DT2); has no units, or
+        unknown ones, or no NPTS and DT; is cut off; or has a sample that is not a finite number.
     """
     accepted = f"a PEER acceleration file (AT2) in units of g, or of {', '.join(_OTHERS)}"
     if Path(path).suffix.lower() in (".vt2", ".dt2"):

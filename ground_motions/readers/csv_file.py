@@ -168,8 +168,8 @@ def _chosen_column(names: list[str], candidates: list[str], column: str | None, 
         raise InputError(
             place,
             f"columns {shown(', '.join(names))}",
-            f"an acceleration column whose name ends in a unit: {suffixes}, or has one in brackets; "
-            f"a heading such as {_EXAMPLES}; or unit=",
+            f"an acceleration column whose name ends in a unit: {suffixes}, or has one in "
+            f"brackets; a heading such as {_EXAMPLES}; or unit=",
         )
     if column is not None:
         raise InputError(place, f"column {column!r}", nearest(column, candidates))

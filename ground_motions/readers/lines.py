@@ -7,7 +7,6 @@ from pathlib import Path
 
 from ground_motions.errors import InputError, warn
 
-
 FEW = 0.01
 """Share of the samples that may differ from the number in a header."""
 

@@ -130,8 +130,8 @@ def test_a_reader_that_returns_no_record_is_refused(text, tmp_path, refused):
 @pytest.mark.parametrize(
     ("name", "options", "parts"),
     [
-        ("a.xlsx", {}, ("suffix '.xlsx'", ".at2, .csv, .dat, .txt")),
-        ("a", {}, ("suffix ''", ".at2, .csv, .dat, .txt")),
+        ("a.xlsx", {}, ("suffix '.xlsx'", ".at2, .csv, .dat, .ew,")),
+        ("a", {}, ("suffix ''", ".at2, .csv, .dat, .ew,")),
         ("a.vt2", {}, ("a .vt2 file", "units of g")),
         ("a.csv", {"dt": 0.1}, ("option dt", "0.1", "for .csv files: column, unit")),
         ("a.at2", {"dt": 0.1}, ("option dt", "0.1", "for .at2 files: no options")),

@@ -141,6 +141,9 @@ def test_a_record_with_the_name_of_another_line_keeps_its_own(suite):
 def test_what_is_on_the_disk(suite):
     runs = pd.read_csv(suite.folder / "runs.csv")
     assert len(runs) == 8
+    spectra = pd.read_csv(suite.folder / "spectra.csv")
+    mean = spectra[[f"{name}_psa_m_s2" for name in "abc"]].mean(axis=1)
+    np.testing.assert_allclose(spectra["suite_mean_psa_m_s2"], mean)
     report = (suite.folder / "report.html").read_text()
     for text in ("EN 1998-1:2004, 4.3.3.4.3(3)", "With 3 records the maximum", "a H2"):
         assert text in report
@@ -300,6 +303,7 @@ def test_the_command_prints_tables_and_json(folder, suite, capsys):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
+        ('folder = "records"', 'folder = "three.toml"', "given a file; expected: a folder"),
         ('folder = "records"', "", "expected: one of folder, files, peer"),
         ('"records"', '"missing"', "given no folder"),
         ('rule = "en1998_1_2004"', 'rule = "en1998"', "unknown rule 'en1998'"),
