@@ -145,7 +145,11 @@ def read_files(
     files : sequence
         A file for each record, or two files for its two horizontal components; a third one is the
         vertical component.
-    unit, dt, column
+    unit : str, optional
+        As in `read_folder`.
+    dt : float, optional
+        As in `read_folder`, s.
+    column : str or sequence of str, optional
         As in `read_folder`.
 
     Returns

@@ -257,7 +257,7 @@ def test_a_folder_of_several_formats(tmp_path):
     (tmp_path / "notes.md").write_text("mine")
     named = ["ns_m_s2", "ew_m_s2", "ud_m_s2"]
     with pytest.raises(InputError, match=r"column= one of ew_m_s2, ns_m_s2, ud_m_s2"):
-        read_folder(tmp_path, unit="m/s2")
+        read_files([tmp_path / "a.csv"], unit="m/s2")
     with pytest.warns(UserWarning, match=r": not used: notes\.md$"):
         a, b, c = read_folder(tmp_path, unit="g", column=named)
     assert [each.name for each in a.components] == ["a_ns", "a_ew"]
