@@ -46,7 +46,7 @@ if TYPE_CHECKING:
         ricker_pulse,
     )
     from ground_motions.pairs import combined_spectrum
-    from ground_motions.readers import read, read_at2, read_csv, read_text
+    from ground_motions.readers import read, read_at2, read_csv, read_knet, read_text, read_v2
     from ground_motions.record import Record
     from ground_motions.records import available_records, el_centro_1940, load_record
     from ground_motions.scaling import (
@@ -113,8 +113,10 @@ _HOMES = {
     "read_csv": "ground_motions.readers",
     "read_files": "ground_motions.suites",
     "read_folder": "ground_motions.suites",
+    "read_knet": "ground_motions.readers",
     "read_peer": "ground_motions.suites",
     "read_text": "ground_motions.readers",
+    "read_v2": "ground_motions.readers",
     "response_spectrum": "ground_motions.spectra",
     "ricker_pulse": "ground_motions.near_fault",
     "scale_suite": "ground_motions.scaling",
@@ -170,8 +172,10 @@ __all__ = [
     "read_csv",
     "read_files",
     "read_folder",
+    "read_knet",
     "read_peer",
     "read_text",
+    "read_v2",
     "response_spectrum",
     "ricker_pulse",
     "scale_suite",

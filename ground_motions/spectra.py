@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -193,6 +194,7 @@ def oscillator_response(record: Motion, period: float, damping: float = 0.05) ->
     )
 
 
+@lru_cache(maxsize=10_000)
 def propagator(period: float, dt: float, damping: float) -> FloatArray:
     """Return the transition of an oscillator's scaled response over a step."""
     from scipy.linalg import expm
@@ -206,8 +208,7 @@ def propagator(period: float, dt: float, damping: float) -> FloatArray:
             [0.0, 0.0, 0.0, 0.0],
         ]
     )
-    carried: FloatArray = expm(generator)[:2]
-    return carried
+    return read_only(expm(generator)[:2])
 
 
 def _checked_damping(damping: float) -> float:

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import csv
+import re
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import TypeAlias
 
 from ground_motions.argument_types import checked
-from ground_motions.errors import InputError
+from ground_motions.errors import InputError, warn
 from ground_motions.readers import READERS, read
 from ground_motions.readers.csv_file import acceleration_columns
-from ground_motions.readers.lines import read_lines
+from ground_motions.readers.lines import read_lines, table_cells
+from ground_motions.readers.v2 import channels_of
 from ground_motions.record import Record
 
+_TEXT = {".txt", ".dat"}
+_KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<sensor>[12]?)", re.IGNORECASE)
+_NAMED = 8  # files in a warning
 _SEARCH_RESULTS = "_SearchResults.csv"
 _SECTION = "-- Summary of Metadata of Selected Records --"
 _NUMBER, _FACTOR = "Record Sequence Number", "Scale Factor"
@@ -62,16 +68,35 @@ class SuiteRecord:
         return SuiteRecord(self.name, scaled, vertical, self.scale_factor)
 
 
+Columns: TypeAlias = str | Sequence[str] | None
+"""One column or channel, or two horizontal ones and the vertical one."""
+
+
 @checked
-def read_folder(folder: str | Path) -> list[SuiteRecord]:
-    """Read every record in a folder.
+def read_folder(
+    folder: str | Path,
+    *,
+    unit: str | None = None,
+    dt: float | None = None,
+    column: Columns = None,
+) -> list[SuiteRecord]:
+    """Read every record in a folder; a warning names the files that are not used.
 
     Parameters
     ----------
     folder : str or Path
         Unpacked download of PEER NGA-West2, with its ``_SearchResults.csv``; or files of records,
-        each a record of its own: AT2, and CSV whose one or two columns of acceleration are its
-        components.
+        each a record of its own, for which there is a reader. The columns of acceleration of a CSV
+        file, and the channels of a V2 file, are components; K-NET files that differ in their
+        suffix alone are, too.
+    unit : str, optional
+        Unit of text files, which are not used without it, and of CSV files whose headings have
+        none.
+    dt : float, optional
+        Sampling step of text files of one column, s.
+    column : str or sequence of str, optional
+        Columns of CSV files, and channels of V2 files, with more than one; needed for more than
+        two. One, or two for the two horizontal components; a third one is the vertical component.
 
     Returns
     -------
@@ -84,6 +109,8 @@ def read_folder(folder: str | Path) -> list[SuiteRecord]:
         If there is no such folder, no record in it, or a file cannot be used.
     """
     folder = Path(folder)
+    if folder.is_file():
+        raise InputError(str(folder), "a file", "a folder with files of records")
     if not folder.is_dir():
         raise InputError(
             str(folder),
@@ -92,15 +119,29 @@ def read_folder(folder: str | Path) -> list[SuiteRecord]:
         )
     if (folder / _SEARCH_RESULTS).is_file():
         return _search_results(folder / _SEARCH_RESULTS, lambda name: folder / name)
-    suffixes = {f".{name}" for name in READERS} - {".txt", ".dat"}
-    files = sorted(path for path in folder.iterdir() if path.suffix.lower() in suffixes)
+    suffixes = {f".{name}" for name in READERS} - (set() if unit else _TEXT)
+    present = sorted(p for p in folder.iterdir() if p.is_file() and not p.name.startswith("."))
+    files = [path for path in present if path.suffix.lower() in suffixes]
+    others = [path for path in present if path not in files]
     if not files:
         raise InputError(str(folder), "no file of a record", f"files {', '.join(sorted(suffixes))}")
-    return read_files(files)
+    if others:
+        names = ", ".join(path.name for path in others[:_NAMED])
+        more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
+        text = any(path.suffix.lower() in _TEXT for path in others)
+        hint = "; .txt and .dat files need unit" if text else ""
+        warn(f"{folder}: not used: {names}{more}{hint}", UserWarning)
+    return _unique([_record(*each, unit, dt, column) for each in _grouped(files)])
 
 
 @checked
-def read_files(files: Sequence[str | Path | Sequence[str | Path]]) -> list[SuiteRecord]:
+def read_files(
+    files: Sequence[str | Path | Sequence[str | Path]],
+    *,
+    unit: str | None = None,
+    dt: float | None = None,
+    column: Columns = None,
+) -> list[SuiteRecord]:
     """Read a list of records.
 
     Parameters
@@ -108,6 +149,12 @@ def read_files(files: Sequence[str | Path | Sequence[str | Path]]) -> list[Suite
     files : sequence
         A file for each record, or two files for its two horizontal components; a third one is the
         vertical component.
+    unit : str, optional
+        As in `read_folder`.
+    dt : float, optional
+        As in `read_folder`, s.
+    column : str or sequence of str, optional
+        As in `read_folder`.
 
     Returns
     -------
@@ -120,20 +167,51 @@ def read_files(files: Sequence[str | Path | Sequence[str | Path]]) -> list[Suite
     """
     records = []
     for entry in files:
-        if isinstance(entry, str | Path):
-            path = Path(entry)
-            records.append(SuiteRecord(path.stem, _components(path)))
-        else:
-            if not 1 <= len(entry) <= 3:
-                raise InputError("files of a record", f"{len(entry)}", "1 to 3")
-            components = tuple(read(each) for each in entry)
-            vertical = components[2] if len(components) == 3 else None
-            records.append(SuiteRecord(Path(entry[0]).stem, components[:2], vertical))
+        paths = [Path(entry)] if isinstance(entry, str | Path) else [Path(each) for each in entry]
+        if not 1 <= len(paths) <= 3:
+            raise InputError("files of a record", f"{len(paths)}", "1 to 3")
+        records.append(_record(paths[0].stem, paths, unit, dt, column))
+    return _unique(records)
+
+
+def _unique(records: list[SuiteRecord]) -> list[SuiteRecord]:
     names = [record.name for record in records]
     for name in names:
         if names.count(name) > 1:
             raise InputError("records", f"two called {name}", "files with different names")
     return records
+
+
+def _grouped(files: list[Path]) -> Iterator[tuple[str, list[Path]]]:
+    """Names and files of records: the components of K-NET and KiK-net together."""
+    groups: dict[str, dict[str, Path]] = {}
+    for path in files:
+        match = _KNET.fullmatch(path.suffix)
+        if match:
+            name = f"{path.stem}_{match['sensor']}" if match["sensor"] else path.stem
+            groups.setdefault(name, {})[match["direction"].lower()] = path
+        else:
+            groups.setdefault(path.name, {})[path.stem] = path
+    for name, group in groups.items():
+        if _KNET.fullmatch(next(iter(group.values())).suffix):
+            horizontal = [group[each] for each in ("ns", "ew") if each in group]
+            vertical = [group["ud"]] if "ud" in group and len(horizontal) != 1 else []
+            yield name, horizontal + vertical
+        else:
+            ((stem, path),) = group.items()
+            yield stem, [path]
+
+
+def _record(
+    name: str, files: list[Path], unit: str | None, dt: float | None, column: Columns
+) -> SuiteRecord:
+    """One record of the components in its files."""
+    if len(files) == 1:
+        components = _components(files[0], unit, dt, column)
+    else:
+        components = [_only(_components(file, unit, dt, column), file) for file in files]
+    vertical = components[2] if len(components) == 3 else None
+    return SuiteRecord(name, tuple(components[:2]), vertical)
 
 
 @checked
@@ -183,12 +261,37 @@ def read_peer(path: str | Path) -> list[SuiteRecord]:
         return _search_results(unpacked(_SEARCH_RESULTS), unpacked)
 
 
-def _components(path: Path) -> tuple[Record, ...]:
-    """One component, or both columns of a CSV file with two."""
-    columns = acceleration_columns(path) if path.suffix.lower() == ".csv" else []
-    if len(columns) != 2:
-        return (read(path),)
-    return tuple(read(path, column=name) for name in columns)
+def _components(path: Path, unit: str | None, dt: float | None, column: Columns) -> list[Record]:
+    """The components in a file: the chosen columns, or both of two."""
+    suffix = path.suffix.lower()
+    if suffix in _TEXT:
+        return [read(path, unit=unit, dt=dt)]
+    wanted: list[str | None] = [column] if isinstance(column, str) else list(column or ())
+    if len(wanted) > 3:
+        raise InputError("column", f"{len(wanted)} columns", "1 to 3")
+    present: list[str] = []
+    if suffix == ".csv":
+        present = acceleration_columns(path)
+        if not present:
+            header = table_cells(path)[0][1]
+            wanted = [each for each in wanted if each in header] or [None]
+            return [read(path, column=each, unit=unit) for each in wanted]
+    elif suffix in (".v2", ".v2c"):
+        present = channels_of(path)
+    if len(present) < 2:
+        return [read(path)]
+    if len(present) == 2:
+        wanted = wanted or [*present]
+    return [read(path, column=each) for each in wanted or [None]]
+
+
+def _only(components: list[Record], path: Path) -> Record:
+    """The one component of a file among several files of a record."""
+    if len(components) > 1:
+        raise InputError(
+            str(path), f"{len(components)} components", "one, or column= with its name"
+        )
+    return components[0]
 
 
 def _search_results(path: Path, result: Callable[[str], Path]) -> list[SuiteRecord]:

@@ -96,6 +96,13 @@ def in_processes(tasks: Iterator[Task[Result]], count: int) -> Iterator[Result]:
         yield from processes.run(tasks)
 
 
+def processors(workers: int | None) -> int:
+    """Return the number of processes that a user asks for: one per processor by default."""
+    if workers is not None and workers < 1:
+        raise InputError(f"workers is {workers}; expected: 1 or more")
+    return workers or os.cpu_count() or 1
+
+
 @contextmanager
 def connected(address: str | None) -> Iterator[Client | None]:
     """Connect to a Dask cluster; called before any file is written."""

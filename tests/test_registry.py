@@ -46,7 +46,7 @@ import numpy as np
 from ground_motions import Record
 
 
-def read_v2(path, dt=0.02):
+def read_mg(path, dt=0.02):
     """Read accelerations in mg, one per line."""
     return Record(np.loadtxt(path) * 9.80665e-3, dt, name="mine")
 '''
@@ -85,7 +85,7 @@ outwards = guide_parts.outwards:Outwards
 soft = guide_parts.soft
 still = guide_parts.still
 [ground_motions.readers]
-v2 = guide_parts.reader:read_v2
+mg = guide_parts.reader:read_mg
 """
 
 
@@ -153,7 +153,7 @@ MOTION = 300 * np.sin(np.arange(0, 2, 0.02) * 2 * np.pi)  # mg
 
 SCENARIO = """
 [ground]
-file = "motion.v2"
+file = "motion.mg"
 {reader}
 [isolator]
 law = "{cubic}"
@@ -170,7 +170,7 @@ full_speed = 0.2
 """
 
 INSIDE = {"cubic": "LAW", "bearing": "LAW", "slack": "FORMS", "outwards": "Outwards",
-          "reader": "read_v2"}  # fmt: skip
+          "reader": "read_mg"}  # fmt: skip
 KINDS = {"cubic": "law", "bearing": "law", "slack": "effect", "outwards": "controller",
          "reader": "reader", "still": "study"}  # fmt: skip
 WAYS = ("package", "file", "module", "registered")
@@ -182,7 +182,7 @@ def names(way: str) -> dict[str, str]:
         return {part: f"parts/{part}.py:{inside}" for part, inside in INSIDE.items()}
     if way == "module":
         return {part: f"guide_parts.{part}:{inside}" for part, inside in INSIDE.items()}
-    return {part: part for part in INSIDE} | {"bearing": "my_bearing", "reader": "v2"}
+    return {part: part for part in INSIDE} | {"bearing": "my_bearing", "reader": "mg"}
 
 
 def scenario_text(way: str) -> str:
@@ -197,7 +197,7 @@ def desk(tmp_path, parts, monkeypatch) -> Path:
     """A folder with a scenario for each way, outside the checkout, and the process in another."""
     for way in WAYS:
         (tmp_path / f"{way}.toml").write_text(scenario_text(way))
-    np.savetxt(tmp_path / "motion.v2", MOTION)
+    np.savetxt(tmp_path / "motion.mg", MOTION)
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
@@ -217,7 +217,7 @@ def way(request, desk, site, parts) -> str:
             scope = {"__name__": f"guide_parts_{part}"}
             exec((parts / f"{part}.py").read_text(), scope)
             thing = SimpleNamespace(**scope) if kind == "study" else scope[INSIDE[part]]
-            own = {"study": "still", "reader": "v2"}.get(kind)
+            own = {"study": "still", "reader": "mg"}.get(kind)
             iso.register(kind, thing, own)
     return str(request.param)
 
@@ -293,7 +293,7 @@ def test_study_takes_one_of_one_s_own(way, desk):
 
 def test_list_shows_what_has_a_name(way, capsys):
     for subject, part in (("laws", "cubic"), ("effects", "slack"), ("controllers", "outwards"),
-                          ("readers", "v2"), ("studies", "still")):  # fmt: skip
+                          ("readers", "mg"), ("studies", "still")):  # fmt: skip
         command(["list", subject, "--json"])
         rows = json.loads(capsys.readouterr().out)
         found = [each for each in rows if part in each.values()]
@@ -320,7 +320,7 @@ def test_the_verbs_in_python_take_places(desk):
     assert device.law.name == "cubic"
     assert iso.law(device.law, {"k": 3e6, "k3": 1e8, "c": 4e5}) == device
     isolated = iso.reference_building().on(iso.reference_isolators())
-    ground = read(desk / "motion.v2", reader=str(desk / "parts/reader.py:read_v2"))
+    ground = read(desk / "motion.mg", reader=str(desk / "parts/reader.py:read_mg"))
     np.testing.assert_allclose(ground.acceleration, MOTION * 9.80665e-3)
     place = str(desk / "parts/outwards.py:Outwards")
     run = iso.simulate(isolated, ground, controller=place)
@@ -339,7 +339,7 @@ def test_a_sweep_whose_code_has_changed_is_another_sweep(desk):
     described = plan(desk)
     files = Design(described).content()["files"]
     assert {Path(path).name for path in files} == {
-        "motion.v2", "cubic.py", "slack.py", "outwards.py", "reader.py"}  # fmt: skip
+        "motion.mg", "cubic.py", "slack.py", "outwards.py", "reader.py"}  # fmt: skip
     (desk / "parts" / "outwards.py").write_text(
         (desk / "parts" / "outwards.py").read_text().replace("setting(3.0", "setting(2.0")
     )
@@ -389,7 +389,7 @@ def test_fit_diagnose_and_evaluate_take_a_law_of_one_s_own(way, desk, loops, cap
 def test_the_list_shows_an_installed_package_s_parts(package, capsys):
     for subject, name, told in (
         ("laws", "cubic", "k3 (N/m^3)"), ("effects", "slack", "gap (m)"),
-        ("controllers", "outwards", "full_speed (m/s)"), ("readers", "v2", "mg, one per line"),
+        ("controllers", "outwards", "full_speed (m/s)"), ("readers", "mg", "mg, one per line"),
         ("studies", "soft", "How soft may isolation be?"),
     ):  # fmt: skip
         command(["list", subject, "--json"])

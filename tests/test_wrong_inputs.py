@@ -56,7 +56,7 @@ SCENARIOS = [
     ("[ground]\nfile = 'motion.csv'\ncolumn = 'acc'", "given column 'acc'"),
     ("[ground]\nfile = 'motion.txt'\ndt_s = 0.01", "unit"),
     ("[ground]\nfile = 'motion.txt'\nunit = 'g'", "motion.txt"),
-    ("[ground]\nfile = 'motion.txt'\nunit = 'ft/s2'\ndt_s = 0.01", "given unit 'ft/s2'"),
+    ("[ground]\nfile = 'motion.txt'\nunit = 'yd/s2'\ndt_s = 0.01", "given unit 'yd/s2'"),
     ("[ground]\nfile = 'motion.csv'\nreader = 'cvs'", "unknown reader 'cvs'; did you mean 'csv'?"),
     ("[ground]\nkind = 'kanai_tajimi'", "ground"),
     ("[ground]\nkind = 'band_limited_noise'\nlow_Hz = 1.0", "is missing; it has no default"),

@@ -10,11 +10,12 @@ import numpy as np
 from ground_motions.argument_types import checked
 from ground_motions.checks import positive
 from ground_motions.errors import InputError
-from ground_motions.readers.lines import parse_number, read_lines, require_two, shown
+from ground_motions.readers.lines import parse_number, read_lines, require_count, require_two, shown
 from ground_motions.record import Record
-from ground_motions.units import STANDARD_GRAVITY
+from ground_motions.units import ACCELERATION_UNITS, to_m_s2, unit_name
 
 _HEADER_LINES = 10
+_OTHERS = [unit for unit in ACCELERATION_UNITS if unit != "g"]
 # "NPTS=   5372, DT=   .0100 SEC," (NGA-West2) and "4000   0.0100   NPTS, DT" (1990s).
 _NPTS = re.compile(r"\bNPTS\s*[=:]\s*(?P<npts>[^\s,]+)", re.IGNORECASE)
 _DT = re.compile(r"\bDT\s*[=:]\s*(?P<dt>[^\s,]+?)(?:S|SEC)?(?=[\s,]|$)", re.IGNORECASE)
@@ -36,9 +37,11 @@ def read_at2(path: str | Path) -> Record:
     Parameters
     ----------
     path : str or Path
-        The file, UTF-8 or Latin-1: a header with the units (g) and the line of NPTS and DT, in
+        The file, UTF-8 or Latin-1: a header with the units and the line of NPTS and DT, in
         the NGA-West2 or the older form, then NPTS numbers in any number of columns. The units
-        are declared as in ``UNITS OF G`` or ``Units: g``; a station's "Unit 4" declares none.
+        are declared as in ``UNITS OF G``, ``Units: g`` or ``UNITS OF CM/SEC/SEC``; a station's
+        "Unit 4" declares none. Where the number of samples is within 1 % of NPTS, all samples
+        there are used, with a warning.
 
     Returns
     -------
@@ -48,32 +51,28 @@ def read_at2(path: str | Path) -> Record:
     Raises
     ------
     InputError
-        If the file cannot be read; holds velocity (VT2) or displacement (DT2); has no units, units
-        other than g, or no NPTS and DT; holds another number of samples than NPTS; or has a
-        sample that is not a finite number.
+        If the file cannot be read; holds velocity (VT2) or displacement (DT2); has no units, or
+        unknown ones, or no NPTS and DT; is cut off; or has a sample that is not a finite number.
     """
-    accepted = "a PEER acceleration file (AT2) in units of g"
+    accepted = f"a PEER acceleration file (AT2) in units of g, or of {', '.join(_OTHERS)}"
     if Path(path).suffix.lower() in (".vt2", ".dt2"):
         raise InputError(str(path), f"a {Path(path).suffix} file", accepted)
     lines = read_lines(path)
     after, npts, dt = _npts_and_dt(lines, path)
-    _check_units(lines[:after], path, accepted)
+    unit = _unit(lines[:after], path, accepted)
 
     samples = []
     for number, line in enumerate(lines[after:], start=after + 1):
         for column, cell in enumerate(line.split(), start=1):
             samples.append(parse_number(cell, f"{path}, line {number}, column {column}"))
-    if len(samples) != npts:
-        raise InputError(
-            f"{path}, line {after}", f"NPTS {npts} over {len(samples)} samples", "equal numbers"
-        )
-    require_two(npts, str(path))
+    require_count(len(samples), npts, f"{path}, line {after}", "NPTS")
+    require_two(len(samples), str(path))
     return Record(
-        np.array(samples) * STANDARD_GRAVITY,
+        np.array(samples) * to_m_s2(unit),
         dt,
         name=Path(path).stem,
         source=f"{path}, {' '.join(lines[min(1, after - 1)].split())}",
-        unit_as_given="g",
+        unit_as_given=unit,
     )
 
 
@@ -96,8 +95,8 @@ def _npts_and_dt(lines: list[str], path: str | Path) -> tuple[int, int, float]:
     )
 
 
-def _check_units(header: list[str], path: str | Path, accepted: str) -> None:
-    """Refuse a header that declares a unit other than g, or none, or another series."""
+def _unit(header: list[str], path: str | Path, accepted: str) -> str:
+    """Return the unit that a header declares; refuse an unknown one, none, or another series."""
     declared = []
     for number, line in enumerate(header, start=1):
         series = _OTHER_SERIES.search(line)
@@ -113,10 +112,18 @@ def _check_units(header: list[str], path: str | Path, accepted: str) -> None:
         ]
     # "Fire Unit of Hollister" declares nothing where a unit stands elsewhere
     known = [(number, unit) for number, unit in declared if _KNOWN.fullmatch(unit)]
-    for number, unit in known or declared:
-        if unit.upper() != "G":
-            raise InputError(f"{path}, line {number}", f"units {shown(unit)}", accepted)
-    if not declared:
+    units = {}
+    for number, text in known or declared:
+        name = unit_name(text)
+        if name is None:
+            raise InputError(f"{path}, line {number}", f"units {shown(text)}", accepted)
+        units[name] = number
+    if len(units) > 1:
+        raise InputError(
+            f"{path}, line {max(units.values())}", f"units {' and '.join(units)}", "one"
+        )
+    if not units:
         raise InputError(
             f"{path}, lines 1 to {len(header)}", "no units", "a header line with 'UNITS OF G'"
         )
+    return next(iter(units))

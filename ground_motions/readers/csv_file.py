@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,15 +12,22 @@ from ground_motions.errors import InputError, nearest
 from ground_motions.readers.lines import parse_number, require_two, shown, table_cells
 from ground_motions.readers.time_column import uniform_step
 from ground_motions.record import Record
-from ground_motions.units import to_m_s2
+from ground_motions.units import to_m_s2, unit_name
 
 TIME_COLUMN = "time_s"
 PREFERRED_QUANTITY = "ground_acceleration"
-_SUFFIXES = {"_m_s2": "m/s2", "_cm_s2": "cm/s2", "_mm_s2": "mm/s2", "_gal": "gal", "_g": "g"}
+_SUFFIXES = {
+    "_m_s2": "m/s2", "_cm_s2": "cm/s2", "_mm_s2": "mm/s2", "_ft_s2": "ft/s2", "_in_s2": "in/s2",
+    "_gal": "gal", "_g": "g",
+}  # fmt: skip
+# "Acc[cm/s2]", "Beschleunigung [m/s²]", "Acceleration (g)"
+_BRACKETS = re.compile(r"(?P<quantity>.*?)\s*[\[(](?P<unit>[^\[\]()]+)[\])]")
+_SECONDS = ("s", "sec", "second", "seconds")
+_EXAMPLES = "'time_s,ground_acceleration_m_s2' or 'Time [s],Acceleration [cm/s2]'"
 
 
 @checked
-def read_csv(path: str | Path, column: str | None = None) -> Record:
+def read_csv(path: str | Path, column: str | None = None, unit: str | None = None) -> Record:
     """Read one acceleration column of a CSV file.
 
     Parameters
@@ -27,11 +35,15 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
     path : str or Path
         Comma-separated text, UTF-8 or Latin-1: a line of column names, then numbers. Semicolons
         or tabs may separate, too; commas are then decimal. Lines that start with ``#`` and blank
-        lines are skipped. A column ``time_s`` gives the step.
+        lines are skipped. A column ``time_s``, or one with ``[s]`` behind its name, gives the step.
     column : str, optional
         Name of the acceleration column, ending in its unit: ``_m_s2``, ``_cm_s2``, ``_mm_s2``,
-        ``_gal`` or ``_g``. May be left out where one column alone has such a name, or one alone
+        ``_ft_s2``, ``_in_s2``, ``_gal`` or ``_g``; or with a unit in brackets, such as
+        ``Acc [cm/s2]``. May be left out where one column alone has such a name, or one alone
         is named ``ground_acceleration_...``.
+    unit : str, optional
+        Unit of a column whose name has none, as in `read_text`; times are then in s in a column
+        ``time`` or ``t``, too.
 
     Returns
     -------
@@ -41,18 +53,22 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
     Raises
     ------
     InputError
-        If the file cannot be read; a column is missing, unknown or named twice; a cell is not a
-        finite number; or the times do not increase uniformly.
+        If the file cannot be read; a column is missing, unknown or named twice; a unit is missing,
+        unknown or given twice; a cell is not a finite number; or the times do not increase
+        uniformly.
     """
     rows = table_cells(path)
     header_line, names = rows[0]
     place = f"{path}, line {header_line}"
-    _check_header(names, place)
-    units = {name: unit for name in names if (unit := _unit_of(name))}
+    time_column = _time_column(names, place, unit)
+    units = {name: found for name in names if (found := _unit_of(name))}
+    if unit is not None:
+        to_m_s2(unit, f"{path}, unit")
+        units = _unit_given(units, unit, names, time_column, column, place)
     column = _chosen_column(names, list(units), column, place)
     require_two(len(rows) - 1, str(path))
 
-    places = names.index(TIME_COLUMN), names.index(column)
+    places = names.index(time_column), names.index(column)
     times, values, line_numbers = [], [], []
     for number, cells in rows[1:]:
         if len(cells) != len(names):
@@ -66,7 +82,7 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
         values.append(value)
         line_numbers.append(number)
 
-    dt = uniform_step(times, line_numbers, f"{path}, column {TIME_COLUMN}")
+    dt = uniform_step(times, line_numbers, f"{path}, column {time_column}")
     stem = Path(path).stem
     return Record(
         np.array(values) * to_m_s2(units[column]),
@@ -78,7 +94,7 @@ def read_csv(path: str | Path, column: str | None = None) -> Record:
 
 
 def acceleration_columns(path: str | Path) -> list[str]:
-    """Return the columns of a CSV file whose names end in a unit of acceleration."""
+    """Return the columns of a CSV file whose names have a unit of acceleration."""
     return [name for name in table_cells(path)[0][1] if _unit_of(name)]
 
 
@@ -87,21 +103,54 @@ def _suffix_of(column: str) -> str:
 
 
 def _unit_of(column: str) -> str | None:
-    return _SUFFIXES.get(_suffix_of(column))
+    brackets = _BRACKETS.fullmatch(column)
+    return unit_name(brackets["unit"]) if brackets else _SUFFIXES.get(_suffix_of(column))
 
 
 def _quantity_of(column: str) -> str:
-    return column[: len(column) - len(_suffix_of(column))]
+    brackets = _BRACKETS.fullmatch(column)
+    return brackets["quantity"] if brackets else column[: len(column) - len(_suffix_of(column))]
 
 
-def _check_header(names: list[str], place: str) -> None:
-    if TIME_COLUMN not in names:
-        raise InputError(
-            place, f"columns {shown(', '.join(names))}", f"a column {TIME_COLUMN} among them"
-        )
+def _time_column(names: list[str], place: str, unit: str | None) -> str:
+    """Return the column of times in seconds; its name needs no unit where ``unit`` is given."""
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise InputError(place, f"column {twice[0]!r} twice", "different column names")
+    brackets = {name: _BRACKETS.fullmatch(name) for name in names}
+    seconds = [n for n, found in brackets.items() if found and found["unit"].lower() in _SECONDS]
+    if unit is not None and not seconds:
+        seconds = [name for name in names if name.lower() in ("time", "t")]
+    if TIME_COLUMN in names:
+        return TIME_COLUMN
+    if len(seconds) != 1:
+        raise InputError(
+            place,
+            f"columns {shown(', '.join(names))}",
+            f"a column {TIME_COLUMN} among them, or one with [s]: a heading such as {_EXAMPLES}",
+        )
+    return seconds[0]
+
+
+def _unit_given(
+    units: dict[str, str],
+    unit: str,
+    names: list[str],
+    time_column: str,
+    column: str | None,
+    place: str,
+) -> dict[str, str]:
+    """Return the units of the columns, with one that the caller gives."""
+    name = unit_name(unit) or unit
+    wanted = column if column in names else None
+    for each in [wanted] if wanted else units:
+        if units.get(each, name) != name:
+            raise InputError(
+                place, f"unit {unit!r} for column {each!r}", f"{units[each]}, as in its name"
+            )
+    if units and wanted in (None, *units):
+        return units
+    return {each: name for each in names if each != time_column and wanted in (None, each)}
 
 
 def _chosen_column(names: list[str], candidates: list[str], column: str | None, place: str) -> str:
@@ -110,12 +159,17 @@ def _chosen_column(names: list[str], candidates: list[str], column: str | None, 
     if column in candidates:
         return column
     if column is not None and column in names:
-        raise InputError(place, f"column {column!r}", f"a name that ends in a unit: {suffixes}")
+        raise InputError(
+            place,
+            f"column {column!r}",
+            f"a name that ends in a unit: {suffixes}, or with one in brackets; or unit=",
+        )
     if not candidates:
         raise InputError(
             place,
             f"columns {shown(', '.join(names))}",
-            f"an acceleration column whose name ends in a unit: {suffixes}",
+            f"an acceleration column whose name ends in a unit: {suffixes}, or has one in "
+            f"brackets; a heading such as {_EXAMPLES}; or unit=",
         )
     if column is not None:
         raise InputError(place, f"column {column!r}", nearest(column, candidates))

@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from ground_motions.errors import InputError
+from ground_motions.errors import InputError, warn
+
+FEW = 0.01
+"""Share of the samples that may differ from the number in a header."""
 
 
 def read_lines(path: str | Path) -> list[str]:
@@ -86,3 +89,14 @@ def require_two(count: int, place: str) -> None:
     """Refuse a file with fewer than two samples."""
     if count < 2:
         raise InputError(place, f"{count} samples", "two samples or more")
+
+
+def require_count(found: int, announced: int, place: str, name: str) -> None:
+    """Refuse a file that is cut off; warn where a few samples are missing or too many."""
+    if abs(found - announced) > FEW * announced:
+        raise InputError(
+            place, f"{name} {announced} over {found} samples",
+            f"equal numbers, or within {FEW:.0%}",
+        )  # fmt: skip
+    if found != announced:
+        warn(f"{place}: {name} is {announced}; {found} samples are there and used", UserWarning)

@@ -12,7 +12,7 @@ from ground_motions.errors import InputError
 from ground_motions.readers.lines import is_number, parse_number, read_lines, require_two
 from ground_motions.readers.time_column import uniform_step
 from ground_motions.record import Record
-from ground_motions.units import to_m_s2
+from ground_motions.units import to_m_s2, unit_name
 
 
 @checked
@@ -24,11 +24,13 @@ def read_text(
     Parameters
     ----------
     path : str or Path
-        Text, UTF-8 or Latin-1; columns parted by blanks, commas or semicolons. Blank lines and
-        lines that start with ``#`` or ``%`` are skipped, and so is a header: the lines before the
-        first one that begins with a number.
+        Text, UTF-8 or Latin-1; columns parted by blanks, commas, semicolons or tabs. Commas are
+        decimal beside semicolons and tabs, and between blanks (``0,01 1,5``). Blank
+        lines and lines that start with ``#`` or ``%`` are skipped, and so is a header: the lines
+        before the first one that begins with a number.
     unit : str
-        Unit of the accelerations: ``m/s2``, ``g``, ``cm/s2``, ``gal`` or ``mm/s2``.
+        Unit of the accelerations: ``m/s2``, ``g``, ``cm/s2``, ``gal``, ``mm/s2``, ``ft/s2`` or
+        ``in/s2``.
     dt : float, optional
         Sampling step, s; needed for one column, refused for two.
     skip_lines : int
@@ -52,7 +54,7 @@ def read_text(
     for number, line in enumerate(read_lines(path), start=1):
         if number <= skip_lines or not line.strip() or line.lstrip()[0] in "#%":
             continue
-        cells = line.replace(",", " ").replace(";", " ").split()
+        cells = _cells(line)
         if not rows and not (cells and is_number(cells[0])):
             continue
         width = len(rows[0]) if rows else len(cells)
@@ -83,5 +85,15 @@ def read_text(
         positive(f"{path}, dt (s)", dt),
         name=Path(path).stem,
         source=f"{path}, {unit}",
-        unit_as_given=unit.lower(),
+        unit_as_given=unit_name(unit) or unit,
     )
+
+
+def _cells(line: str) -> list[str]:
+    """Return the cells of a line, with decimal points."""
+    parts = line.replace(";", " ").split()
+    whole = all("," in part.strip(",") or part.isdecimal() for part in parts)
+    blanks = len(parts) == 2 and "," in line and "." not in line and whole
+    if ";" in line or "\t" in line.strip() or blanks:
+        return [part.strip(",").replace(",", ".") for part in parts]
+    return line.replace(",", " ").split()

@@ -23,7 +23,11 @@ def write_suite(suite: Suite) -> None:
         "statistics": suite.statistics,
         "motions": pd.DataFrame(suite.index["motions"]).drop(columns="files").set_index("name"),
         "spectra": pd.DataFrame(
-            {"period_s": plotted["period_s"], "target_psa_m_s2": plotted["target_m_s2"]}
+            {
+                "period_s": plotted["period_s"],
+                "target_psa_m_s2": plotted["target_m_s2"],
+                "suite_mean_psa_m_s2": pd.DataFrame(plotted["psa_m_s2"]).mean(axis=1),
+            }
             | {f"{name}_psa_m_s2": row for name, row in plotted["psa_m_s2"].items()}
         ).set_index("period_s"),
     }

@@ -82,6 +82,12 @@ def verdict(suite: Suite) -> list[str]:
                 "The isolated period is that of small vibrations. For softening isolators set "
                 "isolated_period_s, the effective period at the design displacement."
             )
+        target_keys = suite.index["inputs"]["section"]["target"]
+        if rule.clause.startswith("ASCE 7-22") and target_keys.get("level") == "design":
+            sentences.append(
+                "The target is the design spectrum. ASCE 7-22, 16.2 and 17.3, ask for MCE_R, "
+                '1.5 times it: set level = "mce_r" in the target.'
+            )
     records = suite.index["n_records"]
     if statistic is None:
         needed = rule.mean_from if rule.maximum_from is None else rule.maximum_from

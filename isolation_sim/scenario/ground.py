@@ -107,11 +107,16 @@ class RecordFile(_Ground):
     """A record in a file of your own."""
 
     kind: Literal["record_file"] = "record_file"
-    file: Annotated[InputPath, Field(description=".at2, .csv, .txt, .dat, or a file of reader")]
+    file: Annotated[InputPath, Field(description="isolation-sim list readers, or a file of reader")]
     column: Annotated[
-        str | None, Field(description="CSV: column, such as ground_acceleration_m_s2")
+        str | None, Field(description="CSV: column, such as ground_acceleration_m_s2; V2: channel")
     ] = None
-    unit: Annotated[str | None, Field(description="text: m/s2, g, cm/s2, gal or mm/s2")] = None
+    unit: Annotated[
+        str | None,
+        Field(
+            description="text, CSV headings without one: m/s2, g, cm/s2, gal, mm/s2, ft/s2, in/s2"
+        ),
+    ] = None
     dt_s: Annotated[Positive | None, Field(description="one-column text: sampling step")] = None
     reader: Annotated[
         Registered | None,

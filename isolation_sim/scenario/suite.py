@@ -30,6 +30,18 @@ class RecordSuite(Section):
         ),
     ] = None
     peer: Annotated[InputPath | None, Field(description="PEER NGA-West2 download, .zip")] = None
+    unit: Annotated[
+        str | None, Field(description="of .txt and .dat files, and of CSV headings without one")
+    ] = None
+    dt_s: Annotated[Positive | None, Field(description="one-column text: sampling step")] = None
+    column: Annotated[
+        str | list[str] | None,
+        Field(
+            min_length=1,
+            description="CSV or V2 with several: one column or channel, or in brackets two "
+            "horizontal ones and the vertical one",
+        ),
+    ] = None
     components: Annotated[
         Literal["both", "first", "second"],
         Field(description="of a pair, for one direction of motion: both, one after the other"),
@@ -106,8 +118,8 @@ class RecordSuite(Section):
         if self.peer is not None:
             return read_peer(self.peer)
         if self.folder is not None:
-            return read_folder(self.folder)
-        return read_files(self.files or [])
+            return read_folder(self.folder, unit=self.unit, dt=self.dt_s, column=self.column)
+        return read_files(self.files or [], unit=self.unit, dt=self.dt_s, column=self.column)
 
     def sources(self) -> list[Path]:
         """Return the input files of the suite."""

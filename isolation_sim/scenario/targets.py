@@ -16,7 +16,8 @@ from ..io.csv_table import read_csv_table
 from .fields import InputPath, NonNegative, Positive, Section, kind_by_keys
 
 _Level = Annotated[
-    Literal["design", "mce_r"], Field(description="design, or mce_r for the design of isolation")
+    Literal["design", "mce_r"],
+    Field(description="design, or mce_r, which ASCE 7-22 16.2 and 17.3 ask for"),
 ]
 _PSA = {"psa_g": STANDARD_GRAVITY, "psa_m_s2": 1.0}
 
@@ -28,7 +29,7 @@ class TwoPeriodASCE7(Section):
     S_DS_g: Annotated[Positive, Field(description="design acceleration at short periods")]
     S_D1_g: Annotated[Positive, Field(description="design acceleration at 1 s")]
     T_L_s: Annotated[Positive, Field(description="long-period transition")]
-    level: _Level = "mce_r"
+    level: _Level = "design"
 
     def spectrum(self) -> DesignSpectrum:
         """Return the design spectrum."""
@@ -44,7 +45,7 @@ class MultiPeriodASCE7(Section):
     kind: Literal["asce7_22_multi_period"] = "asce7_22_multi_period"
     file: Annotated[InputPath, Field(description="CSV: period_s and psa_g of MCE_R, 0 to 10 s")]
     T_L_s: Annotated[Positive, Field(description="long-period transition")]
-    level: _Level = "mce_r"
+    level: _Level = "design"
 
     def spectrum(self) -> DesignSpectrum:
         """Return the design spectrum."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from ..io.output_place import check_writable, free_space
 from ..io.results_folder import file_name, write_contents
 from ..registry import registry
 from ..simulation.batch import LANES
-from ..workers import connected, in_processes, in_this_process, on_cluster
+from ..workers import connected, in_processes, in_this_process, on_cluster, processors
 from .chunk import Chunk, Finished, run_chunk
 from .design import Design
 from .plan import SweepPlan
@@ -146,9 +145,7 @@ def run_design(
     progress: Callable[[int, int], None] | None = None,
 ) -> Sweep:
     """Run the cases of a plan; see `sweep`."""
-    if workers is not None and workers < 1:
-        raise InputError(f"workers is {workers}; expected: 1 or more")
-    if scheduler is not None or (workers or os.cpu_count() or 1) > 1:
+    if processors(workers) > 1 or scheduler is not None:
         _check_workers_know(design)
     with connected(scheduler) as cluster:
         store = Store(out)
@@ -217,7 +214,7 @@ def _executor(
 ) -> Callable[[Iterator[Chunk]], Iterator[Finished]]:
     if cluster is not None:
         return partial(on_cluster, client=cluster)
-    processes = min(workers or os.cpu_count() or 1, n_chunks)
+    processes = min(processors(workers), n_chunks)
     return in_this_process if processes <= 1 else partial(in_processes, count=processes)
 
 

@@ -83,10 +83,6 @@ def test_written_numbers_are_read_back(at2, values, dt, columns):
             {"units": "DISPLACEMENT TIME HISTORY IN UNITS OF CM"},
             ("line 3", "a displacement time series", "AT2"),
         ),
-        (
-            {"units": "ACCELERATION TIME SERIES IN UNITS OF CM/S/S"},
-            ("line 3", "units 'CM/S/S'", "units of g"),
-        ),
         ({"units": "ACCELERATION"}, ("lines 1 to 4", "no units", "UNITS OF G")),
         ({"npts": 5}, ("line 4", "NPTS 5 over 4 samples", "equal numbers")),
         ({"npts": 3}, ("line 4", "NPTS 3 over 4 samples", "equal numbers")),
@@ -113,3 +109,10 @@ def test_an_empty_and_a_missing_file(tmp_path, refused):
     path.write_bytes(b"")
     with refused(path, "an empty file", "UTF-8 text"):
         read_at2(path)
+
+
+@pytest.mark.parametrize("count", [995, 1003])
+def test_a_few_samples_more_or_less_are_used_with_a_warning(at2, count):
+    path = at2("\n".join(["0.1"] * count), npts=1000)
+    with pytest.warns(UserWarning, match=rf"line 4: NPTS is 1000; {count} samples are there"):
+        assert len(read_at2(path)) == count

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ground_motions import STANDARD_GRAVITY, read_at2
+from ground_motions import ACCELERATION_UNITS, STANDARD_GRAVITY, read_at2
 
 NGA = "PEER NGA STRONG MOTION DATABASE RECORD"
 WEST1 = "ACCELERATION TIME HISTORY IN UNITS OF G"
@@ -74,27 +74,14 @@ ACCEPTED = {
 }  # fmt: skip
 
 REFUSED = {
-    "cm_s_s": ((NGA, "Kobe", "ACCELERATION TIME SERIES IN UNITS OF CM/S/S", POINTS),
-               ("line 3", "units 'CM/S/S'", "units of g")),
-    "cm_sec2": ((NGA, "Kobe", "ACCELERATION, UNITS: cm/sec**2", POINTS),
-                ("line 3", "units 'cm/sec**2'", "units of g")),
-    "m_s2": ((NGA, "Kobe", "ACCELERATION TIME SERIES IN UNITS OF M/S^2", POINTS),
-             ("line 3", "units 'M/S^2'")),
-    "gal": ((NGA, "Kobe", "ACCELERATION UNITS ARE GAL", POINTS), ("line 3", "units 'GAL'")),
     "tenths_of_g": ((NGA, "Kobe", "UNITS OF G/10", POINTS), ("line 3", "units 'G/10'")),
-    "inches": ((NGA, "Kobe", "ACCELERATION IN UNITS OF IN/S/S", POINTS),
-               ("line 3", "units 'IN/S/S'")),
     "unknown": ((NGA, "Kobe", "ACCELERATION IN UNITS OF FURLONGS", POINTS),
                 ("line 3", "units 'FURLONGS'")),
-    "plant_and_cm": ((NGA, "Unit 4 Power Plant", "ACCELERATION IN UNITS OF CM/S/S", POINTS),
-                     ("line 3", "units 'CM/S/S'")),
-    "unit_g_station": ((NGA, "Unit G, 90", "ACCELERATION IN UNITS OF CM/S/S", POINTS),
-                       ("line 3", "units 'CM/S/S'")),
     "only_a_plant": ((NGA, "Whittier, Unit 4 Power Plant", "ACCELERATION", POINTS),
                      ("lines 1 to 4", "no units", "UNITS OF G")),
     "only_united": ((NGA, "UNITED Community, 90", "ACCELERATION", POINTS),
                     ("lines 1 to 4", "no units")),
-    "two_units": ((NGA, "Kobe, UNITS OF CM/S/S", WEST2, POINTS), ("line 2", "units 'CM/S/S'")),
+    "two_units": ((NGA, "Kobe, UNITS OF CM/S/S", WEST2, POINTS), ("line 3", "units cm/s2 and g")),
     "velocity": ((NGA, "Kobe", "VELOCITY TIME SERIES IN UNITS OF CM/S", POINTS),
                  ("line 3", "a velocity time series")),
     "no_step": ((NGA, "Kobe", WEST2, "NPTS= 4"), ("no number of points and step", "NPTS=")),
@@ -108,6 +95,18 @@ REFUSED = {
                 "4  acceleration pts, approx 0 secs, units=cm/sec2(04)"),
                ("no number of points and step",)),
 }  # fmt: skip
+
+
+# other databases and conversions: the unit that the header declares
+OTHER_UNITS = {
+    "cm_s_s": ("Kobe", "ACCELERATION TIME SERIES IN UNITS OF CM/S/S", "cm/s2"),
+    "cm_sec2": ("Kobe", "ACCELERATION, UNITS: cm/sec**2", "cm/s2"),
+    "m_s2": ("Kobe", "ACCELERATION TIME SERIES IN UNITS OF M/S^2", "m/s2"),
+    "gal": ("Kobe", "ACCELERATION UNITS ARE GAL", "gal"),
+    "inches": ("Kobe", "ACCELERATION IN UNITS OF IN/S/S", "in/s2"),
+    "plant_and_cm": ("Unit 4 Power Plant", "ACCELERATION IN UNITS OF CM/S/S", "cm/s2"),
+    "unit_g_station": ("Unit G, 90", "ACCELERATION IN UNITS OF CM/S/S", "cm/s2"),
+}
 
 
 def write(folder, header, end):
@@ -125,6 +124,14 @@ def test_accepted(tmp_path, header, end):
     expected = np.array([-0.8338791e-3, 0.8376303e-3, 1.0, 0.5]) * STANDARD_GRAVITY
     np.testing.assert_allclose(record.acceleration, expected, rtol=1e-15)
     assert (record.dt, record.unit_as_given) == (0.005, "g")
+
+
+@pytest.mark.parametrize(("event", "units", "unit"), OTHER_UNITS.values(), ids=OTHER_UNITS)
+def test_other_units(tmp_path, event, units, unit):
+    record = read_at2(write(tmp_path, (NGA, event, units, POINTS), b"\n"))
+    expected = np.array([-0.8338791e-3, 0.8376303e-3, 1.0, 0.5]) * ACCELERATION_UNITS[unit]
+    np.testing.assert_allclose(record.acceleration, expected, rtol=1e-15)
+    assert record.unit_as_given == unit
 
 
 @pytest.mark.parametrize(("header", "parts"), REFUSED.values(), ids=REFUSED)

@@ -6,6 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ground_motions import (
+    ACCELERATION_UNITS,
     STANDARD_GRAVITY,
     InputError,
     Record,
@@ -75,6 +76,36 @@ def test_units_are_converted(csv, suffix, factor, unit):
     assert (record.unit_as_given, record.dt, record.name) == (unit, 0.01, "motion")
 
 
+@pytest.mark.parametrize(
+    ("heading", "unit"),
+    [
+        ("Time[s],Acc[cm/s2]", "cm/s2"),
+        ("Zeit [s];Beschleunigung [m/s²]", "m/s2"),
+        ("Time (sec)\tAcceleration (g)", "g"),
+        ("time_s,acc_ft_s2", "ft/s2"),
+        ("time_s,acc [in/s^2]", "in/s2"),
+    ],
+)
+def test_usual_headings(csv, heading, unit):
+    separator = next(each for each in ";\t," if each in heading)
+    record = read_csv(csv(f"{heading}\n0{separator}1\n1{separator}-2\n"))
+    np.testing.assert_allclose(record.acceleration, np.array([1, -2]) * ACCELERATION_UNITS[unit])
+    assert (record.unit_as_given, record.name, record.dt) == (unit, "motion", 1.0)
+
+
+def test_the_unit_of_a_column_without_one(csv, refused):
+    path = csv("time,ns,ew\n0,1,2\n0.5,3,4\n")
+    assert read_csv(path, "ew", "gal").acceleration.tolist() == [0.02, 0.04]
+    with refused("2 acceleration columns", "column= one of ns, ew"):
+        read_csv(path, unit="gal")
+    with refused("unit", "'yd/s2'"):
+        read_csv(path, "ew", "yd/s2")
+    path = csv("time_s,ns_g\n0,1\n0.5,3\n")
+    assert read_csv(path, unit="G").unit_as_given == "g"
+    with refused("line 1", "unit 'gal' for column 'ns_g'", "g, as in its name"):
+        read_csv(path, unit="gal")
+
+
 def test_comments_blank_lines_quotes_and_line_ends(csv):
     record = read_csv(
         csv('\ufeff# a note\r\n"time_s", "x_g" \r\n\r\n0, 1\r\n# between\r\n0.5 ,2\r\n\r\n')
@@ -113,7 +144,7 @@ def test_times_may_start_anywhere(csv):
         ("", None, ("an empty file", "UTF-8 text")),
         (" \n\n", None, ("an empty file", "UTF-8 text")),
         ("# only\n", None, ("comments only", "column names")),
-        ("t,x_g\n0,1\n1,2\n", None, ("line 1", "'t, x_g'", "time_s")),
+        ("t,x_g\n0,1\n1,2\n", None, ("line 1", "'t, x_g'", "'Time [s],Acceleration [cm/s2]'")),
         ("time_s|x_g\n0|1\n", None, ("line 1", "'time_s|x_g'", "time_s")),
         ("time_s,x_g,x_g\n0,1,2\n", None, ("line 1", "'x_g' twice", "different")),
         ("time_s,x_m\n0,1\n1,2\n", None, ("line 1", "'time_s, x_m'", "_m_s2", "_gal")),

@@ -167,7 +167,7 @@ def test_closed_form_of_a_wavelet_is_the_oscillators_response():
     periods = np.array([0.5, 0.9, 2.0])
     wavelets = matching._Wavelets(periods)
     time, peak = np.arange(0.0, 30.0, 0.002), np.full(3, 14.0)
-    shapes = wavelets._shapes(np.arange(3), time, peak)
+    shapes = [wavelets.acceleration(np.array([k]), peak[:1], np.ones(1), time) for k in range(3)]
     at = np.linspace(8.0, 22.0, 40)
     for row, period in enumerate(periods):
         found = wavelets._influence(np.full(40, row), at, np.arange(3), peak)
@@ -246,6 +246,47 @@ def test_bad_downloads_are_refused_by_name(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(InputError, match="no file of a record"):
         read_folder(tmp_path / "empty")
+
+
+def test_a_folder_of_several_formats(tmp_path):
+    motion = el_centro_1940().cut(0.0, 2.0)
+    header, rows = "time_s,ew_m_s2,ns_m_s2,ud_m_s2", [f"{0.1 * k},{k},{2 * k},3" for k in range(9)]
+    (tmp_path / "a.csv").write_text("\n".join([header, *rows]))
+    (tmp_path / "b.csv").write_text(
+        "\n".join(["time_s,acc", *(f"{0.1 * k},{k}" for k in range(9))])
+    )
+    np.savetxt(tmp_path / "c.txt", np.column_stack((motion.time, motion.acceleration)))
+    (tmp_path / "notes.md").write_text("mine")
+    named = ["ns_m_s2", "ew_m_s2", "ud_m_s2"]
+    with pytest.raises(InputError, match=r"column= one of ew_m_s2, ns_m_s2, ud_m_s2"):
+        read_files([tmp_path / "a.csv"], unit="m/s2")
+    with pytest.warns(UserWarning, match=r": not used: notes\.md$"):
+        a, b, c = read_folder(tmp_path, unit="g", column=named)
+    assert [each.name for each in a.components] == ["a_ns", "a_ew"]
+    assert a.vertical.acceleration.tolist() == [3.0] * 9
+    assert b.components[0].pga == 8 * G
+    np.testing.assert_allclose(c.components[0].acceleration, motion.acceleration * G)
+    # without a unit, text is not read
+    (tmp_path / "b.csv").unlink()
+    with pytest.warns(UserWarning, match=r"not used: c\.txt, notes\.md; \.txt and .* need unit"):
+        assert [each.name for each in read_folder(tmp_path, column="ew_m_s2")] == ["a"]
+    with pytest.raises(InputError, match=r"a\.csv: given 3 components; expected: one"):
+        read_files([[tmp_path / "a.csv", tmp_path / "a.csv"]], column=named)
+
+
+def test_components_of_kiknet_are_one_record(tmp_path):
+    names = ("Origin Time", "Lat.", "Lon.", "Depth. (km)", "Mag.", "Station Code", "Station Lat.",
+             "Station Lon.", "Station Height(m)", "Record Time", "Sampling Freq(Hz)",
+             "Duration Time(s)", "Dir.", "Scale Factor", "Max. Acc. (gal)", "Last Correction",
+             "Memo.")  # fmt: skip
+    values = {"Sampling Freq(Hz)": "2Hz", "Duration Time(s)": "2", "Scale Factor": "100(gal)/1"}
+    header = "\n".join(f"{name:18s}{values.get(name, '1')}" for name in names)
+    for k, suffix in enumerate(("NS1", "EW1", "UD1", "NS2", "EW2", "UD2"), start=1):
+        (tmp_path / f"X.{suffix}").write_text(f"{header}\n {k} {-k} {k} {-k}\n")
+    deep, surface = sorted(read_folder(tmp_path), key=lambda each: each.name)
+    assert (deep.name, surface.name) == ("X_1", "X_2")
+    assert [each.pga for each in (*deep.components, deep.vertical)] == [1.0, 2.0, 3.0]
+    assert [each.pga for each in (*surface.components, surface.vertical)] == [4.0, 5.0, 6.0]
 
 
 def test_a_folder_and_a_list(tmp_path):

@@ -31,6 +31,24 @@ def test_two_columns(text, delimiter):
     assert record.unit_as_given == "g"
 
 
+@pytest.mark.parametrize("delimiter", ["\t", ";", " ", "   "])
+def test_decimal_commas(text, delimiter):
+    rows = (("0,00", "1"), ("0,05", "-2,5"), ("0,10", "3,25"))
+    path = text("t (s)\tacc\n" + "".join(f"{t}{delimiter}{a}\n" for t, a in rows))
+    record = read_text(path, unit="m/s2")
+    assert (record.acceleration.tolist(), record.dt) == ([1.0, -2.5, 3.25], 0.05)
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor", "name"),
+    [("ft/s2", 0.3048, "ft/s2"), ("IN/SEC^2", 0.0254, "in/s2"), ("cm/s²", 0.01, "cm/s2")],
+)
+def test_units_as_they_are_written(text, unit, factor, name):
+    record = read_text(text("1\n2\n"), unit=unit, dt=0.1)
+    assert record.acceleration.tolist() == pytest.approx([factor, 2 * factor])
+    assert record.unit_as_given == name
+
+
 def test_header_lines_are_passed_over(text):
     content = "9 stations\nacc in g\n1\n2\n"
     record = read_text(text(content), unit="m/s2", dt=1.0, skip_lines=2)
@@ -59,7 +77,7 @@ def test_written_numbers_are_read_back(text, values, dt):
 @pytest.mark.parametrize(
     ("content", "options", "parts"),
     [
-        ("1\n2\n", {"unit": "ft/s2", "dt": 1}, ("unit", "'ft/s2'", "m/s2", "gal")),
+        ("1\n2\n", {"unit": "yd/s2", "dt": 1}, ("unit", "'yd/s2'", "expected: m/s2, g", "gal")),
         ("1\n2\n", {"unit": "cm/s", "dt": 1}, ("unit", "'cm/s'", "cm/s2 (did you mean it?)")),
         ("1\n2\n", {"unit": "g"}, ("dt", "one column and no dt", "the step in s")),
         ("1\n2\n", {"unit": "g", "dt": -1}, ("dt (s)", "-1", "above 0")),
@@ -112,10 +130,10 @@ def test_a_reader_that_returns_no_record_is_refused(text, tmp_path, refused):
 @pytest.mark.parametrize(
     ("name", "options", "parts"),
     [
-        ("a.xlsx", {}, ("suffix '.xlsx'", ".at2, .csv, .dat, .txt")),
-        ("a", {}, ("suffix ''", ".at2, .csv, .dat, .txt")),
+        ("a.xlsx", {}, ("suffix '.xlsx'", ".at2, .csv, .dat, .ew,")),
+        ("a", {}, ("suffix ''", ".at2, .csv, .dat, .ew,")),
         ("a.vt2", {}, ("a .vt2 file", "units of g")),
-        ("a.csv", {"unit": "g"}, ("option unit", "'g'", "for .csv files: column")),
+        ("a.csv", {"dt": 0.1}, ("option dt", "0.1", "for .csv files: column, unit")),
         ("a.at2", {"dt": 0.1}, ("option dt", "0.1", "for .at2 files: no options")),
         ("a.txt", {"column": "x"}, ("option column", "'x'", "for .txt files: unit, dt")),
         ("a.txt", {}, ("option unit", "nothing", "unit='g'")),

@@ -7,7 +7,15 @@ import pandas as pd
 import pytest
 
 import isolation_sim as iso
-from ground_motions import Record, el_centro_1940, read_csv, response_spectrum, write_csv
+from ground_motions import (
+    STANDARD_GRAVITY,
+    Record,
+    asce7_22_two_period,
+    el_centro_1940,
+    read_csv,
+    response_spectrum,
+    write_csv,
+)
 from isolation_sim.cli import main
 from isolation_sim.errors import InputError
 from isolation_sim.io.results_folder import is_results
@@ -134,6 +142,9 @@ def test_a_record_with_the_name_of_another_line_keeps_its_own(suite):
 def test_what_is_on_the_disk(suite):
     runs = pd.read_csv(suite.folder / "runs.csv")
     assert len(runs) == 8
+    spectra = pd.read_csv(suite.folder / "spectra.csv")
+    mean = spectra[[f"{name}_psa_m_s2" for name in "abc"]].mean(axis=1)
+    np.testing.assert_allclose(spectra["suite_mean_psa_m_s2"], mean)
     report = (suite.folder / "report.html").read_text()
     for text in ("EN 1998-1:2004, 4.3.3.4.3(3)", "With 3 records the maximum", "a H2"):
         assert text in report
@@ -193,6 +204,20 @@ def test_motions_that_touch_a_wall_are_counted(suite):
     assert not any("touched" in each for each in verdict(suite))
 
 
+def test_the_level_of_an_asce_target_is_that_of_python(suite):
+    given = {"kind": "asce7_22_two_period", "S_DS_g": 1.0, "S_D1_g": 0.6, "T_L_s": 8.0}
+    section = Scenario.model_validate({"ground": {"folder": "x", "target": given}}).ground[0]
+    target, g = section.target.spectrum(), STANDARD_GRAVITY
+    assert target.psa(2.0)[0] == pytest.approx(0.3 * g)
+    assert target.name == asce7_22_two_period(g, 0.6 * g, 8.0).name
+    other = Suite(suite.folder)
+    other.index["inputs"]["section"] |= {"rule": "asce7_22_17"}
+    other.index["inputs"]["section"]["target"] = section.target.model_dump()
+    assert "ask for MCE_R" in " ".join(verdict(other))
+    other.index["inputs"]["section"]["target"]["level"] = "mce_r"
+    assert "ask for MCE_R" not in " ".join(verdict(other))
+
+
 def test_two_directions_are_shaken_together(tmp_path):
     ground = el_centro_1940().cut(0.0, 3.0)
     files = [write_csv(ground.scaled(k), tmp_path / f"{k}.csv") for k in (1.0, 0.5)]
@@ -241,6 +266,24 @@ def test_the_vertical_component_goes_along(tmp_path, scaling):
         prepare(section, isolated, tmp_path / "two")
 
 
+def test_all_records_that_cannot_be_matched_are_named(tmp_path, monkeypatch):
+    """Too small a tolerance for both. They are matched in a process of its own."""
+    monkeypatch.setattr("isolation_sim.sweeps.suites.prepare.match_spectrum", None)
+    for name, start in (("a", 0.0), ("b", 2.0)):
+        write_csv(el_centro_1940().cut(start, 8.0), tmp_path / f"{name}.csv")
+    given = {
+        "folder": str(tmp_path), "scaling": "matched", "isolated_period_s": 0.5,
+        "target": {"kind": "en1998_1_2004", "a_g_m_s2": 3.0, "ground": "B"},
+        "rule": "asce7_22_17", "match_tolerance": 0.001,
+    }  # fmt: skip
+    section = Scenario.model_validate({"ground": given}).ground[0]
+    plant, steps = iso.reference_building().on(iso.reference_isolators()), []
+    said = r"2 of 2 components: given a .*% from the target .*, b .*; expected: 0\.1%"
+    with pytest.raises(InputError, match=said):
+        prepare(section, plant, tmp_path / "out", steps.append, workers=1)
+    assert steps[-1] == "matching: 2 of 2 components"
+
+
 def test_the_isolated_period_of_a_linear_isolator():
     mass, stiffness = 1e5, 4e6
     alone = iso.from_matrices(np.diag([mass]), np.zeros((1, 1)), np.zeros((1, 1)))
@@ -274,6 +317,7 @@ def test_the_command_prints_tables_and_json(folder, suite, capsys):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
+        ('folder = "records"', 'folder = "three.toml"', "given a file; expected: a folder"),
         ('folder = "records"', "", "expected: one of folder, files, peer"),
         ('"records"', '"missing"', "given a folder that does not exist"),
         ('rule = "en1998_1_2004"', 'rule = "en1998"', "unknown rule 'en1998'"),

@@ -5,12 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ground_motions import (
+    MatchedRecord,
     Record,
     SuiteRecord,
     SuiteRule,
@@ -26,9 +28,11 @@ from ...io.atomic_write import write_text
 from ...io.json_text import json_text
 from ...io.results_folder import file_name
 from ...scenario.suite import RecordSuite
+from ...scenario.targets import Target
 from ...structures import IsolatedStructure
 from ...structures.sizing import translational_period
 from ...version import __version__
+from ...workers import in_processes, processors
 
 INDEX = "suite.json"
 MOTIONS = "motions"
@@ -40,6 +44,7 @@ def prepare(
     isolated: IsolatedStructure,
     folder: Path,
     step: Callable[[str], None] = lambda _: None,
+    workers: int | None = 1,
 ) -> dict[str, Any]:
     """Write the processed motions of a suite, and an index of their processing."""
     inputs = _inputs(section, isolated)
@@ -57,7 +62,7 @@ def prepare(
     rule = section.suite_rule
     period = section.isolated_period_s or translational_period(isolated)
     step("reading records")
-    records, changes = _scaled(section, rule, period, section.records(), step)
+    records, changes = _scaled(section, rule, period, section.records(), step, workers)
     records = [_padded(record, section.quiet_after_s) for record in records]
     (folder / MOTIONS).mkdir(parents=True, exist_ok=True)
     motions = []
@@ -97,6 +102,7 @@ def _scaled(
     period: float,
     records: list[SuiteRecord],
     step: Callable[[str], None],
+    workers: int | None,
 ) -> tuple[list[SuiteRecord], list[dict[str, dict[str, float]]]]:
     """The processed records, and the changes of each motion."""
     limits = section.scale_limits[0], section.scale_limits[1]
@@ -110,32 +116,11 @@ def _scaled(
         chosen = select_best(spectra, target.psa(fitted), section.select, limits)
         records = [records[k] for k in sorted(chosen)]
     by = section.scaled_by
-    if by == "matched" and target is not None:
-        matched, changes = [], []
-        for record in records:
-            step(f"matching {record.name}")
-            result = [
-                match_spectrum(each, target, rule.low * period, rule.high * period,
-                               section.match_tolerance, limits)
-                for each in record.components
-            ]  # fmt: skip
-            components = tuple(each.record for each in result)
-            factor = float(np.mean([each.scale_factor for each in result]))
-            matched.append(
-                SuiteRecord(record.name, components, _beside(record, components, factor))
-            )
-            changes.append(
-                _by_motion(record, [
-                    {
-                        "scale_factor": each.scale_factor,
-                        "largest_misfit": each.largest_misfit,
-                        "arias_ratio": each.arias_ratio,
-                        "duration_change_s": each.duration_change,
-                    }
-                    for each in result
-                ])
-            )  # fmt: skip
-        return matched, changes
+    if by == "matched" and section.target is not None:
+        low, high = rule.low * period, rule.high * period
+        section.target.spectrum().psa([low, high])
+        fit = _Fit(section.target, low, high, section.match_tolerance, limits)
+        return _matched(records, fit, step, workers)
     factors = [record.scale_factor if by == "peer" else 1.0 for record in records]
     if by == "amplitude" and target is not None:
         step("scaling records")
@@ -147,6 +132,85 @@ def _scaled(
         _by_motion(r, [{"scale_factor": factor}] * len(r.components))
         for r, factor in zip(records, factors, strict=True)
     ]
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Target of matching, its range and its tolerance."""
+
+    target: Target
+    low: float
+    high: float
+    tolerance: float
+    limits: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class _Match:
+    """Match of one component, as a task of a worker."""
+
+    place: tuple[int, int]
+    component: Record
+    fit: _Fit
+
+    def __str__(self) -> str:
+        return f"match of {self.component.name}"
+
+    def run(self) -> tuple[tuple[int, int], str, MatchedRecord | InputError]:
+        """Return the matched component, or the reason for none."""
+        fit = self.fit
+        try:
+            matched = match_spectrum(
+                self.component, fit.target.spectrum(), fit.low, fit.high, fit.tolerance, fit.limits
+            )
+        except InputError as error:
+            return self.place, self.component.name, error
+        return self.place, self.component.name, matched
+
+
+def _matched(
+    records: list[SuiteRecord], fit: _Fit, step: Callable[[str], None], workers: int | None
+) -> tuple[list[SuiteRecord], list[dict[str, dict[str, float]]]]:
+    """The matched records, and the changes of each motion."""
+    tasks = [
+        _Match((i, k), component, fit)
+        for i, record in enumerate(records)
+        for k, component in enumerate(record.components)
+    ]
+    step(f"matching {len(tasks)} components")
+    found, failed = {}, {}
+    count = min(processors(workers), len(tasks))
+    # processes even for one worker: there alone the linear algebra has a single thread
+    for place, name, result in in_processes(iter(tasks), count):
+        if isinstance(result, MatchedRecord):
+            found[place] = result
+        else:
+            failed[place] = f"{name} {result.given or result}"
+        step(f"matching: {len(found) + len(failed)} of {len(tasks)} components")
+    if failed:
+        raise InputError(
+            f"matching, {len(failed)} of {len(tasks)} components",
+            ", ".join(text for _, text in sorted(failed.items())),
+            f"{fit.tolerance:.1%}; other records, a narrower range, or a larger match_tolerance",
+        )
+    matched, changes = [], []
+    for i, record in enumerate(records):
+        parts = [found[i, k] for k in range(len(record.components))]
+        components = tuple(each.record for each in parts)
+        factor = float(np.mean([each.scale_factor for each in parts]))
+        matched.append(SuiteRecord(record.name, components, _beside(record, components, factor)))
+        changes.append(
+            _by_motion(record, [
+                {
+                    "scale_factor": each.scale_factor,
+                    "largest_misfit": each.largest_misfit,
+                    "arias_ratio": each.arias_ratio,
+                    "duration_change_s": each.duration_change,
+                }
+                for each in parts
+            ])
+        )  # fmt: skip
+    return matched, changes
 
 
 def _beside(record: SuiteRecord, matched: tuple[Record, ...], factor: float) -> Record | None:

@@ -14,6 +14,7 @@ from ...io.results_folder import check_free, file_name, is_results, removed_if_e
 from ...scenario import Scenario
 from ...scenario.job import with_place
 from ...scenario.suite import RecordSuite
+from ...workers import processors
 from .prepare import INDEX, MOTIONS, prepare
 from .result import SWEEP, Suite
 
@@ -48,7 +49,7 @@ def run_suite(
     resume : bool, default False
         Whether to continue an interrupted suite in the folder.
     workers : int, optional
-        Processes on this machine; one per processor by default.
+        Processes on this machine, for matching too; one per processor by default.
     step : callable, optional
         Called with the name of each step before the runs.
     announce, progress
@@ -73,6 +74,7 @@ def run_suite(
             f"{scenario.name}: [ground] is no suite of records; expected: folder, files or peer, "
             "or isolation-sim run for one motion"
         )
+    processors(workers)  # refuses a wrong number before any file is written
     folder = Path("results") / file_name(scenario.name) if out is None else Path(out)
     if not resume:
         check_free(folder, resumable=is_results(folder))
@@ -85,7 +87,7 @@ def run_suite(
     with removed_if_empty(folder):
         plant = scenario.model_copy(update={"ground": Scenario().ground}).build().isolated
         try:
-            index = prepare(section, plant, folder, step)
+            index = prepare(section, plant, folder, step, workers)
         except InputError as error:
             raise with_place(error, scenario._source, "ground") from None
     write_text(scenario.to_toml(), folder / SCENARIO)

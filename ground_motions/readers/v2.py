@@ -1,0 +1,218 @@
+"""Corrected accelerograms of COSMOS and CSMIP (V2)."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ground_motions.argument_types import checked
+from ground_motions.checks import positive
+from ground_motions.errors import InputError, nearest
+from ground_motions.readers.lines import (
+    parse_number,
+    read_lines,
+    require_count,
+    require_two,
+    shown,
+)
+from ground_motions.record import Record
+from ground_motions.units import to_m_s2, unit_name
+
+_FIRST = re.compile(r"\s*CORRECTED ACCEL", re.IGNORECASE)
+# CSMIP: "  4000 points of accel data equally spaced at  .020 sec, in cm/sec2. (8f10.3)"
+_CSMIP = re.compile(
+    r"\s*(?P<count>\d+)\s+points of accel data equally spaced at\s+(?P<dt>[\d.]+)\s*sec,"
+    r"\s*in\s+(?P<unit>[a-z]+(?:/[a-z0-9^*]+)*)(?P<format>.*)",
+    re.IGNORECASE,
+)
+# COSMOS: "  4000 acceleration pts, approx  80 secs, units=cm/sec2 (04), Format=(8F10.5)"
+_COSMOS = re.compile(
+    r"\s*(?P<count>\d+)\s+acceleration pts,\s*approx\s+(?P<length>[\d.]+)\s*secs?,"
+    r"\s*units\s*=\s*(?P<unit>[a-z]+(?:/[a-z0-9^*]+)*)\s*(?:\(\d+\))?\s*,?(?P<format>.*)",
+    re.IGNORECASE,
+)
+_REALS = re.compile(r"\s*(?P<count>\d+)\s+Real-header values", re.IGNORECASE)
+_FORMAT = re.compile(r"\(?\s*(?P<columns>\d+)\s*[EFG](?P<width>\d+)", re.IGNORECASE)
+_CHANNEL = re.compile(r"\bCHAN(?:NEL)?\s*(?P<channel>\d+)\b", re.IGNORECASE)
+_USUAL = (8, 10)  # numbers of a line and their width, where CSMIP writes no format
+_DT_PLACE = 62  # of the real header: sampling interval of this series, ms
+_RAW_DT_PLACE = 34  # sampling interval of the record, s
+_NULL = -999.0
+_EXPECTED = "a corrected accelerogram (V2) of COSMOS or CSMIP"
+
+
+@dataclass(frozen=True)
+class _Series:
+    """Accelerations of one channel: where they begin, and what their heading says."""
+
+    line: int  # Number of the heading, from 1
+    channel: str
+    count: int
+    dt: float
+    unit: str
+    columns: int
+    width: int
+
+
+@checked
+def read_v2(path: str | Path, column: str | None = None) -> Record:
+    """Read the accelerations of a channel of a corrected accelerogram.
+
+    Parameters
+    ----------
+    path : str or Path
+        File of volume 2 of CSMIP, or of the COSMOS format 1.20. Velocities and displacements
+        behind the accelerations are not read.
+    column : str, optional
+        Number of the channel, where the file has several, such as ``"2"``.
+
+    Returns
+    -------
+    Record
+        The motion in m/s2, named after the file, with the channel where there are several.
+
+    Raises
+    ------
+    InputError
+        If the file is none of the two, or another volume; the channel is missing or unknown; the
+        heading of the accelerations has no known unit, step or format; or there are fewer samples
+        than it says.
+
+    Notes
+    -----
+    A. F. Shakal and M. J. Huang, "Standard tape format for CSMIP strong-motion data tapes", Report
+    OSMS 85-03, 1985; "COSMOS strong motion data format", version 1.20, 2001.
+    """
+    lines = read_lines(path)
+    series = _all_series(lines, path)
+    channels = [each.channel for each in series]
+    if column is None and len(series) > 1:
+        raise InputError(
+            str(path), f"{len(series)} channels and no choice",
+            f"column= one of {', '.join(channels)}",
+        )  # fmt: skip
+    if column is not None and column not in channels:
+        raise InputError(f"{path}, column", repr(column), nearest(column, channels))
+    chosen = series[0 if column is None else channels.index(column)]
+    samples = _samples(lines, chosen, path)
+    stem = Path(path).stem
+    return Record(
+        np.array(samples) * to_m_s2(chosen.unit),
+        chosen.dt,
+        name=stem if len(series) == 1 else f"{stem}_{chosen.channel}",
+        source=f"{path}, channel {chosen.channel}",
+        unit_as_given=chosen.unit,
+    )
+
+
+def channels_of(path: str | Path) -> list[str]:
+    """Return the channels of a V2 file."""
+    return [each.channel for each in _all_series(read_lines(path), path)]
+
+
+def _all_series(lines: list[str], path: str | Path) -> list[_Series]:
+    if not _FIRST.match(lines[0]):
+        raise InputError(f"{path}, line 1", shown(lines[0].strip()), _EXPECTED)
+    series: list[_Series] = []
+    begin = 0
+    for place, line in enumerate(lines):
+        csmip, cosmos = _CSMIP.match(line), _COSMOS.match(line)
+        match = csmip or cosmos
+        if match is None:
+            continue
+        where = f"{path}, line {place + 1}"
+        unit, numbers = unit_name(match["unit"]), _FORMAT.search(match["format"])
+        if unit is None:
+            raise InputError(where, f"units {shown(match['unit'])}", "cm/sec2 or g")
+        if numbers is None and (cosmos or "(" in match["format"]):
+            raise InputError(where, shown(line.strip()), "a format at its end, such as (8f10.3)")
+        columns, width = numbers.group("columns", "width") if numbers else _USUAL
+        dt = match["dt"] if csmip else _cosmos_step(lines[begin:place], match, where, path)
+        series.append(
+            _Series(
+                place + 1,
+                _channel(lines[begin:place], len(series) + 1),
+                int(match["count"]),
+                positive(f"{where}, step (s)", dt),
+                unit,
+                int(columns),
+                int(width),
+            )
+        )
+        begin = place + 1
+    if not series:
+        raise InputError(
+            str(path), "no accelerations",
+            f"{_EXPECTED}: a line such as '4000 points of accel data equally spaced at .005 sec, "
+            "in cm/sec2. (8f10.3)'",
+        )  # fmt: skip
+    names = [each.channel for each in series]
+    if len(set(names)) < len(names):
+        raise InputError(str(path), f"channels {', '.join(names)}", "different numbers")
+    return series
+
+
+def _channel(header: list[str], default: int) -> str:
+    """Return the number of the channel in the header of a series, behind the last one's end."""
+    ends = [k for k, line in enumerate(header) if re.match(r"\s*(/&|End-of-data)", line, re.I)]
+    for line in header[ends[-1] + 1 if ends else 0 :]:
+        match = _CHANNEL.search(line)
+        if match:
+            return match["channel"]
+    return str(default)
+
+
+def _cosmos_step(header: list[str], heading: re.Match[str], where: str, path: str | Path) -> float:
+    """Return the step in s of a COSMOS series, which fits the duration in its heading."""
+    starts = [k for k, line in enumerate(header) if _REALS.match(line)]
+    if not starts:
+        raise InputError(where, "no real header above", "the real header of a COSMOS file")
+    reals = header[starts[-1]]
+    match, numbers = _REALS.match(reals), _FORMAT.search(reals)
+    assert match is not None
+    if numbers is None or int(match["count"]) < _DT_PLACE:
+        raise InputError(
+            f"{path}, {shown(reals.strip())}", f"{match['count']} values",
+            f"{_DT_PLACE} or more with their format: number {_DT_PLACE} is the step in ms",
+        )  # fmt: skip
+    width, cells = int(numbers["width"]), []
+    for line in header[starts[-1] + 1 :]:
+        cells += _fixed(line, width)
+        if len(cells) >= _DT_PLACE:
+            break
+    place = f"{path}, real header, value {_DT_PLACE} (ms)"
+    dt = parse_number(cells[_DT_PLACE - 1], place) / 1000.0
+    if dt == _NULL / 1000.0:
+        place = f"{path}, real header, value {_RAW_DT_PLACE} (s)"
+        dt = parse_number(cells[_RAW_DT_PLACE - 1], place)
+    positive(place, dt)
+    length = float(heading["length"])
+    if abs(int(heading["count"]) * dt - length) > max(1.0, 0.02 * length):
+        raise InputError(
+            place,
+            f"a step of {dt:g} s",
+            f"one by which {heading['count']} points last {length:g} s",
+        )
+    return dt
+
+
+def _fixed(line: str, width: int) -> list[str]:
+    """Cells of a line of a fixed width; wide numbers touch each other."""
+    line = line.rstrip()
+    return [line[k : k + width].strip() for k in range(0, len(line), width)]
+
+
+def _samples(lines: list[str], series: _Series, path: str | Path) -> list[float]:
+    rows = -(-series.count // series.columns)
+    samples = [
+        parse_number(cell, f"{path}, line {number}, column {column}")
+        for number, line in enumerate(lines[series.line : series.line + rows], series.line + 1)
+        if not line.lstrip().startswith(("/&", "End"))
+        for column, cell in enumerate(_fixed(line, series.width), start=1)
+    ]
+    require_count(len(samples), series.count, f"{path}, line {series.line}", "number of points")
+    require_two(len(samples), str(path))
+    return samples
