@@ -100,7 +100,7 @@ def _gap(name: str, meaning: str, *starts: float) -> EffectParameter:
 
 def _exponent(*starts: float) -> EffectParameter:
     return EffectParameter(
-        "exponent", "1", "exponent of the overrun", lower=1.0, upper=3.0, starts=starts
+        "exponent", "1", "exponent of the overrun", lower=1.0, upper=6.0, starts=starts
     )
 
 
