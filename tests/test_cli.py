@@ -300,9 +300,9 @@ BAD_INPUT = {
     ),
     "wrong unit in a column": (
         '[ground]\nfile = "motion.csv"',
-        {"motion.csv": CSV.replace("_m_s2", "_ft_s2")},
+        {"motion.csv": CSV.replace("_m_s2", "_yd_s2")},
         "job.toml: ground: {here}/motion.csv, line 1: given columns 'time_s, "
-        "ground_acceleration_ft_s2'; expected: an acceleration column whose name ends in a unit: ",
+        "ground_acceleration_yd_s2'; expected: an acceleration column whose name ends in a unit: ",
     ),
     "wrong unit": (
         '[ground]\nfile = "motion.txt"\nunit = "feet"\ndt_s = 0.01',

@@ -7,7 +7,8 @@ import pytest
 
 from isolation_sim.discrepancy.device import effect_search
 from isolation_sim.discrepancy.device.effect_search import EffectSearch
-from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
+from isolation_sim.discrepancy.device.generic_terms import OUTSIDE, generic_terms, with_each_power
+from isolation_sim.effects import Signals
 
 
 def fitted(cost, *causes, n_values=3):
@@ -102,6 +103,34 @@ def test_a_term_is_taken_where_it_is_clearly_better(monkeypatch, before, best, t
     monkeypatch.setattr(effect_search, "screen", lambda *given: found)
     monkeypatch.setattr(effect_search, "fit_directions", lambda *given: fits)
     assert (space._generic_term(current, fitted(best, *before, "stop")) is fits[0]) == taken
+
+
+@pytest.mark.parametrize(("term", "causes"), [(800, ("heat", OUTSIDE)), (1500, ("stop", "heat"))])
+def test_a_cause_that_imitates_a_term_is_replaced(monkeypatch, term, causes):
+    space = Space()
+    space.noise = np.full((100, 2), 1.0)
+    monkeypatch.setattr(space, "without", lambda model, place: fitted(
+        3000, *(c for k, c in enumerate(model.causes) if k != place)
+    ))  # fmt: skip
+    monkeypatch.setattr(effect_search, "screen", lambda *given: [SimpleNamespace(gain=2000)])
+    # a term beside the first cause explains no more than the second one does
+    monkeypatch.setattr(
+        effect_search, "fit_directions", lambda base, *_: [
+            fitted(term if base.causes == ("heat",) else 1990, *base.causes, OUTSIDE)
+        ],
+    )  # fmt: skip
+    assert space._without_imitations(fitted(2000, "stop", "heat")).causes == causes
+
+
+def test_a_term_has_a_polynomial_of_the_current():
+    terms = {one.form: one for one in generic_terms(0.1, True, False)}
+    family, power = with_each_power(terms["x^3 I"])
+    assert (family.form, power) == ("x^3 (1, I, I^2)", 1)
+    assert [q.unit for q in family.parameters] == ["N/m^3", "N/m^3 A", "N/m^3 A^2"]
+    signals = Signals(x=2.0, v=0.0, a=0.0, current=3.0, force=0.0, temperature=20.0)
+    assert family.force(signals, (), (1.0, 10.0, 100.0)) == 8 * (1 + 30 + 900)
+    # inertia is of the catalogue, and the clock has no factors
+    assert with_each_power(terms["a I"]) is None and with_each_power(terms["x t"]) is None
 
 
 def test_terms_that_would_leave_far_more_are_not_fitted(monkeypatch):

@@ -228,8 +228,9 @@ class EffectSearch:
 
     def _with_each_power(self, current: FittedModel, term: FittedModel) -> FittedModel:
         """Fit a term with a polynomial of the current as its coefficient."""
-        found = with_each_power(term.effects[-1])
-        if found is None or not any("current" in each.needs for each in self.terms):
+        by_current = any("current" in each.needs for each in self.terms)
+        found = with_each_power(term.effects[-1]) if by_current else None
+        if found is None:
             return term
         family, power = found
         start = np.zeros(len(family.parameters))
