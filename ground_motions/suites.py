@@ -109,27 +109,23 @@ def read_folder(
         If there is no such folder, no record in it, or a file cannot be used.
     """
     folder = Path(folder)
-    if folder.is_file():
-        raise InputError(str(folder), "a file", "a folder with files of records")
     if not folder.is_dir():
-        raise InputError(
-            str(folder),
-            "a file" if folder.is_file() else "a folder that does not exist",
-            "a folder with files of records",
-        )
+        given = "a file" if folder.is_file() else "a folder that does not exist"
+        raise InputError(str(folder), given, "a folder with files of records")
     if (folder / _SEARCH_RESULTS).is_file():
         return _search_results(folder / _SEARCH_RESULTS, lambda name: folder / name)
     suffixes = {f".{name}" for name in READERS} - (set() if unit else _TEXT)
     present = sorted(p for p in folder.iterdir() if p.is_file() and not p.name.startswith("."))
     files = [path for path in present if path.suffix.lower() in suffixes]
     others = [path for path in present if path not in files]
+    text = any(path.suffix.lower() in _TEXT for path in others)
+    hint = "; .txt and .dat files need unit" if text else ""
     if not files:
-        raise InputError(str(folder), "no file of a record", f"files {', '.join(sorted(suffixes))}")
+        expected = f"files {', '.join(sorted(suffixes))}{hint}"
+        raise InputError(str(folder), "no file of a record", expected)
     if others:
         names = ", ".join(path.name for path in others[:_NAMED])
         more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
-        text = any(path.suffix.lower() in _TEXT for path in others)
-        hint = "; .txt and .dat files need unit" if text else ""
         warn(f"{folder}: not used: {names}{more}{hint}", UserWarning)
     return _unique([_record(*each, unit, dt, column) for each in _grouped(files)])
 

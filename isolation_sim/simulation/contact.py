@@ -13,7 +13,7 @@ from ..effects import separate
 from ..structures import IsolatedStructure
 from ..written_names import as_written
 from .modal import Modes
-from .workspace import Workspace, padded
+from .workspace import Workspace, modal_motion
 
 
 class Stop(NamedTuple):
@@ -51,12 +51,13 @@ def contacts_of_outputs(
 
 def contacts_of_lane(isolated: IsolatedStructure, modes: Modes, work: Workspace, lane: int) -> int:
     """Contacts with all stops in one lane of a finished block."""
-    n, total = modes.eigenvalues.size, 0
-    n_points, n_pad = len(work.grid.time), padded(work.kernel.shape, n)
-    for stop in stops(isolated):
-        z = work.z.reshape(n_points + 2, 2, n_pad, -1)[work.grid.samples, :, :n, lane]
-        row = isolated.elements[stop.element].device.length * modes.deformation[stop.element, 0]
-        total += _entries(stop, z[:, 0] @ row.real - z[:, 1] @ row.imag)
+    found = stops(isolated)
+    if not found:
+        return 0
+    motion, total = modal_motion(work, modes.eigenvalues.size, lane, work.grid.samples), 0
+    for stop in found:
+        length = isolated.elements[stop.element].device.length
+        total += _entries(stop, length * (motion @ modes.deformation[stop.element, 0]).real)
     return total
 
 

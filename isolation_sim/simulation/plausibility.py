@@ -16,8 +16,8 @@ from ..laws.law import Law
 from ..structures import IsolatedStructure
 from ..structures.sizing import ISOLATED_PERIODS, implausible, isolation_elements
 from ..written_names import as_written
-from .modal import Modes, real_rows
-from .workspace import Workspace, padded
+from .modal import Modes
+from .workspace import Workspace, modal_motion
 
 LARGEST_PGA = 2 * STANDARD_GRAVITY
 """Largest plausible acceleration of the ground, m/s^2; few records exceed it."""
@@ -135,10 +135,7 @@ def of_end(
     # modes are faster than all outputs
     grid = work.grid
     some = grid.samples[:: _every(len(grid.samples))]
-    n_points, n_modes = len(grid.time), modes.eigenvalues.size
-    n_pad = padded(work.kernel.shape, n_modes)
-    z = work.z.reshape(n_points + 2, 2, n_pad, -1)[some, :, :n_modes, lane]
-    motion = z.reshape(len(some), 2 * n_modes) @ real_rows(modes.shapes).T
+    motion = (modal_motion(work, modes.eigenvalues.size, lane, some) @ modes.shapes.T).real
     return _end(isolated, grid.time[some] - grid.time[grid.samples[-1]], motion)
 
 

@@ -13,7 +13,7 @@ from ..structures import IsolatedStructure
 from ..written_names import as_written
 from .modal import Modes
 from .plausibility import at_end
-from .workspace import Workspace, padded
+from .workspace import Workspace, modal_motion
 
 OVER_TESTED = ("deformation_over_tested", "current_over_tested")
 """Names of the ratios of peaks to tested values, in ``Batch`` and in a sweep's table."""
@@ -97,19 +97,11 @@ def _peak_deformations(
             peaks[group[0]] = np.atleast_1d(criteria["peak_base_displacement_m"])[lane]
             continue
         if motion is None:
-            motion = _modal_motion(modes, work, lane)
+            motion = modal_motion(work, modes.eigenvalues.size, lane)
         # along x and y; a third element of a group is the load on it
         along = [motion @ modes.deformation[e, 0] for e in group[:2]]
         peaks[group[0]] = device.length * np.sqrt(np.max(sum(x.real**2 for x in along)))
     return peaks
-
-
-def _modal_motion(modes: Modes, work: Workspace, lane: int) -> NDArray:
-    """Modal coordinates at every point of the grid, (n_points, n_modes)."""
-    n_modes, n_points = modes.eigenvalues.size, len(work.grid.time)
-    n_pad = padded(work.kernel.shape, n_modes)
-    z = work.z.reshape(n_points + 2, 2, n_pad, -1)[:n_points, :, :n_modes, lane]
-    return z[:, 0] + 1j * z[:, 1]
 
 
 @lru_cache(maxsize=256)

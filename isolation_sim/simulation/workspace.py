@@ -326,3 +326,10 @@ class Workspace:
         )  # fmt: skip
         result = track[:, [module.PEAK, module.TOTAL], :per_block].swapaxes(0, 1)
         return result.reshape(2, -1, lanes)[:, :n_quantities]
+
+
+def modal_motion(work: Workspace, n_modes: int, lane: int, points: Any = slice(None)) -> NDArray:
+    """Complex modal coordinates of a lane at some points of the grid, (n_points, n_modes)."""
+    n_points = len(work.grid.time)
+    z = work.z.reshape(n_points + 2, 2, padded(work.kernel.shape, n_modes), -1)[:n_points]
+    return z[points, 0, :n_modes, lane] + 1j * z[points, 1, :n_modes, lane]
