@@ -14,7 +14,6 @@ from .errors import Diverged, InputError, unknown_name
 from .io.results_folder import files_into
 from .named_values import Criteria
 from .rendering import Printed, render
-from .simulation.contact import touched
 from .simulation.result import cautions_of, decisions_of
 from .simulation.tested_range import of_runs
 from .written_names import as_written
@@ -165,7 +164,7 @@ class Comparison(Printed):
             the controllers.
         """
         sentences = [*next(iter(self.runs.values())).implausible, *of_runs(self.runs)]
-        sentences += [*touched(self.runs), *cautions_of(self.runs)]
+        sentences += cautions_of(self.runs)
         sentences += [
             f"{as_written(name)}: {run.clamped} commands were clamped to the supply's limits"
             for name, run in self.runs.items()

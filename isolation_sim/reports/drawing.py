@@ -150,11 +150,11 @@ def drawing_title(isolated: IsolatedStructure) -> str:
 def _isolators(isolated: IsolatedStructure) -> dict[str, bool]:
     """Short description of each kind of isolator, and whether it has a coil."""
     layer, kinds = isolation_elements(isolated), dict[tuple[str, bool], list[str]]()
-    for group, law in zip(isolated.groups, isolated.group_laws, strict=True):
-        if group[0] in layer:
-            element, plan = isolated.elements[group[0]], len(group) > 1
-            kind = law.name + ", biaxial" * plan, element.channel is not None
-            name = element.name.removesuffix("_x") if plan else element.name
+    devices = zip(isolated.device_names, isolated.groups, isolated.group_laws, strict=True)
+    for name, (e, *others), law in devices:
+        if e in layer:
+            driven = isolated.elements[e].channel is not None
+            kind = law.name + ", biaxial" * bool(others), driven
             kinds.setdefault(kind, []).append(name)
     result = {}
     for (kind_of_law, driven), names in kinds.items():

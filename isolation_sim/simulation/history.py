@@ -39,9 +39,8 @@ def dataset(run: Trajectory) -> xarray.Dataset:
         ("command", run.command, "commanded current"),
     ):
         variables[name] = (("time", "channel"), values, {"units": "A", "long_name": meaning})
-    for (e, *others), law in zip(isolated.groups, isolated.group_laws, strict=True):
-        element = isolated.elements[e]
-        name = element.name.removesuffix("_x") if others else element.name
+    devices = zip(isolated.device_names, isolated.groups, isolated.group_laws, strict=True)
+    for name, (e, *_), law in devices:
         for k, state in enumerate(law.states):
             variables[f"{name}_{state.name}"] = (
                 ("time",),

@@ -135,7 +135,8 @@ def of_end(
     # modes are faster than all outputs
     grid = work.grid
     some = grid.samples[:: _every(len(grid.samples))]
-    motion = (modal_motion(work, modes.eigenvalues.size, lane, some) @ modes.shapes.T).real
+    z = modal_motion(work, modes.eigenvalues.size, lane, some)
+    motion = z.real @ modes.shapes.real.T - z.imag @ modes.shapes.imag.T
     return _end(isolated, grid.time[some] - grid.time[grid.samples[-1]], motion)
 
 

@@ -20,7 +20,7 @@ from ..io.results_folder import files_into
 from ..named_values import Criteria
 from ..rendering import Printed, render
 from ..written_names import as_written
-from .contact import contacts_of_outputs, touched
+from .contact import contacts_of_outputs, stops
 from .plausibility import of_end, of_inputs, of_saved_end
 from .quantities import level_dofs
 from .tested_range import Reached, of_runs, peak_currents, reached
@@ -209,6 +209,8 @@ class Run(Printed, Trajectory):
     @cached_property
     def contacts(self) -> dict[str, int]:
         """Number of contacts with each moat wall or end stop, by the element's name."""
+        if not stops(self.isolated):  # outputs at all samples take as long as a simulation
+            return {}
         return contacts_of_outputs(self.isolated, self.outputs.names, self.values)
 
     def warnings(self) -> list[str]:
@@ -223,7 +225,7 @@ class Run(Printed, Trajectory):
             controller.
         """
         own = {self.controller: self}
-        sentences = [*self.implausible, *of_runs(own), *touched(own)]
+        sentences = [*self.implausible, *of_runs(own)]
         sentences += cautions_of(own)
         if self.clamped:
             sentences.append(

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..structures import IsolatedStructure
 from ..written_names import as_written
+from .contact import touched
 from .modal import Modes
 from .plausibility import at_end
 from .workspace import Workspace, modal_motion
@@ -117,8 +118,7 @@ def _at_base(isolated: IsolatedStructure) -> tuple[bool, ...]:
 def exceeded(runs: Mapping[str, Reached], isolated: IsolatedStructure) -> list[str]:
     """Warnings about elements and coils beyond their tests, for runs by controller."""
     sentences = []
-    for e, *others in isolated.groups:
-        name = isolated.element_names[e].removesuffix("_x" if others else "")
+    for name, (e, *_) in zip(isolated.device_names, isolated.groups, strict=True):
         beyond = {
             run: 1e3 * each.deformation[e]
             for run, each in runs.items()
@@ -151,8 +151,8 @@ def _listed(values: Mapping[str, float], form: str, unit: str) -> str:
 
 
 def of_runs(runs: Mapping[str, Any]) -> list[str]:
-    """Warnings for several runs (``Run``) of one plant: beyond the tests, and at the end."""
-    return [*beyond_of(runs), *at_end(runs)]
+    """Warnings for several runs (``Run``) of one plant: beyond the tests, at the end, contacts."""
+    return [*beyond_of(runs), *at_end(runs), *touched(runs)]
 
 
 def beyond_of(runs: Mapping[str, Any]) -> list[str]:

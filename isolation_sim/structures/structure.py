@@ -524,6 +524,14 @@ class IsolatedStructure:
         return tuple(laws)
 
     @property
+    def device_names(self) -> tuple[str, ...]:
+        """Names of the devices; one in plan has several elements."""
+        # ``with_biaxial`` ends the names of the elements in _x and _y
+        return tuple(
+            self.elements[e].name.removesuffix("_x" if others else "") for e, *others in self.groups
+        )
+
+    @property
     def element_names(self) -> tuple[str, ...]:
         """Names of the elements."""
         return tuple(element.name for element in self.elements)
