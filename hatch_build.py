@@ -1,7 +1,8 @@
-"""Puts the script of plotly.js into a wheel, so that an install does not need plotly."""
+"""Puts the script of plotly.js beside the reports, so that an install does not need plotly."""
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,12 @@ class PlotlyScript(BuildHookInterface):
     """Takes the script from plotly's own package, which the build requires."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Add the script beside the reports; an editable install has plotly itself."""
-        if version == "editable":
-            return
+        """Add the script to a wheel, or copy it into the checkout of an editable install."""
         import plotly
 
         script = Path(plotly.__file__).parent / "package_data" / "plotly.min.js"
-        build_data["force_include"][str(script)] = "isolation_sim/reports/html/plotly.min.js"
+        place = "isolation_sim/reports/html/plotly.min.js"
+        if version == "editable":
+            shutil.copyfile(script, Path(self.root) / place)
+        else:
+            build_data["force_include"][str(script)] = place

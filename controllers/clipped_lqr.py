@@ -132,7 +132,7 @@ class ClippedLQR(BrysonsRule):
         n, m = linear.n_dofs, len(rows)
         inverse = np.linalg.inv(linear.mass)
         # forces in units of the largest acceptable one keep the Riccati equation well scaled
-        unit = self.largest_force * linear.total_mass * STANDARD_GRAVITY
+        unit = self.largest_force * linear.isolated_mass * STANDARD_GRAVITY
         on_acceleration = -unit * inverse @ rows.T
         acceleration = -inverse @ np.hstack([linear.stiffness, linear.damping])
         a = np.vstack([np.eye(n, 2 * n, k=n), acceleration])

@@ -184,7 +184,7 @@ class H2(CompiledController):
         ground = GroundNoise(self.ground_intensity, self.ground_frequency, self.ground_damping)
         linear = nominal_linear_model(nominal, reference, ground)
         driven = np.array([element.channel is not None for element in nominal.elements])
-        unit = self.largest_force * nominal.structure.total_mass * STANDARD_GRAVITY
+        unit = self.largest_force * nominal.structure.isolated_mass * STANDARD_GRAVITY
         on_state, on_acceleration = unit * linear.b[:, driven], unit * linear.d[:, driven]
         n_y, (n_x, n_w), n_u = len(linear.c), linear.g.shape, int(driven.sum())
         largest = self.largest_acceleration

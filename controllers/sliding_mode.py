@@ -91,13 +91,14 @@ class SlidingMode(CompiledController):
 
 
 def carried_masses(nominal: IsolatedStructure, currents: NDArray) -> NDArray:
-    """Mass carried by each driven element: the total mass, distributed by stiffness."""
+    """Mass carried by each driven element: the isolated mass, distributed by stiffness."""
     structure, driven = nominal.structure, driven_elements(nominal, "carried masses")
     rows = np.array([element.direction for element in driven])
-    along = np.argmax(np.abs(rows @ structure.influence), axis=1)
+    carried = structure.above_foundation
+    along = np.argmax(np.abs(rows @ carried), axis=1)
     stiffness = np.array([
         abs(element.device.linearised(float(currents[element.channel or 0]))) for element in driven
     ])  # fmt: skip
-    whole = np.einsum("ij,ik,kj->j", structure.influence, structure.mass, structure.influence)
+    whole = np.einsum("ij,ik,kj->j", carried, structure.mass, carried)
     totals = np.array([stiffness[along == direction].sum() for direction in along])
     return whole[along] * stiffness / totals

@@ -38,9 +38,9 @@ def test_installed_packages_hold_their_data(package, name):
 
 
 def test_an_installed_package_has_the_script_of_plotly():
-    """A wheel holds it, so that an install needs no plotly; the repository does not."""
+    """A wheel holds it, so that an install needs no plotly."""
     script = resources.files("isolation_sim.reports.html").joinpath("plotly.min.js")
-    assert script.is_file() == ("site-packages" in Path(isolation_sim.__file__).parts)
+    assert script.is_file() or "site-packages" not in Path(isolation_sim.__file__).parts
     assert any(name.startswith("plotly>=") for name in PROJECT["build-system"]["requires"])
     names = [re.split("[>=]", name)[0] for name in PROJECT["project"]["dependencies"]]
     assert not {"plotly", "pyarrow"} & set(names)

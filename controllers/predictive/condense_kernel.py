@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from numpy.typing import NDArray
 
 # places in the array of weights
@@ -9,6 +11,13 @@ ON_DISPLACEMENT, ON_ACCELERATION, ON_END = range(3)
 ON_CHANGE, ON_ROUGHNESS, ON_CURRENT, ON_PEAKS = range(3, 7)
 SMALL = 1e-6
 """Curvature of the excess peaks, so that the programme is strictly convex."""
+
+
+def largest_gap(lag: float, slew: float, step: float) -> float:
+    """Largest distance of a command from the current, A, before the slew rate bounds a decision."""
+    # By the lag alone the current then changes by slew * step within the decision. A coil that
+    # cannot be faster than its slew rate falls short of that by less than a tenth.
+    return slew * step / -math.expm1(-step / lag) if lag > 0.0 else slew * step
 
 
 def condense(
@@ -136,7 +145,7 @@ def condense(
         for b in range(a):
             hessian[b, a] = hessian[a, b]
 
-    # a command never changes faster than the slew rate of the driver
+    # no current changes by more than the slew rate of the driver allows in one decision
     for c in range(n_channels):
         lag, slew = coils[c, 0], coils[c, 1]
         if slew < 1e30:
@@ -145,14 +154,14 @@ def condense(
                 for j in range(n):
                     rows[row, j] = 0.0
                 rows[row, int(block[k]) * n_channels + c] = span
+                most = largest_gap(lag, slew, step)
                 if lag > 0.0:
-                    gap, most = commands[k, c] - past[k, c, width], slew * lag
+                    gap = commands[k, c] - past[k, c, width]
                     for j in range(width):
                         other = coils[j % n_channels, 3] - coils[j % n_channels, 2]
                         rows[row, j] -= past[k, c, j] * other
                 else:
                     gap = commands[k, c] - (commands[k - 1, c] if k > 0 else before[c])
-                    most = slew * step
                     if k > 0:
                         rows[row, int(block[k - 1]) * n_channels + c] -= span
                 upper[n + row], lower[n + row] = most - gap, -most - gap

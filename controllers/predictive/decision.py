@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ..device_model import FORCE_SCALE
 from ..device_states import follow_states
 from .active_set import excess, solve
-from .condense_kernel import condense
+from .condense_kernel import condense, largest_gap
 from .flat_arrays import array1, array2, array3
 from .force_scale import learn_scale
 from .ground_kernel import look_ahead
@@ -143,7 +143,7 @@ def decide_by_motion(
     for c in range(n_channels):
         lag = coils[c, 0]
         start = i[c] if lag > 0.0 else before[c]
-        reach = coils[c, 1] * (lag if lag > 0.0 else numbers[STEP])
+        reach = largest_gap(lag, coils[c, 1], numbers[STEP])
         trial[0, c] = min(max(trial[0, c], start - reach), start + reach)
         for k in range(n_steps):
             plan[k, c] = min(max(trial[k, c], lowest[0, c]), coils[c, 3])

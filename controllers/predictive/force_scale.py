@@ -19,9 +19,10 @@ LOWEST, HIGHEST = 0.3, 3.0
 
 def balance(nominal: IsolatedStructure) -> tuple[NDArray, NDArray]:
     """Rows of each direction's mean acceleration, from accelerations and from forces."""
-    along = nominal.structure.influence.T
-    mass = np.diag(along @ nominal.structure.mass @ along.T)[:, np.newaxis]
-    return along @ nominal.structure.mass / mass, -along @ nominal.element_rows.T / mass
+    structure = nominal.structure
+    along = structure.above_foundation[:, : len(structure.horizontal)].T
+    mass = np.diag(along @ structure.mass @ along.T)[:, np.newaxis]
+    return along @ structure.mass / mass, -along @ nominal.element_rows.T / mass
 
 
 def learn_scale(

@@ -74,7 +74,7 @@ class Prediction:
         )  # fmt: skip
         self.n_displacements, self.n_accelerations = len(displacement), len(acceleration)
         n_dofs = self.nominal.structure.n_dofs
-        self.along = displacement[:, :n_dofs] @ self.nominal.structure.influence
+        self.along = displacement[:, :n_dofs] @ self.nominal.structure.above_foundation
         # an output's velocity follows its displacement by as many places as there are dofs
         velocity = np.roll(displacement, n_dofs, axis=1)
         rows = np.concatenate([displacement, acceleration, velocity]) @ outputs.rows

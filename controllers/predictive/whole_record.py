@@ -17,6 +17,7 @@ from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.simulation.result import Run
 from isolation_sim.structures import IsolatedStructure
 
+from .condense_kernel import largest_gap
 from .interval import propagator
 
 _MIDDLE, _END = (5 / 24, 8 / 24, -1 / 24), (4 / 24, 16 / 24, 4 / 24)
@@ -217,7 +218,7 @@ class WholeRecord:
         for c in np.flatnonzero(np.isfinite(self.coils[:, 1])).tolist():
             lag, slew = self.coils[c, :2]
             rate = at["u"][c] - (at["i"] if lag > 0 else at["past"])[c]
-            rate /= (lag or h) * slew
+            rate /= largest_gap(lag, slew, h)
             within += [1.0 - rate, 1.0 + rate]
         smooth = self.roughness / self.n * casadi.sumsqr(raw["u"] - raw["past"])
         state, control = (

@@ -183,7 +183,8 @@ def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
     if wrong:
         yield (
             f"{_names(wrong, runs)}: the force's mean is up to {moved.max():.3g} N off that of the "
-            "other runs: an offset of the load cell"
+            "other runs: an offset of the load cell, or of the displacement where it follows the "
+            "stiffness"
         )
 
 

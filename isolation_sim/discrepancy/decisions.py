@@ -51,6 +51,9 @@ effect look helpful there. Blind (cases ``outside``)."""
 REMAINS = 0.03
 """Error that the causes leave, over the force and beyond noise, above which all laws are compared,
 during the search and after it: the law may be of the wrong family. Convention."""
+NEARLY_ALL = 0.1
+"""Share of the misfit on the data that judge that may remain beyond noise where the verdict is
+"explained" because no model attains less. Convention, seen on tests of unknown devices."""
 FAR_BETTER = 3.0
 """Factor on the error of another law alone above which the search for more causes ends. Blind
 (``wrong_law``)."""
@@ -131,6 +134,10 @@ WORTH_REFITTING = 0.5
 tried again in the place of the one taken. Effort."""
 SEARCH_STEPS = 12
 """Steps of a candidate's fit during the search. Effort."""
+MANY_STEPS = 4
+"""Integration steps a sample, on average, from which the search looks for fewer. Effort."""
+FEWER_STEPS = 2
+"""Factor by which integration steps must differ to be changed during the search. Effort."""
 
 # Loop tables
 

@@ -31,7 +31,7 @@ Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
 
 MEANINGS: dict[Verdict, str] = {
     "adequate": "The simulation reproduces the data within their noise: no effect is missing.",
-    "explained": "The error of the simulation is explained, within the noise of the data.",
+    "explained": "The error of the simulation is explained, up to noise or a small remainder.",
     "partly_explained": "Part of the misfit is explained; a remainder is not.",
     "unexplained": "The simulation gets something wrong that none of the known causes explains.",
 }

@@ -1,4 +1,11 @@
-"""A constant force: preload of the device, or a load cell that was not set to zero."""
+"""A constant force: preload of the device, or a sensor that was not set to zero.
+
+Forms:
+
+    constant        `level` is added: preload, or the zero of the load cell
+    displacement    the law acts on x' = x - `offset`: the zero of the displacement sensor; its
+                    force follows the stiffness, with the current and with the deformation
+"""
 
 from typing import Any
 
@@ -15,6 +22,11 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
     return parameters[0] * x
 
 
+def motion(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """The motion about the device's own zero."""
+    return signals.x - parameters[0], signals.v
+
+
 FORMS = (
     Effect(
         cause="force_offset",
@@ -25,4 +37,18 @@ FORMS = (
         stored_energy=stored_energy,
         source="preload F0 of the Bouc-Wen dampers' models: Spencer et al. (1997)",
     ),
-)
+    Effect(
+        cause="force_offset",
+        form="displacement",
+        title="Force offset, by the zero of the displacement",
+        parameters=(
+            EffectParameter(
+                "offset", "m", "displacement recorded where the device is not deformed",
+                strength=True, starts=(0.05,),
+            ),
+        ),
+        motion=motion,
+        of_device=False,
+        source="zero of the displacement sensor",
+    ),
+)  # fmt: skip

@@ -16,6 +16,7 @@ The folder holds ``campaign.toml`` and one CSV file per run::
 from __future__ import annotations
 
 import secrets
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,7 +54,8 @@ class Campaign:
     Raises
     ------
     InputError
-        If no run is left to fit, or two runs share a name.
+        If no run is left to fit, two runs share a name, or some runs have a current and others
+        none.
     """
 
     name: str
@@ -69,10 +71,28 @@ class Campaign:
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
             raise InputError(f"{self.name}: run {twice[0]!r} twice; expected: different names")
+        lacking = [run.name for run in self.runs if not run.current_measured]
+        if 0 < len(lacking) < len(self.runs):
+            raise InputError(
+                f"{self.name}: no current_A in {lacking[0]!r}; expected: a current in all runs or, "
+                "of a device without coil, in none"
+            )
 
     def __repr__(self) -> str:
         held = len(self.held_out)
         return f"Campaign({self.name!r}, {len(self.runs)} runs, {held} held out)"
+
+    @property
+    def column_notes(self) -> list[str]:
+        """What the columns of the runs lack, and which are not used."""
+        notes = []
+        if not self.runs[0].current_measured:
+            notes.append("no column current_A: the device counts as one without coil")
+        ignored = Counter(name for run in self.runs for name in run.ignored_columns)
+        if ignored:
+            names = ", ".join(f"{name} ({n})" for name, n in ignored.items())
+            notes.append(f"columns that are not used (runs that have them): {names}")
+        return notes
 
     @property
     def fitted(self) -> tuple[TestRun, ...]:
@@ -136,7 +156,7 @@ def write_campaign(campaign: Campaign, folder: str | Path) -> Path:
     Parameters
     ----------
     campaign : Campaign
-        Campaign to write; a velocity that was not measured is left out.
+        Campaign to write; a velocity or current that was not measured is left out.
     folder : str or pathlib.Path
         Folder to make; it must not exist. It takes its name when everything is in it.
 
@@ -183,7 +203,7 @@ def _write_run(run: TestRun, path: Path) -> None:
         "displacement_m": run.displacement,
         "velocity_m_s": run.velocity if run.velocity_measured else None,
         "acceleration_m_s2": run.acceleration,
-        "current_A": run.current,
+        "current_A": run.current if run.current_measured else None,
         "force_N": run.force,
         "temperature_C": run.temperature,
     }

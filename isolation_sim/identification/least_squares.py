@@ -47,8 +47,8 @@ def levenberg_marquardt(
 ) -> Optimum:
     """Minimise half the sum of squared residuals within bounds.
 
-    The search also ends, not converged, where ``VALLEY`` steps together lower the cost by less than
-    the share ``valley``.
+    The search has also converged where ``VALLEY`` steps together lower the cost by less than the
+    share ``valley``.
 
     Notes
     -----
@@ -100,7 +100,7 @@ def levenberg_marquardt(
         costs.append(cost)
         flat = iteration >= VALLEY and costs[-1 - VALLEY] - cost < valley * cost
         if small or flat:
-            return Optimum(x, cost, residual, jacobian, iteration, small)
+            return Optimum(x, cost, residual, jacobian, iteration, True)
     return Optimum(x, cost, residual, jacobian, most, False)
 
 

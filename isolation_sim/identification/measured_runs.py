@@ -132,6 +132,12 @@ class MeasuredRuns:
             stiff=np.broadcast_to(np.asarray(stiff, bool), shape),
         )
 
+    @property
+    def total_steps(self) -> int:
+        """Integration steps of all runs."""
+        return int(self.n_steps @ self.lengths)
+
+    @np.errstate(over="ignore")  # a law that diverges
     def cost(self, force: NDArray, chosen: NDArray) -> float:
         """Sum of squared residuals of a force (N) over their noise, of the chosen samples."""
         return float(np.sum(((force - self.force) * self.weight)[chosen] ** 2))

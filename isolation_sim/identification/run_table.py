@@ -28,7 +28,7 @@ _UNITS = {
     "force": {"N": 1.0, "kN": 1e3},
     "temperature": {"C": 1.0},
 }
-_NEEDED = ("time", "displacement", "current", "force")
+_NEEDED = ("time", "displacement", "force")
 _COLUMNS = {f"{what}_{unit}": what for what, units in _UNITS.items() for unit in units}
 # a velocity given may differ this many times from the displacement's slope: noise does, units more
 _VELOCITY_FACTOR = 30.0
@@ -49,14 +49,15 @@ class TestRun:
         As measured, or by `isolation_sim.identification.velocity.differentiate`.
     force : numpy.ndarray, shape (n,), N
     current : numpy.ndarray, shape (n,), A
+        0 throughout where it was not measured, as of a device without coil.
     hold_out : bool
         Whether the run is held out of the fit, to validate it.
     acceleration : numpy.ndarray or None, shape (n,), m/s^2
         None where it was not measured.
     temperature : numpy.ndarray or None, shape (n,), degree Celsius
         None where it was not measured.
-    velocity_measured : bool
-        Whether the velocity is data.
+    velocity_measured, current_measured : bool
+        Whether the velocity and the current are data.
     ignored_columns : tuple of str
         Columns of the file that are none of the above.
 
@@ -79,6 +80,7 @@ class TestRun:
     acceleration: np.ndarray | None = None
     temperature: np.ndarray | None = None
     velocity_measured: bool = False
+    current_measured: bool = True
     ignored_columns: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
@@ -129,9 +131,10 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
     ----------
     path : str or pathlib.Path
         Comma-separated UTF-8 text: a line of names, then numbers; ``#`` and blank lines are
-        skipped. Needed: ``time_s``, ``displacement_mm`` or ``_m``, ``current_A``, ``force_N`` or
-        ``_kN``. Optional: ``velocity_mm_s`` or ``_m_s``, ``acceleration_m_s2``, ``_mm_s2`` or
-        ``_g``, ``temperature_C``. Other columns are left alone and named in the result.
+        skipped. Needed: ``time_s``, ``displacement_mm`` or ``_m``, ``force_N`` or ``_kN``.
+        Optional: ``current_A`` (0 by default), ``velocity_mm_s`` or ``_m_s``,
+        ``acceleration_m_s2``, ``_mm_s2`` or ``_g``, ``temperature_C``. Other columns are left
+        alone and named in the result.
     hold_out : bool
         Whether the run is held out of the fit.
 
@@ -157,7 +160,8 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
     data = {}
     for what, k in columns.items():
         data[what] = table[:, k] * _UNITS[what][names[k].removeprefix(f"{what}_")]
-    measured = "velocity" in data
+    measured, current_measured = "velocity" in data, "current" in data
+    data.setdefault("current", np.zeros(len(table)))
     if measured:
         _check_velocity(data, f"{path}, column {names[columns['velocity']]}")
     else:
@@ -172,6 +176,7 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
             **data,
             hold_out=hold_out,
             velocity_measured=measured,
+            current_measured=current_measured,
             ignored_columns=ignored,
         )
     except InputError as error:

@@ -53,10 +53,12 @@ def spikes(values: NDArray) -> NDArray:
 
 
 def repaired(campaign: Campaign) -> tuple[Campaign, list[str]]:
-    """Interpolate the wrong samples of a campaign's runs, and describe them."""
+    """Interpolate the wrong samples of a campaign's runs; describe these and its columns."""
     every = [_without_spikes(run) for run in campaign.runs]
     notes = [note for _, own in every for note in own]
-    return replace(campaign, runs=tuple(run for run, _ in every)) if notes else campaign, notes
+    if notes:
+        campaign = replace(campaign, runs=tuple(run for run, _ in every))
+    return campaign, [*campaign.column_notes, *notes]
 
 
 def _without_spikes(run: TestRun) -> tuple[TestRun, list[str]]:

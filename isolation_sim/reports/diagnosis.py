@@ -60,11 +60,10 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
 def data_notes(diagnosis: Diagnosis) -> list[str]:
     """What looks wrong in the data, not more than a few sentences."""
     notes = [
-        f"Suspicious data: {each}{'' if each.endswith('?') else '.'}"
-        for each in diagnosis.data_notes[:_NOTES]
+        f"Data: {each}{'' if each.endswith('?') else '.'}" for each in diagnosis.data_notes[:_NOTES]
     ]
     further = len(diagnosis.data_notes) - len(notes)
-    return notes + ([f"Suspicious data: {further} more in the step Data."] if further else [])
+    return notes + ([f"Data: {further} more in the step Data."] if further else [])
 
 
 def consequence_text(consequence: Consequence) -> list[str]:

@@ -38,8 +38,11 @@ _SAVED = (
     "isolated", "records", "controller", "source", "clamped", "steps", "unresolved", "reached",
     "outputs", "values", "states", "current", "command", "criteria", "energy", "peaks",
     "reached_of_tests", "implausible", "decisions", "cautions", "end", "contacts",
+    "refined_accelerations",
 )  # fmt: skip
 """Saved and pickled attributes of a run."""
+_REFINED = 0.0025
+"""Longest step of the accelerations for floor spectra, s: 20 in the shortest usual period."""
 
 
 def cautions_of(runs: Mapping[str, Run]) -> list[str]:
@@ -213,6 +216,21 @@ class Run(Printed, Trajectory):
             return {}
         return contacts_of_outputs(self.isolated, self.outputs.names, self.values)
 
+    @cached_property
+    def refined_accelerations(self) -> NDArray:
+        """Absolute accelerations of all levels, m/s^2, in the order of the floor spectra.
+
+        They are at equal steps within each sample, of 2.5 ms or less, (n_steps, n_levels * n_axes):
+        a current that switches makes them jump, and waves behind a jump are shorter than samples.
+        """
+        from .pieces import refined_outputs
+
+        dofs = level_dofs(self.isolated.structure).ravel()
+        names = [f"{self.isolated.structure.names[dof]}_acceleration_m_s2" for dof in dofs]
+        if "work" not in vars(self):  # saved by an older version
+            return np.column_stack([self.output(name) for name in names])
+        return refined_outputs(self, names, int(np.ceil(self.records[0].dt / _REFINED)))
+
     def warnings(self) -> list[str]:
         """Return warnings about the validity of the results.
 
@@ -269,11 +287,13 @@ class Run(Printed, Trajectory):
         column = 0 if direction is None else names.index(direction)
         if periods is None:
             periods = np.geomspace(0.05, 5.0, 60)
+        dofs = level_dofs(structure)
+        refined = self.refined_accelerations
+        step = self.records[0].duration / (len(refined) - 1)
         result = {}
-        for dof in level_dofs(structure)[:, column]:
+        for dof, floor in zip(dofs[:, column], refined.T[column :: dofs.shape[1]], strict=True):
             name = structure.names[dof]
-            floor = Record(self.output(f"{name}_acceleration_m_s2"), self.records[0].dt, name=name)
-            result[name] = floor.spectrum(periods, damping)
+            result[name] = Record(floor, step, name=name).spectrum(periods, damping)
         return result
 
     @checked

@@ -11,7 +11,7 @@ from ground_motions.argument_types import checked
 from ..errors import InputError
 from .element import Element
 from .structure import IsolatedStructure
-from .vertical_load import dof_heights
+from .vertical_load import add_p_delta, dof_heights
 
 
 @checked
@@ -128,7 +128,9 @@ def on_soil(
     InputError
         If a mass is not above zero.
     """
-    structure = isolated.structure
+    # the weight pushes the base away from the foundation, not from the ground
+    p_delta = isolated.structure.p_delta
+    structure = add_p_delta(isolated.structure, -p_delta)
     n, axes = structure.n_dofs, structure.horizontal
     m = len(axes)
     rocks = structure.heights is not None
@@ -175,4 +177,4 @@ def on_soil(
         elements.append(
             Element(element.device, row, element.channel, element.name, element.follows)
         )
-    return IsolatedStructure(on_ground, tuple(elements))
+    return IsolatedStructure(add_p_delta(on_ground, p_delta), tuple(elements))

@@ -61,6 +61,9 @@ class Structure:
     vertical : tuple of int
         Dof of the vertical motion of the whole building; its direction is the last one. See
         `with_vertical_motion`.
+    p_delta : float, N/m
+        Negative stiffness of each isolator by the weight on it, contained in ``stiffness``; see
+        `with_p_delta`.
     name : str
         Name to print.
 
@@ -84,6 +87,7 @@ class Structure:
     isolator_positions: np.ndarray | None = None
     foundation: tuple[int, ...] = ()
     vertical: tuple[int, ...] = ()
+    p_delta: float = 0.0
     name: str = "structure"
 
     def __post_init__(self) -> None:
@@ -142,6 +146,12 @@ class Structure:
     def total_mass(self) -> float:
         """Mass that moves with the ground in the first direction, kg."""
         return float(self.influence[:, 0] @ self.mass @ self.influence[:, 0])
+
+    @property
+    def isolated_mass(self) -> float:
+        """Mass above the isolators that moves with the ground in the first direction, kg."""
+        carried = self.above_foundation[:, 0]
+        return float(carried @ self.mass @ carried)
 
     @property
     def isolator_rows(self) -> np.ndarray:
@@ -268,6 +278,7 @@ class Structure:
             base=(),
             foundation=(),
             vertical=(),
+            p_delta=0.0,
             isolator_positions=None,
             names=tuple(self.names[i] for i in above),
             drift_rows=self.drift_rows[:, above],

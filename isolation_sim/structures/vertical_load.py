@@ -15,7 +15,7 @@ from .structure import Structure
 
 @checked
 def with_p_delta(structure: Structure, height: float) -> Structure:
-    """Add the P-delta effect of the isolators: a negative stiffness -W / h below the base.
+    """Add the P-delta effect of the isolators: a negative stiffness -W / h across them.
 
     Parameters
     ----------
@@ -27,9 +27,10 @@ def with_p_delta(structure: Structure, height: float) -> Structure:
     Returns
     -------
     Structure
-        Structure with the stiffness ``-W / h`` at the base along every direction of ground motion.
-        With known isolator positions each isolator has a share of it, which also acts on the
-        rotation of the base.
+        Structure with the stiffness ``-W / h`` at the base along every direction of ground motion,
+        or between the base and a foundation on soil; W is the weight above the isolators. With
+        known isolator positions each isolator has a share of it, which also acts on the rotation of
+        the base.
 
     Raises
     ------
@@ -40,10 +41,18 @@ def with_p_delta(structure: Structure, height: float) -> Structure:
         raise InputError(f"p_delta_height_m is {height!r}; expected: a number above 0, in m")
     if not structure.base:
         raise InputError(f"{structure.name} has no base; expected for P-delta: a building with one")
-    rows = structure.isolation_rows
-    share = structure.total_mass * STANDARD_GRAVITY / height / len(rows)
-    flat = rows.reshape(-1, structure.n_dofs)
-    return replace(structure, stiffness=structure.stiffness - share * flat.T @ flat)
+    weight = STANDARD_GRAVITY * structure.isolated_mass
+    return add_p_delta(structure, weight / height / len(structure.isolation_rows))
+
+
+def add_p_delta(structure: Structure, share: float) -> Structure:
+    """Give each isolator a negative stiffness, N/m; a share below zero takes one away again."""
+    flat = structure.isolation_rows.reshape(-1, structure.n_dofs)
+    return replace(
+        structure,
+        stiffness=structure.stiffness - share * flat.T @ flat,
+        p_delta=structure.p_delta + share,
+    )
 
 
 def dof_heights(structure: Structure) -> np.ndarray:

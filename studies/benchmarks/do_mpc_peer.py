@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from controllers.mpc import MPC
+from controllers.predictive.condense_kernel import largest_gap
 from controllers.predictive.decision import ACCELERATION_AHEAD, MOTION_SEEN, PLAN, STATES_THEN
 from isolation_sim.structures import IsolatedStructure
 
@@ -159,8 +160,9 @@ class DoMPC:
         mpc.set_objective(mterm=squares / self.steps + end, lterm=(squares + effort) / self.steps)
         mpc.set_rterm(u=one.roughness / span**2)
         mpc.bounds["lower", "_u", "u"], mpc.bounds["upper", "_u", "u"] = low, high
-        mpc.set_nl_cons("faster", u - x[-1], slew * lag)
-        mpc.set_nl_cons("slower", x[-1] - u, slew * lag)
+        reach = largest_gap(lag, slew, h)
+        mpc.set_nl_cons("faster", u - x[-1], reach)
+        mpc.set_nl_cons("slower", x[-1] - u, reach)
         mpc.scaling["_x", "x"] = sizes
         self._ahead, self._units, self._started = np.zeros(self.steps + 2), np.ones(2), False
         template = mpc.get_tvp_template()

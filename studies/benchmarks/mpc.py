@@ -18,6 +18,7 @@ import numpy as np
 import isolation_sim as iso
 from controllers.clairvoyant import Plant, bound, share_of_gap
 from controllers.mpc import MPC
+from controllers.predictive.condense_kernel import largest_gap
 from ground_motions import Record, el_centro_1940
 from isolation_sim.simulation.control import CoilDriver
 
@@ -88,14 +89,15 @@ def decisions(isolated: Any, record: Record, **settings: Any) -> None:
         f"{one.report.failed} failed; {len(moves)} programmes solved again: cost "
         f"{max(costs):.1e} higher at most, first move {np.median(moves):.1e} of the range off "
         f"(median), {max(moves):.1e} (worst); a row exceeded by {max(outside, 0.0):.1e} at most; "
-        f"{violated(run)} of {len(one.report.seconds)} commands beyond range or slew"
+        f"{violated(run, one.period)} of {len(one.report.seconds)} commands beyond range or slew"
     )
 
 
-def violated(run: Any) -> int:
+def violated(run: Any, period: float) -> int:
     """Number of commands outside the coil's range, or too far from its current for the slew."""
-    reach = np.abs(run.command - run.current) > DRIVER.slew * DRIVER.lag * (1 + 1e-12)
-    return int(np.sum((run.command < 0.0) | (run.command > DRIVER.high) | reach))
+    reach = largest_gap(DRIVER.lag, DRIVER.slew, period) * (1 + 1e-12)
+    far = np.abs(run.command - run.current) > reach
+    return int(np.sum((run.command < 0.0) | (run.command > DRIVER.high) | far))
 
 
 def calibration(repetitions: int = 200) -> float:

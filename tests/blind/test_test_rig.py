@@ -18,8 +18,12 @@ TESTS = ((0.004, 3.0), (0.008, 1.5), (0.012, 1.0), (0.02, 0.5), (0.015, 0.8), (0
 HELD_OUT = (2, 5)
 
 
-def rig(recorded, behind):
-    """Friction and viscosity behind a linkage; the force channel has 0.5 % of noise."""
+def rig(recorded, behind, friction=120.0, zero=0.0, growth=0.0):
+    """Friction and viscosity behind a linkage; the force channel has 0.5 % of noise.
+
+    ``zero`` is the displacement shown without deformation, m; ``growth`` that of the stiffness
+    with the current, 1/A.
+    """
     random = np.random.default_rng(8)
     runs = []
     for k, (size, frequency) in enumerate(TESTS):
@@ -29,11 +33,15 @@ def rig(recorded, behind):
         x = size * np.minimum(2 * frequency * fine, 1) * np.sin(2 * np.pi * frequency * fine)
         y = behind(x)
         v = np.gradient(y, fine)
-        force = recorded(9e3 * y + 700 * v + 120 * np.tanh(v / 0.01), fine[1])[::20]
+        current = float(k % 2) if growth else 0.0
+        spring = 9e3 * (1 + growth * current)
+        force = recorded(spring * y + 700 * v + friction * np.tanh(v / 0.01), fine[1])[::20]
         force = force + 0.005 * np.std(force) * random.standard_normal(len(force))
-        seen, velocity = x[::20], np.gradient(x, fine)[::20]
+        seen, velocity = zero + x[::20], np.gradient(x, fine)[::20]
         held = k in HELD_OUT
-        runs.append(TestRun(f"run{k}", time, seen, velocity, force, 0 * time, hold_out=held))
+        runs.append(
+            TestRun(f"run{k}", time, seen, velocity, force, current + 0 * time, hold_out=held)
+        )
     return Campaign("rig", "SciPy", tuple(runs))
 
 
@@ -67,6 +75,15 @@ def test_backlash_is_named_first_with_its_gap():
     assert found.causes[0].name == "linkage_backlash"
     assert found.causes[0].parameters["gap"].value == pytest.approx(5e-4, rel=0.15)
     assert found.error_after.held_out < 0.5 * found.error_before.held_out
+
+
+def test_a_displacement_off_zero_is_told_from_a_force_off_zero():
+    tests = rig(as_it_is, as_it_is, friction=0.0, zero=8e-4, growth=0.5)
+    found = diagnose(tests, "kelvin_voigt", threads=1)
+    (cause,) = found.causes
+    assert (cause.name, cause.form) == ("force_offset", "displacement")
+    assert cause.parameters["offset"].value == pytest.approx(8e-4, rel=0.05)
+    assert found.error_after.held_out < 0.01 < found.error_before.held_out
 
 
 def test_nothing_is_named_where_the_rig_is_right():

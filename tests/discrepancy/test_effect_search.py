@@ -33,6 +33,9 @@ class Space(EffectSearch):
     def exchanges(self, model, place):
         return []
 
+    def _with_own_steps(self, fitted):
+        return fitted
+
 
 def test_an_effect_is_exchanged_again_after_another_one_was():
     # the last effect was best beside "filter"; beside "delay" another one is

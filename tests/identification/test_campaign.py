@@ -79,6 +79,22 @@ def test_units_and_optional_columns(folder):
     np.testing.assert_allclose(run.acceleration, 9.80665)
     assert run.velocity_measured and run.temperature[0] == 21.0
     assert run.ignored_columns == ("set_point",)
+    assert read_campaign(folder).column_notes == [
+        "columns that are not used (runs that have them): set_point (1)"
+    ]
+
+
+def test_a_device_without_coil_has_no_current(folder, tmp_path):
+    passive = {name: column for name, column in COLUMNS.items() if name != "current_A"}
+    write_csv(folder / "a.csv", passive)
+    campaign = read_campaign(folder)
+    assert not campaign.runs[0].current_measured and not campaign.runs[0].current.any()
+    assert campaign.column_notes == ["no column current_A: the device counts as one without coil"]
+    again = read_campaign(write_campaign(campaign, tmp_path / "again"))
+    assert not again.runs[0].current_measured
+    write_csv(folder / "b.csv", COLUMNS)
+    (folder / "campaign.toml").write_text(TOML + '[[run]]\nfile = "b.csv"\n')
+    assert "no current_A in 'a'; expected: a current in all runs" in refused(folder)
 
 
 def test_hold_out_splits(folder):
@@ -128,7 +144,7 @@ def changed(**columns):
     [
         (changed(force_N=None), "force_N or force_kN"),
         (changed(displacement_mm=None), "displacement_mm or displacement_m"),
-        (changed(current_A=None), "current_A"),
+        (changed(current_A=None, curent_A=np.ones(N)), "expected: current_A"),
         (changed(displacement_m=np.ones(N)), "displacement given twice"),
         (changed(force_N=None, force_lbf=np.ones(N)), "'force_lbf'"),
         (changed(velocty_mm_s=np.ones(N)), "velocity_mm_s"),

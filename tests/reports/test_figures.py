@@ -402,8 +402,10 @@ def test_floor_spectra_are_those_of_the_accelerations(runs):
     assert list(found) == ["base", *(f"floor{k}" for k in range(1, 6))]
     acceleration = run.output("floor5_acceleration_m_s2")
     roof = Record(acceleration, run.records[0].dt).spectrum([0.0, 0.5], 0.02)
-    np.testing.assert_array_equal(found["floor5"].sa, roof.sa)
-    assert found["floor5"].sa[0] == pytest.approx(np.abs(acceleration).max(), rel=1e-6)
+    # without switching, nearly as between straight lines through the samples
+    np.testing.assert_allclose(found["floor5"].sa, roof.sa, rtol=0.01)
+    peak = run.criteria["peak_floor_acceleration_m_s2"]
+    assert max(each.sa[0] for each in found.values()) == pytest.approx(peak, rel=1e-3)
     drawn = iso.Comparison(runs).plot("floor_spectra")
     assert [axes.get_title() for axes in drawn.axes] == list(found)
     with pytest.raises(iso.InputError, match="direction"):

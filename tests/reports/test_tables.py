@@ -65,8 +65,8 @@ def test_suspicious_data_are_said_before_the_verdict():
         data_notes=notes,
     )  # fmt: skip
     lines = [line for line in shown(found) if isinstance(line, str)]
-    assert lines[1] == "Suspicious data: all runs: the loops run the wrong way round."
-    assert lines[2] == "Suspicious data: r0: clipped?"
-    assert lines[6] == "Suspicious data: 2 more in the step Data."
+    assert lines[1] == "Data: all runs: the loops run the wrong way round."
+    assert lines[2] == "Data: r0: clipped?"
+    assert lines[6] == "Data: 2 more in the step Data."
     assert lines[7].startswith("UNEXPLAINED.")
     assert found.to_dict()["data_notes"] == list(notes)

@@ -63,6 +63,24 @@ def test_p_delta_lengthens_the_period():
         with_p_delta(structure, 0.0)
 
 
+def test_p_delta_on_soil_acts_between_base_and_foundation():
+    k, height, foundation = 2e7, 0.4, 2e5
+    soil = cones(6.0, 120.0, 1800.0, 0.3)
+    structure = shear_building([1.0], [1e9], base_mass=5e5)
+    device = law("linear", {"k": k})
+    built = on_soil(with_p_delta(structure, height).on(device), soil, foundation)
+    across = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    left = k - 5e5 * 9.80665 / height
+    stiffness = left * across + np.diag([0.0, soil.sway_stiffness])
+    squared = np.linalg.eigvals(np.linalg.solve(np.diag([5e5, foundation]), stiffness))
+    expected = 2 * np.pi / np.sqrt(squared.real.min())
+    assert built.periods()[0] == pytest.approx(expected, rel=1e-4)
+    # the order does not matter: the weight is that above the isolators
+    later = with_p_delta(on_soil(structure.on(device), soil, foundation).structure, height)
+    np.testing.assert_allclose(later.stiffness, built.structure.stiffness, rtol=1e-12)
+    assert built.structure.fixed_base().p_delta == 0.0
+
+
 def test_overturning_balances_the_moment():
     structure = building()
     rows = overturning_rows(structure)

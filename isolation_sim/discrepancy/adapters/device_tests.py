@@ -206,6 +206,12 @@ class DeviceTests(Problem[FittedModel]):
         """Whether the extended law has an error that another law may explain."""
         return self._error(self.after) > REMAINS and not self._is_noise(self.after, self.judged)
 
+    def _misses_fitted(self) -> bool:
+        """Whether the extended law has a large error on the runs that it was fitted to."""
+        data = self.data
+        error = data.relative(self.after - data.force, data.fitted)
+        return error > REMAINS and not self._is_noise(self.after, data.fitted)
+
     def _proposals(self, result: SearchResult[FittedModel]) -> Iterator[FittedModel]:
         """Models to test on held-out data, until one holds.
 
@@ -344,7 +350,8 @@ class DeviceTests(Problem[FittedModel]):
         floor = min(float(floor), after.least)
         return Evaluation(
             before, after, floor, left, self._is_noise(self.law.force, data.fitted),
-            self._is_noise(self.after, self.judged), self.squared_blocks(self.after),
+            self._is_noise(self.after, self.judged) and not self._misses_fitted(),
+            self.squared_blocks(self.after),
             {} if self.choice is None else {"law_choice": self._choice_details(self.choice)},
         )  # fmt: skip
 

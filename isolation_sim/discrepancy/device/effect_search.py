@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,8 +14,10 @@ from ...effects import Effect
 from ..decisions import (
     ADEQUATE,
     CLEARLY_BETTER,
+    FEWER_STEPS,
     LEAST_PART,
     LEAST_SHARE,
+    MANY_STEPS,
     MOST_EFFECTS,
     MOST_MINOR,
     RIVALS_TRIED,
@@ -110,7 +112,19 @@ class EffectSearch:
                 model, place = best, 0
             else:
                 place += 1
-        return model
+        return self._with_own_steps(model)
+
+    def _with_own_steps(self, fitted: FittedModel) -> FittedModel:
+        """Take far fewer integration steps, where effects have made the law so much milder."""
+        model, every = fitted.model, self.base.model.data
+        if every.total_steps < MANY_STEPS * len(every.x):
+            return fitted
+        own = model.resolve_steps(fitted.values)
+        if FEWER_STEPS * own.data.total_steps <= model.data.total_steps:
+            return fit_model(own, fitted.values)
+        if model.data is not every and own.data.total_steps > FEWER_STEPS * model.data.total_steps:
+            return fit_model(replace(model, data=every), fitted.values)
+        return fitted
 
     def finish(self, best: FittedModel) -> FittedModel:
         """Drop effects that only imitate a generic term, or are no longer needed."""
@@ -269,7 +283,9 @@ class EffectSearch:
 
     def without(self, model: FittedModel, place: int) -> FittedModel:
         """Fit a model without one of its effects."""
-        result = fit_model(model.model.without(place), _values_without(model, place))
+        # without the effect the law may need all steps again
+        fewer = replace(model.model.without(place), data=self.base.model.data)
+        result = self._with_own_steps(fit_model(fewer, _values_without(model, place)))
         known = self._known.get(result.effects)
         if known is None:
             # a law that depends on the effect may fail without it

@@ -30,7 +30,9 @@ from ..decisions import (
     EQUATION_PREFERRED,
     EQUATION_SIGNIFICANT,
     IMITATION,
+    NEARLY_ALL,
     NEGLIGIBLE_LOSS,
+    REMAINS,
     TIER_SAMPLES,
 )
 from ..device.generic_terms import OUTSIDE
@@ -423,8 +425,18 @@ class Climb(Tiers[_Rung]):
     def verdict(
         self, diagnosis: Diagnosis, rung: _Rung, named: float, least: float, before: float
     ) -> Verdict:
-        """Explained means down to the error of the best attainable model."""
-        return _verdict(diagnosis.verdict, named, least, before)
+        """Explained means down to the best attainable model, and no more than little beyond it."""
+        if diagnosis.verdict in ("adequate", "explained"):
+            return diagnosis.verdict
+        floor, data = diagnosis.noise_floor, self.problem.data
+        fitted = data.relative(data.bounded(rung.final.force) - data.force, data.fitted)
+        remains = named**2 - floor**2
+        little = remains < NEARLY_ALL * (before**2 - floor**2) and (
+            max(remains, fitted**2 - floor**2) < REMAINS**2
+        )
+        if little and named**2 < ADEQUATE * least**2:
+            return "explained"
+        return "partly_explained" if named < before else diagnosis.verdict
 
     def extend(self, diagnosis: D, rung: _Rung, errors: Rung) -> D:
         """A diagnosis whose extended device has the rung's law."""
@@ -618,12 +630,3 @@ def _offered(errors: dict[str, Rung], generic: bool) -> str:
     if generic and "equation" in good:
         good.pop("causes", None)
     return min(good, key=lambda name: least.get(name, good[name]))
-
-
-def _verdict(verdict: Verdict, named: float, attainable: float, before: float) -> Verdict:
-    """Explained means down to the error of the best attainable model."""
-    if verdict in ("adequate", "explained"):
-        return verdict
-    if named**2 < ADEQUATE * attainable**2:
-        return "explained"
-    return "partly_explained" if named < before else verdict
