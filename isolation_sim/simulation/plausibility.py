@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -117,6 +117,22 @@ def _slow_stiffness(
     return float(force @ [1, -1, -1, 1] / (2 * amplitude))
 
 
+def overturned_by_more(isolated: IsolatedStructure) -> Iterator[str]:
+    """A warning if elements in the storeys overturn the building, too, without changing a load."""
+    structure = isolated.structure
+    above = list(structure.superstructure)
+    loads = [e for e in isolated.elements if e.name.endswith("_load") and e.direction[above].any()]
+    others = [
+        e.name for e in isolated.elements
+        if e.direction[above].any() and not e.follows
+    ]  # fmt: skip
+    if loads and others:
+        yield (
+            f"{structure.name}: the overturning moment is that of the elastic storey forces; those "
+            f"of {', '.join(others)} are not in it"
+        )
+
+
 def of_inputs(
     isolated: IsolatedStructure, modes: Modes, records: Sequence[Record]
 ) -> tuple[str, ...]:
@@ -125,6 +141,7 @@ def of_inputs(
     swinging = np.abs(values[np.abs(values.imag) > 1e-6 * np.abs(values)])
     period = 2 * np.pi / float(np.min(swinging, initial=np.inf))
     of_plant = implausible(isolated, period) or not_restoring(isolated)
+    of_plant = *of_plant, *overturned_by_more(isolated)
     return *of_plant, *implausible_motion(records)
 
 

@@ -78,9 +78,10 @@ def dof_heights(structure: Structure) -> np.ndarray:
 def overturning_rows(structure: Structure) -> np.ndarray:
     """Rows for the change of each isolator's vertical load by overturning.
 
-    The floors' inertia forces, equal to the elastic forces of the storeys, overturn the building
-    about the base. A rigid base distributes the moment over the isolators in proportion to their
-    distance from their common centre.
+    The elastic forces of the storeys, equal to the floors' inertia forces but for the forces of
+    structural damping and of elements in the storeys, overturn the building about the base. A rigid
+    base distributes the moment over the isolators in proportion to their distance from their common
+    centre.
 
     Parameters
     ----------

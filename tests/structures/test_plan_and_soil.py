@@ -9,6 +9,7 @@ import isolation_sim as iso
 from ground_motions import STANDARD_GRAVITY, el_centro_1940
 from isolation_sim.errors import InputError
 from isolation_sim.laws import LAWS, law
+from isolation_sim.simulation.plausibility import overturned_by_more
 from isolation_sim.structures import (
     cones,
     load_change_rows,
@@ -169,3 +170,15 @@ def test_vertical_motion_is_apart_from_soil_and_criteria():
         with_vertical_motion(moving, 0.1)
     with pytest.raises(InputError, match="vertical_period_s is"):
         with_vertical_motion(plain, 0.0)
+
+
+def test_forces_in_storeys_that_the_overturning_lacks_are_warned_of():
+    structure = building()
+    numbers = {"W": 1e7, "R": 1.5, "mu_max": 0.08, "mu_min": 0.05, "a": 20.0, "u_y": 0.002}
+    bearing = law("friction_pendulum", numbers | {"n": 2.0, "tau": 1.0})
+    loads = load_change_rows(structure, overturning=True)
+    isolated = structure.on(bearing, biaxial=True, load_changes=loads)
+    assert not list(overturned_by_more(isolated))
+    damper = law("kelvin_voigt", {"k": 0.0, "c": 2e7})
+    (line,) = overturned_by_more(isolated.with_element(damper, structure.storeys[0], name="damper"))
+    assert "those of damper are not in it" in line
