@@ -145,20 +145,28 @@ def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
 
 
 def _scale_notes(p: Parameterisation) -> list[str]:
-    """How a scale that the data leave open was chosen."""
+    """How parameters that the data leave open were chosen."""
     redundancy, scaling = p.law.redundancy, p.scaling
+    held = {k: v for k, v in p.law.smoothing.items() if np.array_equal(p.fixed.get(k, np.nan), v)}
+    notes = []
+    if held:
+        numbers = ", ".join(f"{name} = {value:g}" for name, value in held.items())
+        notes.append(f"held, since they only round a corner off: {numbers}")
     if redundancy is None:
-        return []
+        return notes
     if scaling is not None:
         name = scaling.tied
         terms = " ".join(f"{'+' if f > 0 else '-'} {term}" for term, f in scaling.terms.items())
         choice = f"{terms.removeprefix('+ ')}, so that the hysteretic variable is 1 at most"
-    elif p.fixed.get(redundancy.held) == redundancy.value:
+    elif np.array_equal(p.fixed.get(redundancy.held, np.nan), redundancy.value):
         name, choice = redundancy.held, f"held at {redundancy.value:g}"
+    elif redundancy.of_data and redundancy.held in p.fixed:
+        name = redundancy.held
+        choice = f"held at {float(np.ravel(p.fixed[name])[0]):.4g}, a size from the data"
     else:
-        return []
+        return notes
     others = ", ".join(other for other in redundancy.among if other != name)
-    return [f"{name} is {choice}: beside {others} it is redundant"]
+    return [*notes, f"{name} is {choice}: beside {others} it is redundant"]
 
 
 def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], NDArray]:

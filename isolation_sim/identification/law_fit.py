@@ -244,7 +244,12 @@ def parameterise(
     # the law is evaluated at the currents of held-out runs, too, and without current
     least, most = float(data.current.min()), float(data.current.max())
     span = from_off(least, most), most
-    held: dict[str, float | NDArray] = dict(fixed or {})
+    numbers: dict[str, NDArray] = {}
+    held: dict[str, float | NDArray] = {**law.smoothing}
+    if given is not None:
+        numbers = dict(zip(law.parameter_names, given.current.at(currents), strict=True))
+        held |= {name: _powers(currents, numbers[name]) for name in law.smoothing}
+    held |= fixed or {}
     redundancy = law.redundancy
     steady = all(
         np.ptp(run.current) < _STEADY * np.max(np.abs(run.current)) + _STEADY
@@ -257,16 +262,20 @@ def parameterise(
             if len(currents) > 1 and redundancy.scaling is not None:
                 scaling = redundancy.scaling
             else:
-                held[name] = redundancy.value
+                held[name] = redundancy.value * (force if redundancy.of_data else 1.0)
         else:
-            values = dict(zip(law.parameter_names, given.current.at(currents), strict=True))
-            if redundancy.scaling is not None and _is_scaled(redundancy.scaling, values):
+            if redundancy.scaling is not None and _is_scaled(redundancy.scaling, numbers):
                 scaling = redundancy.scaling
             else:
-                constant = (n for n in (name, *redundancy.among) if _is_constant(values[n]))
+                constant = (n for n in (name, *redundancy.among) if _is_constant(numbers[n]))
                 name = next(constant, name)
-                held[name] = np.linalg.solve(np.vander(currents, increasing=True), values[name])
+                held[name] = _powers(currents, numbers[name])
     return Parameterisation(law, currents, (force, x, x / v), held, span, scaling)
+
+
+def _powers(currents: NDArray, values: NDArray) -> NDArray:
+    """Ascending powers of the current of a parameter with these values at the currents."""
+    return np.linalg.solve(np.vander(currents, increasing=True), values)
 
 
 def from_off(least: float, most: float) -> float:

@@ -26,14 +26,17 @@ _MOST = 0.01
 """Share of samples beyond which what stands out belongs to the signal."""
 
 
-def spikes(values: NDArray) -> NDArray:
-    """Places of wrong samples, (n,) int: single ones, or a few of one value."""
+def spikes(values: NDArray, least: float = 0.0) -> NDArray:
+    """Places of wrong samples, (n,) int: single ones, or a few of one value.
+
+    They are ``least`` or more off the running median.
+    """
     from scipy.ndimage import median_filter
 
     median = median_filter(values, _WINDOW, mode="mirror")
     off = np.abs(values - median)
     low, high = np.quantile(median, (0.01, 0.99))
-    least = max(_FAR * float(high - low), _USUAL * float(np.median(off)))
+    least = max(_FAR * float(high - low), _USUAL * float(np.median(off)), least)
     far = np.flatnonzero(off > least) if least > 0 else np.zeros(0, int)
     groups = np.split(far, np.flatnonzero(np.diff(far) > 1) + 1) if far.size else []
     # the samples beside a spike may be far off the median, too, where the signal is steep
@@ -54,19 +57,21 @@ def spikes(values: NDArray) -> NDArray:
 
 def repaired(campaign: Campaign) -> tuple[Campaign, list[str]]:
     """Interpolate the wrong samples of a campaign's runs; describe these and its columns."""
-    every = [_without_spikes(run) for run in campaign.runs]
+    # a current may be exactly constant
+    usual = max(float(np.quantile(np.abs(run.current), 0.95)) for run in campaign.runs)
+    every = [_without_spikes(run, max(_FAR * usual, 1e-9)) for run in campaign.runs]
     notes = [note for _, own in every for note in own]
     if notes:
         campaign = replace(campaign, runs=tuple(run for run, _ in every))
     return campaign, [*campaign.column_notes, *notes]
 
 
-def _without_spikes(run: TestRun) -> tuple[TestRun, list[str]]:
-    """Interpolate wrong samples of displacement and force, if there are any."""
+def _without_spikes(run: TestRun, least_current: float) -> tuple[TestRun, list[str]]:
+    """Interpolate wrong samples of displacement, force and current, if there are any."""
     channels, notes = {}, []
-    for what in ("displacement", "force"):
+    for what, least in (("displacement", 0.0), ("force", 0.0), ("current", least_current)):
         values = getattr(run, what)
-        wrong = spikes(values)
+        wrong = spikes(values, least)
         if not wrong.size:
             continue
         places = np.arange(len(values))

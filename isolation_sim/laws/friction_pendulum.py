@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from .in_plan import along_a_line, length, power_of_length
-from .law import InPlan, Law, Quantity
+from .law import InPlan, Law, Quantity, Redundancy
 
 
 def plan_force(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
@@ -93,6 +93,9 @@ LAW = Law(
         Quantity("tau", "s", "time of the return where mu falls", lower=0.0, divides=True),
     ),
     **along_a_line(PLAN, n_states=1),
+    # ten times the force: friction and slope are some per cent of the load
+    redundancy=Redundancy("W", 10.0, ("W", "R", "mu_max", "mu_min"), of_data=True),
+    smoothing={"n": 2.0, "tau": 0.01},
     source="Constantinou, Mokha and Reinhorn (1990); Park, Wen and Ang (1986)",
     plan=PLAN,
     axial=InPlan(axial_force, axial_rates, axial_energy),

@@ -104,10 +104,11 @@ class Redundancy:
 
     # The parameter that a fit to constant currents holds, unless it holds another one of them
     held: str
-    value: float  # Value at which it is held, in its SI unit
+    value: float  # Value at which it is held, in its SI unit; see ``of_data``
     among: tuple[str, ...]  # The parameters
     # With the state scaled to 1 at most the parameters follow the current more simply
     scaling: StateScaling | None = None
+    of_data: bool = False  # Whether the value is a multiple of the data's RMS force
 
 
 class InPlan(NamedTuple):
@@ -164,6 +165,8 @@ class Law:
         energy, in a law that holds the field among its states.
     redundancy : Redundancy or None
         Parameters of which one is redundant.
+    smoothing : mapping of str to float
+        Parameters that only round a corner off, with the values at which a fit holds them.
     example : mapping of str to float or tuple of float
         Numbers of a small device for examples and tests: constants, or ascending powers of the
         current, in SI units. A law with a published set needs none.
@@ -199,6 +202,7 @@ class Law:
     rest: Callable[[tuple], tuple] | None = None
     field_power: Callable[..., Any] | None = None
     redundancy: Redundancy | None = None
+    smoothing: Mapping[str, float] = field(default_factory=dict, repr=False)
     example: Mapping[str, float | tuple[float, ...]] = field(default_factory=dict, repr=False)
     sets: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)
     conditions: Mapping[str, Callable[[], Any]] = field(default_factory=dict, repr=False)

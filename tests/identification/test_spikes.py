@@ -92,3 +92,21 @@ def test_what_a_device_does_is_left_alone(force):
 
 def test_a_channel_that_stands_still_has_no_spikes():
     assert not spikes(np.zeros(50)).size
+
+
+@pytest.mark.parametrize("level", [0.0, 2.0])
+def test_a_wrong_sample_of_a_constant_current_is_found(level):
+    current = np.full(len(TIME), level)
+    current[300] = -9999.0
+    one = replace(run(2e4 * X + 500 * V), current=current)
+    found, notes = repaired(Campaign("rig", "made", (one,)))
+    assert np.all(found.runs[0].current == level)
+    assert notes == [
+        "one: 1 sample lies far off the others in the current, first at 1.5 s; interpolated"
+    ]
+
+
+def test_steps_and_quantisation_of_a_current_are_left_alone():
+    current = np.repeat(np.arange(12) % 3, 100) + 0.1 * (np.arange(1200) % 7 == 0)
+    one = replace(run(2e4 * X + 500 * V), current=current)
+    assert repaired(Campaign("rig", "made", (one,)))[1] == []
