@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ground_motions import STANDARD_GRAVITY
 
 from .errors import InputError
+from .simulation.pieces import refined_outputs
 from .structures import IsolatedStructure
 from .structures.sizing import isolation_elements
 
@@ -29,7 +30,7 @@ LEAST_OF_STATIC = {"displacement": 0.8, "shear": 0.9}
 """Least design values of a response history, as shares of the static estimate (17.6.4)."""
 SLOW = 50.0
 """Period of the cycle for the restoring force, over the effective period."""
-_CYCLES, _POINTS, _INSTANTS = 3, 241, 8
+_CYCLES, _POINTS, _INSTANTS, _PARTS = 3, 241, 8, 8
 
 MEMORY = "clauses and limits from memory: look them up before use"
 
@@ -331,15 +332,17 @@ def _against_capacity(
     return CheckRow(group, subject, case, clause, f"{1e3 * value:.4g} mm", limit, passes)
 
 
-def base_motion(run: Run) -> NDArray:
+def base_motion(run: Run, parts: int = 1) -> NDArray:
     """Deformation of the isolators at every isolator or at the base, shape (n_times, n, 2 or 1)."""
-    rows = run.isolated.structure.isolation_rows
-    return np.einsum("ndk,tk->tnd", rows, run.history.displacement.values)
+    # parts: equal parts of a sampling interval
+    structure = run.isolated.structure
+    names = [f"{name}_displacement_m" for name in structure.names]
+    return np.einsum("ndk,tk->tnd", structure.isolation_rows, refined_outputs(run, names, parts))
 
 
 def peak_displacement(run: Run) -> float:
     """Largest displacement of any isolator, in any direction, m."""
-    return float(np.linalg.norm(base_motion(run), axis=2).max())
+    return float(np.linalg.norm(base_motion(run, _PARTS), axis=2).max())
 
 
 def residual_displacement(run: Run) -> float:
@@ -365,9 +368,11 @@ def instants_of_large_motion(run: Run) -> NDArray:
 
 def commands_until(run: Run, lost: float, off: float) -> tuple[tuple, tuple]:
     """Instants and currents of a run's commands up to an instant, and the off current after it."""
-    command = run.history.command.values
-    before = np.flatnonzero(run.time < lost)
-    changed = before[np.any(np.diff(command[before], axis=0, prepend=np.nan) != 0, axis=1)]
-    time = [*run.time[changed].tolist(), float(lost)]
+    # the commands as they acted: late by a computation delay, also between the record's samples
+    begin = run.grid.windows[:-1, 0]
+    time, command = run.grid.time[begin], run.work.command[begin, : run.isolated.n_channels, 0]
+    # an instant of the grid may differ from the sample by rounding
+    before = time < lost - 1e-6 * run.records[0].dt
+    changed = before & np.any(np.diff(command, axis=0, prepend=np.nan) != 0, axis=1)
     rows = [*command[changed].tolist(), [off] * command.shape[1]]
-    return tuple(time), tuple(map(tuple, rows))
+    return (*time[changed].tolist(), float(lost)), tuple(map(tuple, rows))
