@@ -6,6 +6,8 @@ Forms:
     second_order     two such lags of lag / 2 one after the other, so that the field starts gently
     rise_and_fall    first order, with a lag of its own while the field falls
     two_stages       a part of the field lags by lag, the slow part by lag + slower_by
+
+Time constants below 0.3 ms approach 0.1 ms instead of 0.
 """
 
 from typing import Any
@@ -14,6 +16,7 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Signals
+from .followers import time_constant
 
 SHORTEST = 1e-4
 """s: a shorter lag makes no difference to a structure, and would only make the steps small."""
@@ -27,7 +30,7 @@ def current(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """First-order lag."""
     (lag,) = parameters
-    return ((signals.current - states[0]) / (lag + SHORTEST),)
+    return ((signals.current - states[0]) / time_constant(lag, SHORTEST),)
 
 
 def start(signals: Signals, parameters: tuple) -> tuple:
@@ -38,7 +41,7 @@ def start(signals: Signals, parameters: tuple) -> tuple:
 def rates_second(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Two equal lags."""
     core, field = states
-    each = parameters[0] / 2 + SHORTEST
+    each = time_constant(parameters[0] / 2, SHORTEST)
     return (signals.current - core) / each, (core - field) / each
 
 
@@ -51,7 +54,8 @@ def rates_rise_and_fall(signals: Signals, states: tuple, parameters: tuple) -> t
     """First-order lag that depends on the sign of the change."""
     (field,), (lag, ratio) = states, parameters
     falls = np.fabs(field) > np.fabs(signals.current)
-    return ((signals.current - field) / (lag * (1 + (ratio - 1) * falls) + SHORTEST),)
+    each = time_constant(lag * (1 + (ratio - 1) * falls), SHORTEST)
+    return ((signals.current - field) / each,)
 
 
 def current_two(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -63,8 +67,8 @@ def current_two(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def rates_two(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Two lags side by side."""
     lag, _, slow = parameters
-    quick_rate = (signals.current - states[0]) / (lag + SHORTEST)
-    return quick_rate, (signals.current - states[1]) / (lag + slow + SHORTEST)
+    quick_rate = (signals.current - states[0]) / time_constant(lag, SHORTEST)
+    return quick_rate, (signals.current - states[1]) / time_constant(lag + slow, SHORTEST)
 
 
 LAG = EffectParameter(

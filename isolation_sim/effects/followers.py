@@ -1,4 +1,4 @@
-"""Memory of a motion: its largest and its present amplitude. Shared by several effects."""
+"""Memory of a motion, time constants and powers. Shared by several effects."""
 
 from __future__ import annotations
 
@@ -21,6 +21,12 @@ def raised(value: Any, exponent: Any) -> Any:
     """Power of a value from 0 on, whose derivatives are finite at zero."""
     # changes no value above 1e-148
     return (value > 0) * np.exp(exponent / 2 * np.log(value * value + 1e-300))
+
+
+def time_constant(time: Any, least: Any) -> Any:
+    """A time from 0 on, as a time constant that is never zero."""
+    # equal to it within 0.01 % from 3 least, with the same derivative at zero
+    return time + least * np.exp(-((time / least) ** 2))
 
 
 def beyond(value: Any, width: Any) -> Any:

@@ -107,7 +107,8 @@ def test_numpy_and_casadi_agree(form, place, draw, isolator):
     by_casadi = np.array(symbolic(*(row[np.newaxis] for row in arguments)))[:, 0]
     largest = np.max(np.abs(by_numpy), axis=1, keepdims=True) + 1e-300
     assert np.all(np.isfinite(by_numpy))
-    assert np.max(np.abs(by_casadi - by_numpy) / largest) < 1e-11
+    # a filtered force, F + (y - F), is small here beside the force F
+    assert np.max(np.abs(by_casadi - by_numpy) / largest) < 1e-10
 
 
 @pytest.mark.parametrize(

@@ -28,16 +28,31 @@ def sine(amplitude, frequency, cycles, points=200):
     return t, amplitude * np.sin(w * t), amplitude * w * np.cos(w * t)
 
 
+@pytest.mark.parametrize("lag", [0.08, 0.001])
 @pytest.mark.parametrize("form", ["first_order", "second_order"])
-def test_field_after_a_step_of_the_current(form):
-    lag, held = 0.08, 0.005
+def test_field_after_a_step_of_the_current(form, lag):
+    held = 0.005
     device = spring((f"current_lag.{form}", {"lag": lag}), k=(0.0, 1e4))
     t, x, v = still(0.5)
     n = len(device.law.states)
     force, _ = respond(device, t, x + held, v, np.full(t.size, 2.0), np.zeros(n), 1e-9)
-    u = t / (lag + 1e-4) if form == "first_order" else t / (lag / 2 + 1e-4)
+    u = t / lag if form == "first_order" else t / (lag / 2)
     left = np.exp(-u) if form == "first_order" else (1 + u) * np.exp(-u)
     np.testing.assert_allclose(force, 2e4 * held * (1 - left), atol=1e-4)
+
+
+@pytest.mark.parametrize("form", ["filter", "butterworth", "dead_time"])
+def test_a_recorded_force_has_the_whole_delay(form):
+    late, delay, motion = effect("sensor_delay", form), 3e-3, REST._replace(force=5.0)
+    first = late.rates(motion, (2.0, 0.0), (delay,))
+    expected = {"filter": 3 / delay, "butterworth": 3 * 2**0.5 / delay, "dead_time": 36 / delay}
+    assert first[-1] == pytest.approx(expected[form], rel=1e-12)
+    assert late.force(motion, (2.0, 1.5), (delay,)) == (-1.5 if form == "dead_time" else -3.0)
+    # without one the force is as it is, with a finite derivative by the delay
+    none, little = (late.force(motion, (2.0, 1.5), (t,)) for t in (0.0, 1e-9))
+    assert none == 0 and little / 1e-9 == pytest.approx(
+        -3000.0 if form == "dead_time" else -6000.0, rel=1e-5
+    )
 
 
 def test_a_part_of_the_field_follows_slowly():
@@ -46,7 +61,7 @@ def test_a_part_of_the_field_follows_slowly():
     device = spring(("current_lag.two_stages", numbers), k=(0.0, 1e4))
     t, x, v = still(0.5)
     force, _ = respond(device, t, x + 0.005, v, np.full(t.size, 2.0), np.zeros(2), 1e-9)
-    left = (1 - part) * np.exp(-t / (quick + 1e-4)) + part * np.exp(-t / (quick + slower + 1e-4))
+    left = (1 - part) * np.exp(-t / quick) + part * np.exp(-t / (quick + slower))
     np.testing.assert_allclose(force, 100 * (1 - left), atol=1e-4)
 
 
@@ -55,7 +70,7 @@ def test_the_field_falls_with_a_lag_of_its_own():
     t, x, v = still(0.5)
     for first, then, lag in ((0.0, 2.0, 0.05), (2.0, 0.0, 0.15)):
         force, _ = respond(device, t, x + 0.005, v, np.full(t.size, then), np.array([first]), 1e-9)
-        field = then + (first - then) * np.exp(-t / (lag + 1e-4))
+        field = then + (first - then) * np.exp(-t / lag)
         np.testing.assert_allclose(force, 50 * field, atol=1e-3)
 
 

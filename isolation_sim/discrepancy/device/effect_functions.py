@@ -1,5 +1,7 @@
 """Functions of an effect that ``effect_kernel.py`` calls: here those of a current lag."""
 
+import numpy as np
+
 from ...compilation.options import exact
 from ...effects.current_lag import SHORTEST
 
@@ -20,7 +22,7 @@ def step(
     x_1, v_1, a_1, current_1, force_1, temperature_1, h, s, parameters,
 ):  # fmt: skip
     """Move the states by one Rosenbrock step of h, s, along which signals are straight lines."""
-    lag = parameters[0] + SHORTEST
+    lag = parameters[0] + SHORTEST * np.exp(-((parameters[0] / SHORTEST) ** 2))
     drift = GAMMA * (current_1 - current_0) / lag
     first = ((current_0 - s[0]) / lag + drift) / (1 + GAMMA * h / lag)
     second = ((current_1 - s[0] - h * first) / lag - drift - 2 * first) / (1 + GAMMA * h / lag)
