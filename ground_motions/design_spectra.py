@@ -144,7 +144,9 @@ def asce7_22_multi_period(
     Returns
     -------
     DesignSpectrum
-        Linear between the periods; beyond 10 s it falls with 1/T, beyond ``t_l`` with 1/T^2.
+        Linear between the periods; beyond 10 s it falls with 1/T, beyond ``t_l`` with 1/T^2. With
+        ``t_l`` below 10 s it falls with 1/T^2 from its value at 10 s; the literal factor 10 t_l /
+        T^2 would be a step there.
 
     Raises
     ------
@@ -154,12 +156,12 @@ def asce7_22_multi_period(
     table_periods, sa = _table(periods, mce_r)
     if table_periods[0] != 0.0 or table_periods[-1] != 10.0:
         raise InputError("periods (s)", f"{table_periods[0]:g} to {table_periods[-1]:g}", "0 to 10")
-    t_l = positive("t_l (s)", t_l)
+    transition = max(positive("t_l (s)", t_l), 10.0)
     factor = _level_factor(level) / DESIGN_TO_MCE_R
 
     def ordinates(target: FloatArray) -> FloatArray:
         beyond = np.maximum(target, 10.0)
-        tail = np.where(beyond <= t_l, 10.0 / beyond, 10.0 * t_l / beyond**2)
+        tail = np.where(beyond <= transition, 10.0 / beyond, 10.0 * transition / beyond**2)
         return factor * np.where(
             target <= 10.0, np.interp(target, table_periods, sa), sa[-1] * tail
         )

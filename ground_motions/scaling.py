@@ -121,7 +121,7 @@ SUITE_RULES = {
     rule.name: rule
     for rule in (
         SuiteRule(
-            "asce7_22_16", "ASCE 7-22, 16.2.3", 0.2, 1.5, 0.9, "rotd100",
+            "asce7_22_16", "ASCE 7-22, 16.2.3", 0.2, 2.0, 0.9, "rotd100",
             "ASCE 7-22, 16.2.2 and 16.4", mean_from=11, matched_floor=1.1,
         ),
         SuiteRule(

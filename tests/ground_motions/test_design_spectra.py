@@ -38,6 +38,8 @@ def test_asce7_22_multi_period():
     check(design, [(0, 0.4), (0.1, 0.7), (0.6, 0.8), (10, 0.04), (11, 0.04 * 10 / 11),
                    (20, 0.04 * 10 * 12 / 400)])  # fmt: skip
     check(asce7_22_multi_period(periods, mce_r, 12.0, "mce_r"), given)
+    # no step at 10 s where T_L is shorter
+    check(asce7_22_multi_period(periods, mce_r, 4.0), [(10, 0.04), (10.0001, 0.04), (20, 0.01)])
 
 
 @pytest.mark.parametrize(
