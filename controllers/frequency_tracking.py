@@ -86,7 +86,8 @@ class FrequencyTracking(CompiledController):
     The frequency is that of a second-order autoregression of the ground's acceleration, fitted
     recursively with forgetting, after a low-pass that keeps what isolators can respond to. From
     the devices linearised at every current, the current is tabulated at which a rigid building on
-    them amplifies a motion of this frequency least. The preset ``tuned``
+    them amplifies a motion of this frequency least. It watches the first direction of ground motion
+    only. The preset ``tuned``
     (``studies/tuned/frequency_tracking.toml``) is not surely better on unseen motions.
     """
 

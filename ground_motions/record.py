@@ -318,6 +318,9 @@ class Record:
     def padded(self, before: float = 0.0, after: float = 0.0) -> Record:
         """Return the motion with quiet ground before and after it.
 
+        The acceleration is linear between samples. A first or last sample other than 0 therefore
+        adds a velocity of half a step times this sample, also to a motion of zero final velocity.
+
         Parameters
         ----------
         before, after : float

@@ -133,7 +133,7 @@ def compare(
     nominal, driver, sensors, computation_delay, tolerance, current_outside
         As in `simulate`.
     fixed_base : bool, default False
-        Whether to simulate the building without isolation, too, for comparison.
+        Whether to simulate the building without isolation and without soil, too, for comparison.
 
     Returns
     -------

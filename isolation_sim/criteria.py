@@ -22,8 +22,10 @@ Two definitions are adapted. The devices of the benchmark act beside bearings. A
 isolator is both bearing and damper. F in J6 is therefore the whole force of the isolators, and J6
 is 1 if nothing else carries the building. For the same reason J9 includes the elastic energy of the
 isolators at the end of the record. Bearings without a coil, beside isolators with one, are no
-control devices: J6 and J9 leave them out. The uncontrolled structure is the same one with its coils
-off.
+control devices: J6 and J9 leave them out. The benchmark has devices at the isolation level only.
+With coils in storeys too, J6 is for the devices at the isolation level, whose forces are part of
+the base shear, and J9 includes the work on all devices with a coil. The uncontrolled structure is
+the same one with its coils off.
 
 Five ratios of the same kind use the centre of the base, drifts in m and all levels with the base.
 Another one uses the dissipated energy:

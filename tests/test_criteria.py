@@ -363,6 +363,19 @@ def test_isolator_force_leaves_out_what_no_coil_drives():
     assert found == pytest.approx(values[:, names.index("isolator_force_N")])
 
 
+def test_a_coil_in_a_storey_counts_for_j9_and_not_for_j6():
+    """Whether the isolators have a coil themselves or not."""
+    building, damper = iso.reference_building(), iso.reference_isolators()
+    active = building.on(damper).with_element(damper, "storey2", channel=0, name="damper")
+    own = active.facts()["Control devices"]
+    assert own == "isolator, damper; left out of J6 and the control device force: damper"
+    passive = building.on(iso.law("kelvin_voigt", {"k": 8e6, "c": 2e5}))
+    inside = passive.with_element(damper, "storey2", channel=0, name="damper")
+    assert inside.facts()["Control devices"] == (
+        "damper; left out of J6 and the control device force: damper; left out of J9: isolator"
+    )
+
+
 def test_the_isolation_layer_has_bearings_and_the_wall_has_its_own_force():
     """Without a wall the layer's force is the base shear; J6 keeps to the control device."""
     bearing, wall = iso.law("kelvin_voigt", {"k": 8e6, "c": 2e5}), MoatWall(
@@ -379,7 +392,10 @@ def test_the_isolation_layer_has_bearings_and_the_wall_has_its_own_force():
     within = wall.added(mixed)
     run = iso.simulate(within, motion)
     assert run.criteria["peak_wall_force_N"] > 0 and run.contacts["moat_wall"] > 0
-    assert "leave out bearing, moat_wall" in within.facts()["Control devices"]
+    assert (
+        "left out of J6, J9 and the control device force: bearing, moat_wall"
+        in within.facts()["Control devices"]
+    )
 
 
 def test_a_reference_under_another_ground_motion_is_refused(runs):

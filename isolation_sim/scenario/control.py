@@ -86,7 +86,10 @@ class SensorSet(Section):
 
     delay_s: Annotated[NonNegative, Field(description="age of a measurement")] = 0.0
     sampling_s: Annotated[
-        Positive | None, Field(description="sampling interval; that of the controller by default")
+        Positive | None,
+        Field(
+            description="of the sensors' own clock; if left out, samples arrive at the decisions"
+        ),
     ] = None
     seed: Annotated[WholeNumber, Field(description="of noise and dropout")] = 0
     dropout: Annotated[
@@ -125,5 +128,5 @@ class Simulation(Section):
         NonNegative, Field(description="delay from a decision to its command")
     ] = 0.0
     fixed_base: Annotated[
-        bool, Field(description="also simulate the building with a fixed base, for comparison")
+        bool, Field(description="also simulate the building with a fixed base on rigid ground")
     ] = False

@@ -76,7 +76,9 @@ class Sensors:
     delay : float
         Age of a measurement when it reaches the controller, s.
     sampling : float or None
-        Sampling interval of the sensors, s; None for that of the controller.
+        Sampling interval of the sensors, s, counted from the start of the run: a decision uses the
+        last sample that has arrived, which may be older than ``delay``. None for samples that
+        arrive just at the decisions.
     seed : int
         Seed of noise and dropout.
     dropout : float

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure, Structure
-from ..structures.sizing import isolation_elements, moat_walls
+from ..structures.sizing import base_devices, isolation_elements, moat_walls
 
 
 def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str, NDArray]:
@@ -41,7 +41,7 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
     levels, storeys = level_dofs(structure), storey_rows(structure)
     above = np.isin(levels, structure.superstructure).any(axis=1)
     layer, walls = isolation_elements(isolated), moat_walls(isolated)
-    driven = [e for e in layer if isolated.elements[e].channel is not None]
+    devices = base_devices(isolated)
 
     def resultant(elements: Sequence[int]) -> NDArray:
         return (isolated.holding[elements].T @ force[elements])[np.newaxis]
@@ -55,9 +55,9 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
         "structural_shear_N": -(structure.base_shear_rows(above_base=True) @ acceleration)[
             np.newaxis
         ],
-        "isolator_force_N": resultant(driven or [*layer, *walls]),
+        "isolator_force_N": resultant(devices),
     }
-    if 0 < len(driven) < len(layer):
+    if len(devices) < len(layer):
         result["isolation_force_N"] = resultant(layer)
     if walls:
         result["wall_force_N"] = resultant(walls)

@@ -178,6 +178,13 @@ def isolation_elements(isolated: Any) -> list[int]:
     return [e for e, held in enumerate(isolated.holding) if np.any(held) and e not in walls]
 
 
+def base_devices(isolated: Any) -> list[int]:
+    """Indices of the isolators with a coil; without any, of all elements at the base."""
+    layer = isolation_elements(isolated)
+    driven = [e for e in layer if isolated.elements[e].channel is not None]
+    return driven or [*layer, *moat_walls(isolated)]
+
+
 def moat_walls(isolated: Any) -> list[int]:
     """Indices of the moat walls."""
     return [e for e, name in enumerate(isolated.element_names) if name.startswith("moat_wall")]
@@ -223,15 +230,24 @@ def facts(isolated: Any) -> dict[str, str]:
     ]
     if amperes:
         result["Tested current"] = ", ".join(amperes)
-    own, others = (
-        np.array(isolated.element_names)[isolated.control_devices == each].tolist()
-        for each in (True, False)
-    )
-    if isolated.n_channels and others:
-        result["Control devices"] = (
-            f"{', '.join(own)}; J6, J9 and the control device force leave out {', '.join(others)}"
-        )
+    if isolated.n_channels and len(base_devices(isolated)) < len(isolated.elements):
+        result["Control devices"] = _control_devices_text(isolated)
     return result
+
+
+def _control_devices_text(isolated: Any) -> str:
+    """Control devices, and the elements that J6 and J9 leave out."""
+    names, controls = np.array(isolated.element_names), isolated.control_devices
+    at_base = np.zeros(len(names), bool)
+    at_base[base_devices(isolated)] = True
+    counted = {"J6 and the control device force": at_base, "J9": controls}
+    if np.array_equal(at_base, controls):
+        counted = {"J6, J9 and the control device force": controls}
+    texts = [", ".join(names[controls])]
+    for what, those in counted.items():
+        if not those.all():
+            texts.append(f"left out of {what}: {', '.join(names[~those])}")
+    return "; ".join(texts)
 
 
 def _damping_text(ratios: NDArray) -> str:

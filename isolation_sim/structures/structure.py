@@ -265,7 +265,7 @@ class Structure:
         Returns
         -------
         Structure
-            Without base dofs.
+            Without base dofs, and without the foundation on soil: the ground is rigid.
         """
         above = list(self.superstructure)
         block = np.ix_(above, above)
@@ -785,7 +785,7 @@ class IsolatedStructure:
         return float(self.modes(currents).damping_ratios[0])
 
     def fixed_base(self) -> IsolatedStructure:
-        """Superstructure on a fixed base, without isolators, for comparison.
+        """Superstructure on a fixed base and rigid ground, without isolators, for comparison.
 
         Returns
         -------
