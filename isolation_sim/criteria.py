@@ -170,7 +170,9 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
 
     Peaks are the largest absolute values of the continuous response: on both sides of every change
     of current, and inside the integration's steps. RMS values are roots of the mean square over the
-    record's duration; the criterion is the largest over floors, storeys or slabs.
+    record's duration; the criterion is the largest over floors, storeys or slabs. The mean square
+    is the trapezoidal rule's integral over the record's samples and the instants of control, with
+    both sides of every change of current: see the notes.
 
     Parameters
     ----------
@@ -195,6 +197,14 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
     ------
     InputError
         If the reference has another ground motion.
+
+    Notes
+    -----
+    The trapezoidal rule misses force that changes within a sample. For the reference building under
+    El Centro (20 ms) its error is below 0.001 % with constant currents. With on-off control it is
+    up to 1.7 % of the RMS floor acceleration and 0.9 % of the RMS base shear, at a lag of the coil
+    of 10 ms; with ``mpc`` 0.03 % and 0.2 %. It falls with the square of the sampling interval:
+    ``ground.resampled(0.005)`` leaves 0.04 % and 0.1 %. Peaks do not have this error.
     """
     values = run.criteria
     if reference is None:

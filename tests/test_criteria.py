@@ -363,6 +363,22 @@ def test_isolator_force_leaves_out_what_no_coil_drives():
     assert found == pytest.approx(values[:, names.index("isolator_force_N")])
 
 
+@pytest.mark.parametrize(("lag", "error"), [(0.0, 0.0075), (0.01, 0.018)])
+def test_rms_values_between_samples_converge_as_documented(lag, error):
+    plant = iso.reference_building().on(iso.reference_isolators())
+    rule, driver = iso.controller("on_off", period=0.02), iso.CoilDriver(lag=lag)
+    rms = [
+        iso.simulate(plant, motion, rule, driver=driver).criteria["rms_floor_acceleration_m_s2"]
+        for motion in (
+            el_centro_1940(),
+            el_centro_1940().resampled(0.005),
+            el_centro_1940().resampled(0.001),
+        )
+    ]
+    assert rms[0] == pytest.approx(rms[2], rel=error)
+    assert rms[1] == pytest.approx(rms[2], rel=5e-4)
+
+
 def test_a_coil_in_a_storey_counts_for_j9_and_not_for_j6():
     """Whether the isolators have a coil themselves or not."""
     building, damper = iso.reference_building(), iso.reference_isolators()
