@@ -20,6 +20,7 @@ import numpy as np
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Signals
 
+SERIES_SPRING = "a spring in series with a viscous device, as of its mounting or its fluid"
 SHORTEST = 5e-4
 """s: shorter time constants make no difference at any sampling rate in use."""
 
@@ -93,6 +94,7 @@ FORMS = (
         motion=motion,
         needs=frozenset({"acceleration"}),
         of_device=False,
+        alike=SERIES_SPRING,
         source="Taylor series of the motion",
     ),
     Effect(
@@ -105,6 +107,7 @@ FORMS = (
         rates=rates_filter,
         force=recorded,
         of_device=False,
+        alike=SERIES_SPRING,
         needs=frozenset({"force"}),
         source="low-pass filter of first order",
     ),
@@ -121,6 +124,7 @@ FORMS = (
         rates=rates_butterworth,
         force=recorded,
         of_device=False,
+        alike=SERIES_SPRING,
         needs=frozenset({"force"}),
         source="Butterworth (1930), second order",
     ),
@@ -137,6 +141,7 @@ FORMS = (
         rates=rates_dead_time,
         force=recorded_late,
         of_device=False,
+        alike=SERIES_SPRING,
         needs=frozenset({"force"}),
         source="Pade approximant of second order",
     ),

@@ -249,7 +249,7 @@ def _extended(diagnosis: Diagnosis, section: str) -> Iterator[Block]:
         "Law": f"{base.title} ({base.name}); {base.source}",
         **{
             f"Effect {effect.cause}": f"{effect.title} ({effect.form})"
-            + ("" if effect.of_device else "; in the instruments, therefore not in the law below")
+            + ("" if effect.of_device else "; in the instruments: evaluate counts it, a simulation does not")
             for effect in applied
         },
     })  # fmt: skip
