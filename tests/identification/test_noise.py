@@ -6,8 +6,8 @@ from scipy.signal import butter, sosfilt
 
 from isolation_sim.identification.noise import (
     channel_noise,
-    cycles_of,
     coloured_noise,
+    cycles_of,
     sensor_noise,
     white_noise,
 )
