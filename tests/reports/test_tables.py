@@ -73,8 +73,9 @@ def test_suspicious_data_are_said_before_the_verdict():
 
 
 def test_adequate_on_the_fitted_data_alone_is_said():
-    good, bad = Errors(0.01, 0.011), Errors(0.01, 0.03)
-    for error, words in ((good, "no effect is missing."), (bad, "misses the data held out by more")):
+    said = {0.011: "no effect is missing.", 0.03: "misses the data held out by more"}
+    for held_out, words in said.items():
+        error = Errors(0.01, held_out)
         found = Diagnosis("tests", "law", "adequate", 0.01, error, error, (), 0.0, (), None, ())
         lines = [line for line in shown(found) if isinstance(line, str)]
         assert words in lines[1]
