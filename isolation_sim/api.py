@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from ground_motions import Record
 from ground_motions.argument_types import checked
@@ -380,7 +380,8 @@ def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEv
     ----------
     law : Device, str or pathlib.Path
         A device, or a file with an ``[isolator]`` section from ``fit --out`` or ``diagnose``. The
-        scales in a file are ignored: the law is that of the tested device.
+        scales in a file are ignored: the law is that of the tested device. Its effects of the
+        instruments count.
     campaign : Campaign, str or pathlib.Path
         The measured runs, or their folder.
 
@@ -400,7 +401,9 @@ def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEv
 
     if not isinstance(law, Device):
         section = Scenario.read(law).isolator
-        own = {"length_scale": 1.0, "force_scale": 1.0, "count": 1.0}
+        own: dict[str, Any] = {"length_scale": 1.0, "force_scale": 1.0, "count": 1.0}
+        # the measured force contains what the instruments add
+        own["effect"] = [*(section.effect or ()), *(section.instrument or ())]
         law = section.model_copy(update=own).device()
     return errors_of(law, campaign)
 

@@ -46,7 +46,9 @@ class Prediction:
         self.lengths = np.array([e.device.length for e in nominal.elements])
         channels = [-1 if e.channel is None else e.channel for e in nominal.elements]
         self.rows = np.ascontiguousarray(real_rows(modes.deformation))
-        self.to_modes = np.linalg.inv(_square(real_rows(modes.shapes)))
+        # (2 n_modes, 2 n_dofs): Modes from displacements and velocities
+        shapes = real_rows(modes.shapes)
+        self.to_modes = np.ascontiguousarray(np.linalg.inv(_square(shapes))[:, : len(shapes)])
         needed = max(step / longest - 1e-9, step * self._fastest() / STABLE)
         self.n_sub = max(1, int(np.ceil(needed)))  # Substeps of a step
         h = step / self.n_sub

@@ -54,6 +54,9 @@ during the search and after it: the law may be of the wrong family. Convention."
 NEARLY_ALL = 0.1
 """Share of the misfit on the data that judge that may remain beyond noise where the verdict is
 "explained" because no model attains less. Convention, seen on tests of unknown devices."""
+FITTED_ALONE = 4.0
+"""Squared error on the data held out over that of noise above which a law that is adequate on the
+fitted data is not said to be so in general. Clean campaigns reach 3. Convention."""
 FAR_BETTER = 3.0
 """Factor on the error of another law alone above which the search for more causes ends. Blind
 (``wrong_law``)."""

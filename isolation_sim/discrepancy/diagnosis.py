@@ -16,6 +16,7 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from ..rendering import Printed, render
+from .decisions import FITTED_ALONE
 from .interval import Interval, number
 
 if TYPE_CHECKING:
@@ -36,6 +37,19 @@ MEANINGS: dict[Verdict, str] = {
     "unexplained": "The simulation gets something wrong that none of the known causes explains.",
 }
 """Each verdict in a sentence."""
+FITTED_ONLY = (
+    "The simulation reproduces the fitted data within their noise: no effect is missing there. "
+    "It misses the data held out by more: the fitted data do not determine it there, or something "
+    "acts in those held out alone."
+)
+"""The verdict "adequate" where the data held out are missed by far more than noise."""
+
+
+def meaning(verdict: Verdict, held_out: float, noise_floor: float) -> str:
+    """A verdict in a sentence, by the error on the data held out before any cause."""
+    if verdict == "adequate" and held_out**2 > FITTED_ALONE * noise_floor**2:
+        return FITTED_ONLY
+    return MEANINGS[verdict]
 
 
 @dataclass(frozen=True)
@@ -281,6 +295,11 @@ class Diagnosis(Printed):
     details: Mapping[str, Any] = field(default_factory=dict)
     ladder: Ladder | None = None
     data_notes: tuple[str, ...] = ()
+
+    @property
+    def meaning(self) -> str:
+        """The verdict in a sentence."""
+        return meaning(self.verdict, self.error_before.held_out, self.noise_floor)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but steps and traces as plain numbers and text.

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import separate
+from ..effects.effect import in_sentence
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.fitted import LawEvaluation, RunError
@@ -20,6 +21,7 @@ from ..identification.parameterisation import Parameterisation
 from ..identification.run_starts import start_note
 from ..identification.spikes import repaired
 from ..laws import Device
+from .device.kept_history import can_be_kept, kept
 from .device.model import Model
 
 _LESS = 0.7
@@ -50,15 +52,30 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
     model = Model(data, parameterisation, effects=tuple(effect for effect, _ in applied))
     model = model.resolve_steps(values).settle_starts(values)
     data = model.data
-    force = base.force_scale * model.forces(values, False)[0]
+    force, history = _forces(model, values, base.force_scale)
     data, force = _averaged(data, force, averaging)
     errors = tuple(
         RunError(run, force[a:b])
         for run, (a, b) in zip(campaign.runs, pairwise(data.starts), strict=True)
     )
     own = (*wrong, averaging_note(data.averaging), start_note(data.periods, base.law))
-    notes = filter(None, (*_notes(device, campaign), *own))
+    notes = filter(None, (*_notes(device, campaign), *own, history))
     return LawEvaluation(device, campaign, errors, tuple(notes))
+
+
+def _forces(model: Model, values: NDArray, scale: float) -> tuple[NDArray, str]:
+    """Forces of a law, N, and a note if its effects go on from run to run, as in one specimen."""
+    force = scale * model.forces(values, False)[0]
+    going_on = [effect for effect in model.effects if can_be_kept(effect)]
+    if not going_on or model.data.past is None:
+        return force, ""
+    effects = tuple(kept(one) if one in going_on else one for one in model.effects)
+    other = scale * replace(model, effects=effects).forces(values, False)[0]
+    misfits = [float(np.sum((one - model.data.force) ** 2)) for one in (other, force)]
+    if not misfits[0] < _LESS * misfits[1]:
+        return force, ""
+    names = ", ".join(in_sentence(one.cause) for one in going_on)
+    return other, f"{names}: goes on from run to run, which is nearer to the forces"
 
 
 def _averaged(data: MeasuredRuns, force: NDArray, found: Averaging) -> tuple[MeasuredRuns, NDArray]:

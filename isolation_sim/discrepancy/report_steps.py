@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .diagnosis import MEANINGS, Cause, Errors, Step, Verdict
+from .diagnosis import Cause, Errors, Step, Verdict, meaning
 from .problem import Evaluation, Problem
 from .residuals import Dependence
 from .search import H, SearchResult
@@ -57,7 +57,7 @@ def _verdict_step(
     problem: Problem[H], result: SearchResult[H], evaluation: Evaluation, causes: Sequence[Cause],
     verdict: Verdict,
 ) -> Step:  # fmt: skip
-    sentences = [MEANINGS[verdict]]
+    sentences = [meaning(verdict, evaluation.before.held_out, evaluation.noise_floor)]
     if causes:
         change = _change(evaluation.before, evaluation.after)
         floor = evaluation.noise_floor

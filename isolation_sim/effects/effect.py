@@ -142,6 +142,9 @@ class Effect:
     of_device : bool
         False for effects in the instruments of a test and not in the device: it belongs to
         the measured data and is left out of a law that is used elsewhere.
+    alike : str
+        What else makes the force look so, to check before it is believed; empty if nothing is
+        known.
     source : str
         Publication behind it.
     plan : EffectInPlan or None
@@ -163,6 +166,7 @@ class Effect:
     needs: frozenset[str] = frozenset()
     gradual: bool = False
     of_device: bool = True
+    alike: str = ""
     source: str = ""
     plan: EffectInPlan | None = None
 

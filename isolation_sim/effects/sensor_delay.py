@@ -22,6 +22,7 @@ from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Signals
 from .followers import time_constant
 
+SERIES_SPRING = "a spring in series with a viscous device, as of its mounting or its fluid"
 SHORTEST = 5e-4
 """s: shorter time constants make no difference at any sampling rate in use."""
 
@@ -95,6 +96,7 @@ FORMS = (
         motion=motion,
         needs=frozenset({"acceleration"}),
         of_device=False,
+        alike=SERIES_SPRING,
         source="Taylor series of the motion",
     ),
     Effect(
@@ -107,6 +109,7 @@ FORMS = (
         rates=rates_filter,
         force=recorded,
         of_device=False,
+        alike=SERIES_SPRING,
         needs=frozenset({"force"}),
         source="low-pass filter of first order",
     ),
@@ -123,6 +126,7 @@ FORMS = (
         rates=rates_butterworth,
         force=recorded,
         of_device=False,
+        alike=SERIES_SPRING,
         needs=frozenset({"force"}),
         source="Butterworth (1930), second order",
     ),
@@ -139,6 +143,7 @@ FORMS = (
         rates=rates_dead_time,
         force=recorded_late,
         of_device=False,
+        alike=SERIES_SPRING,
         needs=frozenset({"force"}),
         source="Pade approximant of second order",
     ),

@@ -32,7 +32,8 @@ def device_code(device: Device) -> dict[str, str]:
 def device_section(device: Device, *comments: str, places: Mapping[str, str] | None = None) -> str:
     """Write a device as the ``[isolator]`` section of a scenario.
 
-    Effects of the instruments, which are none of the device's, are left out and named in a comment.
+    Effects of the instruments, which are none of the device's, are in ``instrument``: they are not
+    simulated, but ``evaluate`` compares measured forces with them.
 
     Parameters
     ----------
@@ -68,9 +69,6 @@ def device_section(device: Device, *comments: str, places: Mapping[str, str] | N
     beside = places or {}
     found = device_places(device)
     law, *names = [beside.get(name, name) for name in found]
-    left_out = [effect.name for effect, _ in applied if not effect.of_device]
-    if left_out:
-        comments = (*comments, f"without the effects of the instruments: {', '.join(left_out)}")
     for line in comments:
         section.add(tomlkit.comment(line))
     section["law"] = law
@@ -83,12 +81,13 @@ def device_section(device: Device, *comments: str, places: Mapping[str, str] | N
     section["length_scale"] = data["length"]
     section["force_scale"] = data["force_scale"]
     section["parameters"] = data["parameters"]
-    tables = tomlkit.aot()
-    for name, (effect, values) in zip(names, applied, strict=True):
-        if effect.of_device:
-            tables.append(tomlkit.item({"name": name, "form": effect.form} | values))
-    if tables:
-        section["effect"] = tables
+    for key, of_device in (("effect", True), ("instrument", False)):
+        tables = tomlkit.aot()
+        for name, (effect, values) in zip(names, applied, strict=True):
+            if effect.of_device is of_device:
+                tables.append(tomlkit.item({"name": name, "form": effect.form} | values))
+        if tables:
+            section[key] = tables
     document = tomlkit.document()
     document["isolator"] = section
     if code := code_files(name for name in found if name not in beside):

@@ -140,7 +140,9 @@ def noise_of(runs: Sequence[TestRun]) -> float:
     -------
     float
     """
-    deviation = channel_noise([run.force for run in runs], [run.step for run in runs]).deviation
+    deviation = channel_noise(
+        [run.force for run in runs], [run.step for run in runs], [run.displacement for run in runs]
+    ).deviation
     noise = sum(len(run.force) * one**2 for run, one in zip(runs, deviation, strict=True))
     return float(np.sqrt(noise / sum(float(np.sum(run.force**2)) for run in runs)))
 

@@ -209,7 +209,9 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
     """Put runs together and estimate their noise; an average is sought if it is not known."""
     # Runs with ``hold_out`` are held out.
     lengths = [len(run.time) for run in runs]
-    force_noise, corner = channel_noise([run.force for run in runs], [run.step for run in runs])
+    force_noise, corner = channel_noise(
+        [run.force for run in runs], [run.step for run in runs], [run.displacement for run in runs]
+    )
     starts = find_starts(runs, force_noise)
     motions = [_motion(run) for run in runs]
     temperatures = [run.temperature for run in runs]

@@ -34,6 +34,11 @@ _AGREE = 1.5
 _UNLIKE = 2.0
 """Factor by which noise at the highest frequencies exceeds that between two samples if steps make
 it."""
+_FEWEST_CYCLES, _SINUSOIDAL = 4, 0.995
+"""Cycles of a sinusoidal run, and share of its power at one frequency, from which the harmonics of
+its force are told from noise: they look like a plateau where lines are few."""
+_WIDTH = 1.6
+"""Lines on each side of a harmonic that belong to it, behind the window."""
 _ORDER = 4
 """Order of the low-pass of noise that is drawn."""
 
@@ -59,17 +64,44 @@ class SensorNoise(NamedTuple):
     corner: float
 
 
-def sensor_noise(signal: NDArray, limits: _Limits = _DISPLACEMENT) -> SensorNoise:
-    """Estimate the noise of a signal that is smooth otherwise, and small as a share of it."""
+def cycles_of(displacement: NDArray) -> float:
+    """Number of cycles of a sinusoidal motion; 0 if they are few or it is none."""
+    centred = displacement - displacement.mean()
+    power = np.abs(np.fft.rfft(centred * np.hanning(centred.size))) ** 2
+    k = int(np.argmax(power))
+    if k < _FEWEST_CYCLES or power[k - 2 : k + 3].sum() < _SINUSOIDAL * power.sum():
+        return 0.0
+    near = np.sqrt(power[k - 1 : k + 2])
+    return float(k + (near[2] - near[0]) / near.sum() * 4 / 3)
+
+
+def _between_harmonics(n: int, cycles: float) -> NDArray:
+    """Lines of a spectrum without those of a sinusoid's harmonics."""
+    lines = np.arange(n)
+    if cycles == 0.0:
+        return lines
+    return lines[np.abs(lines - cycles * np.round(lines / cycles)) > _WIDTH]
+
+
+def sensor_noise(
+    signal: NDArray, limits: _Limits = _DISPLACEMENT, cycles: float = 0.0
+) -> SensorNoise:
+    """Estimate the noise of a signal that is smooth otherwise, and small as a share of it.
+
+    Of a sinusoidal motion with so many ``cycles`` the harmonics are left out.
+    """
     # Below the corner of an amplifier's low-pass noise leaves a plateau in the spectrum, between
     # the motion, whose power falls with the frequency, and the corner. It is the widest one, of an
     # octave at least, that is far stronger than the highest frequencies; nearly all power lies
     # below it.
     power, size = _spectrum(signal)
-    total, n = float(power.sum()), power.size
+    total = float(power.sum())
+    motion = int(np.searchsorted(np.cumsum(power), (1 - limits.small**2) * total))
+    lines = _between_harmonics(power.size, cycles)
+    power, motion, n = power[lines], int(np.searchsorted(lines, motion)), lines.size
     highest = _highest(power)
     ratio, least = _BAND
-    ends = [max(int(np.searchsorted(np.cumsum(power), (1 - limits.small**2) * total)), least)]
+    ends = [max(motion, least)]
     while ends[-1] + least <= n:
         ends.append(min(int(max(ends[-1] * ratio, ends[-1] + least)), n))
     levels = np.array([np.median(power[a:b]) / np.log(2) for a, b in pairwise(ends)])
@@ -105,9 +137,12 @@ class ChannelNoise(NamedTuple):
     corner: float
 
 
-def channel_noise(forces: Sequence[NDArray], steps: Sequence[float]) -> ChannelNoise:
+def channel_noise(
+    forces: Sequence[NDArray], steps: Sequence[float], displacements: Sequence[NDArray] = ()
+) -> ChannelNoise:
     """Estimate the noise of the force channel, which has one amplifier for all runs."""
-    each = [sensor_noise(force, _FORCE) for force in forces]
+    cycles = [cycles_of(one) for one in displacements] or [0.0] * len(forces)
+    each = [sensor_noise(force, _FORCE, n) for force, n in zip(forces, cycles, strict=True)]
     nyquist = 0.5 / np.array(steps)
     corners = np.array([one.corner for one in each]) * nyquist
     shown = np.array([one.corner < 1 for one in each])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..discrepancy.diagnosis import MEANINGS, Cause, Diagnosis
+from ..discrepancy.diagnosis import Cause, Diagnosis
 from .consequence import NOTE, consequence_table
 from .html.text import capital
 from .tables import TextTable
@@ -29,7 +29,7 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
     """Tables and sentences of a diagnosis, for a terminal."""
     yield f"{diagnosis.model} against {diagnosis.data}\n"
     yield from data_notes(diagnosis)
-    verdict = f"{diagnosis.verdict.replace('_', ' ').upper()}. {MEANINGS[diagnosis.verdict]}"
+    verdict = f"{diagnosis.verdict.replace('_', ' ').upper()}. {diagnosis.meaning}"
     choice = diagnosis.details.get("law_choice", {})
     lines = [verdict, *([choice["text"]] if choice else [])]
     # causes on a law of the wrong family only imitate the right one
@@ -189,7 +189,7 @@ def markdown(diagnosis: Diagnosis) -> str:
     """The diagnosis as a text in Markdown."""
     parts = [
         f"# {diagnosis.model} against {diagnosis.data}",
-        f"**{diagnosis.verdict.replace('_', ' ').capitalize()}.** {MEANINGS[diagnosis.verdict]}",
+        f"**{diagnosis.verdict.replace('_', ' ').capitalize()}.** {diagnosis.meaning}",
     ]
     if diagnosis.causes:
         rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]

@@ -99,6 +99,10 @@ class _Device(Section):
         Field(description="instantaneous: deformed springs stiffen; passive: new deformation only"),
     ] = "instantaneous"
     effect: _Effects = None
+    instrument: Annotated[
+        list[AppliedEffect] | None,
+        Field(description="effects in the instruments of the tests; for evaluate, not simulated"),
+    ] = None
 
     def device(self, length_scale: float = 1.0, force_scale: float = 1.0) -> Device:
         """Return the device."""

@@ -38,8 +38,15 @@ from isolation_sim.laws.registry import LAWS
 from isolation_sim.scenario.nonlinear import MoatWall
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.simulation.control import CoilDriver, Sensors
+from isolation_sim.simulation.modal import real_rows
+from isolation_sim.simulation.plan import modes_for
 from isolation_sim.simulation.run import simulate
-from isolation_sim.structures import from_matrices, reference_building, shear_building
+from isolation_sim.structures import (
+    from_matrices,
+    reference_building,
+    reference_isolators,
+    shear_building,
+)
 
 from .conftest import context_of
 from .predictor import Predictor, Uncontrolled
@@ -817,3 +824,20 @@ def test_a_moat_wall_is_predicted(isolated, record, exponent):
     planned, off = (run.criteria["peak_floor_acceleration_m_s2"] for run in runs)
     assert runs[1].criteria["peak_base_displacement_m"] > 0.05
     assert planned < 0.8 * off
+
+
+def test_overdamped_modes_are_read_from_the_measured_motion(el_centro):
+    own = reference_building()
+    damped = from_matrices(own.mass, 30 * own.damping, own.stiffness)
+    isolated = damped.on(reference_isolators())
+    modes, _ = modes_for(isolated)
+    assert np.any(modes.eigenvalues.imag == 0)
+    coils = np.array([[0.05, np.inf, 0.0, 3.0, 0.0]])
+    to_modes = Prediction(isolated, coils, 0.02).to_modes
+    rows = real_rows(modes.shapes)
+    np.testing.assert_allclose(rows @ to_modes, np.eye(len(rows)), atol=1e-9)
+    part = el_centro.cut(1.0, 4.0)
+    read, estimated = (
+        simulate(isolated, part, MPC(**each)).current for each in ({}, {"filter": "kalman"})
+    )
+    assert np.abs(read - estimated).max() < 0.3 * np.ptp(read)

@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter1d
 
 import isolation_sim as iso
 from isolation_sim.cli import main
-from isolation_sim.effects import device_section, effect, extend
+from isolation_sim.effects import device_section, effect, extend, separate
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
@@ -86,6 +86,33 @@ def test_the_command_reads_what_was_saved(device, campaign, tmp_path, capsys):
     assert [run["name"] for run in printed["runs"]] == ["run0", "run1", "run2"]
     assert printed["error"] == pytest.approx(0.2, rel=1e-6)
     assert "has an RMS force error of 20" in (tmp_path / "r.html").read_text()
+
+
+def test_effects_of_the_instruments_count_in_an_evaluation(device, campaign, tmp_path):
+    delay = effect("sensor_delay")
+    base, (offset,) = separate(device)
+    late = extend(base, [offset, (delay, {"delay": 0.02})])
+    (tmp_path / "late.toml").write_text(device_section(late))
+    found, expected = iso.evaluate(tmp_path / "late.toml", campaign), iso.evaluate(late, campaign)
+    assert found.error == pytest.approx(expected.error, rel=1e-12)
+    assert found.error > iso.evaluate(device, campaign).error + 0.01
+
+
+def test_softening_goes_on_from_run_to_run_where_the_forces_say_so():
+    soft = effect("stress_softening")
+    numbers = {"loss": 0.4, "length": 2e-3}
+    base = Device(LAWS["kelvin_voigt"], CurrentDependence.constant({"k": 1e4, "c": 100.0}))
+    runs, largest = [], 0.0
+    for k, size in enumerate((8e-3, 4e-3, 2e-3)):
+        x = size * np.sin(2 * np.pi * TIME)
+        v = np.gradient(x, DT)
+        largest = np.maximum.accumulate(np.maximum(np.abs(x), np.max(largest)))
+        left = 1 - 0.4 * np.tanh((largest - np.abs(x)) / 2e-3)
+        force = left * (1e4 * x + 100 * v)
+        runs.append(TestRun(f"run{k}", TIME, x, v, force, 0 * TIME, velocity_measured=True))
+    result = iso.evaluate(extend(base, [(soft, numbers)]), Campaign("made", "made", tuple(runs)))
+    assert result.error < 0.02
+    assert any("goes on from run to run" in note for note in result.notes)
 
 
 @pytest.mark.parametrize("name", [n for n in LAWS if LAWS[n].sets])

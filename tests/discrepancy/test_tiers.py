@@ -291,6 +291,12 @@ def test_a_rung_that_loses_somewhere_is_not_offered():
     errors["equation"] = Rung("equation", 0.06, 0.06, 0.06)
     assert _offered(errors, generic=False) == "causes"
     assert _offered(errors, generic=True) == "learned"
+    # what gains next to nothing is left to the simpler rung
+    errors["equation"] = Rung("equation", 0.039, 0.039, 0.0480)
+    errors["learned"] = Rung("learned", 0.038, 0.038, 0.0467)
+    assert _offered(errors, generic=False, negligible=0.002) == "causes"
+    errors["equation"] = Rung("equation", 0.039, 0.039, 0.0470)
+    assert _offered(errors, generic=False, negligible=0.002) == "equation"
 
 
 def test_a_rung_is_compared_with_those_below_it():

@@ -7,6 +7,7 @@ from scipy.signal import butter, sosfilt
 from isolation_sim.identification.noise import (
     channel_noise,
     coloured_noise,
+    cycles_of,
     sensor_noise,
     white_noise,
 )
@@ -125,3 +126,25 @@ def test_a_coarse_converter_has_noise():
     runs = [np.round(np.sin(2 * np.pi * f * TIME) / 0.02) * 0.02 for f in (0.2, 0.3)]
     assert np.median(np.abs(np.diff(runs[0], 2))) == 0
     assert np.all(channel_noise(runs, [1 / RATE] * 2).deviation > 1e-4)
+
+
+def test_harmonics_of_few_cycles_are_no_noise():
+    time, random = np.arange(1280) / 256, np.random.default_rng(4)
+    forces, displacements = [], []
+    for size in (4.0, 8.0):
+        x = 0.6 + size * np.sin(2 * np.pi * time)
+        force = 40 * x
+        for m in range(2, 9):
+            force = force + 1.2 * np.cos(2 * np.pi * m * time + m * m)
+        forces.append(force + 0.6 * random.standard_normal(time.size))
+        displacements.append(x + 0.005 * random.standard_normal(time.size))
+    found = channel_noise(forces, [1 / 256] * 2, displacements)
+    assert np.isinf(found.corner)
+    np.testing.assert_allclose(found.deviation, 0.6, rtol=0.1)
+    assert np.any(channel_noise(forces, [1 / 256] * 2).deviation > 0.9)
+
+
+@pytest.mark.parametrize(("cycles", "frequency"), [(5.0, 1.0), (7.37, 1.474), (0.0, 0.4)])
+def test_cycles_of_a_sinusoid_are_counted(cycles, frequency):
+    time = np.arange(1280) / 256
+    assert cycles_of(3 * np.sin(2 * np.pi * frequency * time)) == pytest.approx(cycles, abs=0.05)

@@ -70,3 +70,12 @@ def test_suspicious_data_are_said_before_the_verdict():
     assert lines[6] == "Data: 2 more in the step Data."
     assert lines[7].startswith("UNEXPLAINED.")
     assert found.to_dict()["data_notes"] == list(notes)
+
+
+def test_adequate_on_the_fitted_data_alone_is_said():
+    said = {0.011: "no effect is missing.", 0.03: "misses the data held out by more"}
+    for held_out, words in said.items():
+        error = Errors(0.01, held_out)
+        found = Diagnosis("tests", "law", "adequate", 0.01, error, error, (), 0.0, (), None, ())
+        lines = [line for line in shown(found) if isinstance(line, str)]
+        assert words in lines[1]

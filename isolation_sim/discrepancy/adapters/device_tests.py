@@ -452,7 +452,7 @@ class DeviceTests(Problem[FittedModel]):
         return (
             f"Without {in_sentence(effect.title)} the residual on the {int(np.sum(self.judged))} "
             f"samples {where} {larger}; it removes {100 * share:.0f} % of the misfit with "
-            f"{numbers}."
+            f"{numbers}.{_remarks(effect)}"
         )
 
     def _spread(self) -> Interval:
@@ -682,6 +682,16 @@ class DeviceTests(Problem[FittedModel]):
             else "No effect lowered the squared residual by more than "
             f"{SIGNIFICANT:.0f} times the noise's share of it."
         )
+
+
+def _remarks(effect: Effect) -> str:
+    """What a user should know of an effect that is named."""
+    remarks = []
+    if not effect.of_device:
+        remarks.append("It is in the instruments: a simulation does not have it.")
+    if effect.alike:
+        remarks.append(f"What looks alike: {effect.alike}.")
+    return "".join(f" {one}" for one in remarks)
 
 
 def _observable_effects(data: MeasuredRuns) -> list[Effect]:

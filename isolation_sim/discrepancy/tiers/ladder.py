@@ -87,6 +87,7 @@ class Tiers(ABC, Generic[R]):
     NO_EQUATION = "No term of an equation lowers the error on every condition left out."
     # Rungs that are never offered, since the search has judged the next one already
     superseded: tuple[str, ...] = ()
+    negligible = 0.0  # Decrease of the error below which a simpler rung is offered
 
     @abstractmethod
     def equation(self) -> R | None:
@@ -140,6 +141,7 @@ class Climb(Tiers[_Rung]):
 
     def __init__(self, problem: DeviceTests):
         self.problem, self.progress = problem, problem.progress  # After its search
+        self.negligible = problem.significance
         self.progress("leaving conditions out")
         full = problem.data
         self.data = full.thinned(TIER_SAMPLES).without_held_out()
@@ -478,7 +480,7 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
         add("learned", rung)
     shown_rungs = list(errors.values())
     allowed = {name: one for name, one in errors.items() if name not in ladder.superseded}
-    offered = _offered(allowed, ladder.has_generic_terms())
+    offered = _offered(allowed, ladder.has_generic_terms(), ladder.negligible)
     judged = {name: _judging(one) for name, one in errors.items()}
     named = min(value for name, value in judged.items() if name != "learned")
     attainable, notes = _attainable(judged, ladder.better_law())
@@ -618,15 +620,20 @@ def _loses(one: Rung, other: Rung, least: float) -> bool:
     return any(mine > its + least for mine, its in pairs)
 
 
-def _offered(errors: dict[str, Rung], generic: bool) -> str:
+def _offered(errors: dict[str, Rung], generic: bool, negligible: float = 0.0) -> str:
     """The rung with the least error left out, or held out, among those that lose nowhere."""
-    # One nearly as good is preferred to the learned term. An equation takes the place of causes
-    # with a generic term, since such a term cannot be saved.
+    # One nearly as good is preferred to the learned term, and causes to an equation beside them
+    # whose gain is negligible. An equation takes the place of causes with a generic term, since
+    # such a term cannot be saved.
     good = {
         name: one.left_out if np.isfinite(one.left_out) else one.held_out
         for name, one in errors.items() if not one.loses
     }  # fmt: skip
-    least = {name: error * EQUATION_PREFERRED for name, error in good.items() if name == "learned"}
+    named = good.get("causes", np.inf) < good.get("law", np.inf)
+    beyond = {"equation": negligible if named else 0.0}
+    beyond["learned"] = beyond["equation"] + max(
+        negligible, (EQUATION_PREFERRED - 1) * good.get("learned", 0.0)
+    )
     if generic and "equation" in good:
         good.pop("causes", None)
-    return min(good, key=lambda name: least.get(name, good[name]))
+    return min(good, key=lambda name: good[name] + beyond.get(name, 0.0))

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...discrepancy.diagnosis import (
-    MEANINGS,
     Diagnosis,
     Step,
     Trace,
@@ -113,11 +112,11 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     offered = diagnosis.ladder.offered if diagnosis.ladder is not None else ""
     if offered in ("equation", "learned"):
         return first, (
-            f"{MEANINGS[diagnosis.verdict]} {capital(RUNGS[offered])} found in the data, see "
+            f"{diagnosis.meaning} {capital(RUNGS[offered])} found in the data, see "
             f"Tiers, the error is {100 * after[0]:.3g} %{rest}."
         )
     if not diagnosis.causes:
-        return first, MEANINGS[diagnosis.verdict]
+        return first, diagnosis.meaning
     names = ", ".join(
         ("a cause that acts like " if cause.acts_like else "")
         + in_sentence(cause.name)
@@ -249,7 +248,7 @@ def _extended(diagnosis: Diagnosis, section: str) -> Iterator[Block]:
         "Law": f"{base.title} ({base.name}); {base.source}",
         **{
             f"Effect {effect.cause}": f"{effect.title} ({effect.form})"
-            + ("" if effect.of_device else "; in the instruments, therefore not in the law below")
+            + ("" if effect.of_device else "; of the instruments: not in a simulation")
             for effect in applied
         },
     })  # fmt: skip
