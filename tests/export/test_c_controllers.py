@@ -15,6 +15,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.export.c_text import CText
 from isolation_sim.export.controller import controller_files
 from isolation_sim.scenario.job import Job
+from isolation_sim.structures import cones, on_soil, plan_building
 
 GCC = shutil.which("gcc")
 pytestmark = pytest.mark.skipif(GCC is None, reason="needs gcc")
@@ -173,7 +174,15 @@ def test_predictive_control_in_c_decides_as_in_the_simulation(
     inputs = re.findall(r"measured\[\d+\]: (\S+)", files[f"{name}.h"])
     known = [each for each in inputs if "_in_" in each]
     assert known == [f"ground_acceleration_in_{ms}_ms_m_s2" for ms in ahead]
-    program, rows, decide = compiled_program(files, tmp_path, "-DREPEATS=3"), [], controller.current
+    program = compiled_program(files, tmp_path, "-DREPEATS=3")
+    check_decisions(program, controller, case)
+    if name == "mpc":
+        assert controller.report.failed == 0
+
+
+def check_decisions(program, controller, job):
+    """The program decides as the controller in a run."""
+    rows, decide = [], controller.current
 
     def watched(t, measurement):
         command = decide(t, measurement)
@@ -181,15 +190,58 @@ def test_predictive_control_in_c_decides_as_in_the_simulation(
         return command
 
     controller.current = watched
-    run = iso.simulate(job.isolated, job.records, controller, **options)
+    run = iso.simulate(job.isolated, job.records, controller, **job.options)
     given = "\n".join(" ".join(map(repr, row)) for row in rows)
-    done = subprocess.run([program], input=given, capture_output=True, text=True, check=True)
+    done = subprocess.run([program], input=given, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
     found = np.array([line.split() for line in done.stdout.splitlines()], float)
     assert np.ptp(found) > 1.0
-    if name == "mpc":
-        assert controller.report.failed == 0
     np.testing.assert_allclose(found, run.command[: len(found)], rtol=0, atol=1e-12)
-    print(f"{name} {settings}: {done.stderr.strip()}")
+    print(f"{controller.name}: {done.stderr.strip()}")
+
+
+def on_stiff_soil():
+    """Two modes of the foundation are overdamped."""
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    return on_soil(isolated, cones(10.0, 600.0, 2000.0, 0.3), 1e6)
+
+
+def in_plan():
+    """A building of unequal directions and eccentric floors, on biaxial isolators."""
+    structure = plan_building(
+        [2.5e5], [3e8], [2.5e8], base_mass=3e5, plan=(24.0, 15.0), eccentricity=(1.0, 0.5)
+    )
+    return structure.on(iso.law("strain_stiffening").scaled(10, 2000), biaxial=True)
+
+
+@pytest.mark.parametrize(
+    ("building", "name", "settings"),
+    [
+        (on_stiff_soil, "mpc", {}),
+        (on_stiff_soil, "mpc", {"filter": "kalman"}),
+        (on_stiff_soil, "trained_policy", {"preview": 0.8}),
+        (in_plan, "mpc", {}),
+    ],
+    ids=["soil", "soil, observer", "soil, trained", "plan"],
+)
+def test_predictive_control_in_c_stays_within_its_arrays(building, name, settings, tmp_path):
+    """Under the sanitizers of gcc, where they are installed."""
+    isolated, controller = building(), iso.controller(name, **settings)
+    records = [el_centro_1940().cut(start, start + 3.0) for start in (1.0, 3.0)]
+    records = tuple(records[: len(isolated.structure.directions)])
+    options = {"driver": iso.CoilDriver(lag=0.05, high=3.0)}
+    job = Job("", isolated, records, {name: controller}, options)
+    files = controller_files(job, name)
+    program = compiled_program(files, tmp_path, "-DREPEATS=1", *sanitizers(tmp_path))
+    check_decisions(program, controller, job)
+
+
+def sanitizers(folder):
+    """Options for gcc."""
+    options = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    (folder / "nothing.c").write_text("int main(void) { return 0; }\n")
+    command = [GCC, *options, "-o", "nothing", "nothing.c"]
+    return options if subprocess.run(command, cwd=folder).returncode == 0 else []
 
 
 PYTHON = '''
