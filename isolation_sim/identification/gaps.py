@@ -46,7 +46,7 @@ def fill_gaps(
     return np.interp(places, places[~missing], values[~missing]), where
 
 
-def gap_note(name: str, what: str, number: int, first: float) -> str:
-    """Note of the missing samples of a run's channel, the first at a time in s."""
+def gap_note(what: str, number: int, first: float) -> str:
+    """Note of the missing samples of a channel, the first at a time in s."""
     samples = "1 sample is" if number == 1 else f"{number} samples are"
-    return f"{name}: {samples} missing in the {what}, first at {first:.4g} s; interpolated"
+    return f"{samples} missing in the {what}, first at {first:.4g} s; interpolated"

@@ -173,7 +173,7 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
         data[what] = values * _UNITS[what][names[k].removeprefix(f"{what}_")]
         if missing.size:
             first = table[missing[0], columns["time"]]
-            notes.append(gap_note(Path(path).stem, what, missing.size, first))
+            notes.append(f"{Path(path).stem}: {gap_note(what, missing.size, first)}")
     return make_run(
         Path(path).stem,
         data,

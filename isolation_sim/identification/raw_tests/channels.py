@@ -40,8 +40,8 @@ _BEFORE_UNIT = re.compile(r"\s+in\s+|\s*[,_/:]\s*|\s+")
 _WORDS = {
     "time": ({"time", "zeit"}, ("zeit",)),
     "displacement": (
-        {"displacement", "displ", "disp", "position", "pos", "stroke", "lvdt", "weg", "hub",
-         "verschiebung", "verformung", "deformation"}, ("weg", "verschiebung"),
+        {"displacement", "displ", "disp", "position", "pos", "stroke", "lvdt", "extension", "weg",
+         "hub", "verschiebung", "verformung", "deformation"}, ("weg", "verschiebung"),
     ),
     "force": ({"force", "load", "loadcell", "shear", "kraft"}, ("kraft",)),
     "current": ({"current", "curr", "strom"}, ("strom",)),

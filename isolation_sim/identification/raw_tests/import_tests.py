@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,16 @@ __all__ = ["ImportedTests", "import_tests"]
 _CURRENT_IN_NAME = re.compile(r"(?<![A-Za-z\d.,])(\d+(?:[.,p]\d+)?) ?(m?)A(?![A-Za-z])")
 _EXPECTED = f"test files ({', '.join(READERS)}) or a folder of them"
 _NOT_IN_NAMES = re.compile(r'[\\/:*?"<>|\s]+')
+
+
+class _Given(NamedTuple):
+    """Choices of the caller; see `import_tests`."""
+
+    columns: dict[str, str]
+    units: dict[str, str]
+    current: float | None
+    current_from_name: bool
+    rate: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +95,7 @@ def import_tests(
     tests: str | Path | Sequence[str | Path],
     out: str | Path | None = None,
     *,
-    columns: Mapping[str, str] | None = None,
+    columns: Mapping[str, str | int] | None = None,
     units: Mapping[str, str] | None = None,
     current: float | None = None,
     current_from_name: bool = False,
@@ -130,22 +140,29 @@ def import_tests(
     InputError
         If a file cannot be read; a quantity is not recognised, is in two columns, or has no unit;
         time goes back; more than 1 % or 5 in a row of a channel's samples are missing; a pattern
-        fits no test; or the folder exists.
+        fits no test; or the folder exists. Errors name the options of ``isolation-sim import``.
     """
-    columns, units = dict(columns or {}), dict(units or {})
-    check_choices(columns, units)
+    given = _Given(
+        {quantity: str(column) for quantity, column in (columns or {}).items()},
+        {quantity: str(unit) for quantity, unit in (units or {}).items()},
+        current,
+        current_from_name,
+        rate,
+    )
+    check_choices(given.columns, given.units)
     if rate is not None and not rate > 0:
         raise InputError("--rate", f"{rate:g}", "a positive number of samples per second")
+    if current is not None and current_from_name:
+        raise InputError("--current and --current-from-name: both given; expected: one of them")
     if out is not None:
         if Path(out).exists():
             raise InputError(f"{out}: exists already; expected: a folder to be made")
         check_writable(Path(out).parent)
     places = [tests] if isinstance(tests, str | Path) else list(tests)
     tables, notes = _tables([Path(place) for place in places], leave_out)
-    given = "name" if current_from_name else current
     runs, channels = [], []
     for name, table in tables.items():
-        run, found, own = _read_test(name, table, columns, units, rate, given)
+        run, found, own = _read_test(name, table, given)
         runs.append(run)
         channels.append(found)
         if own:
@@ -168,29 +185,33 @@ def _tables(places: Sequence[Path], leave_out: Sequence[str]) -> tuple[dict[str,
     """Tables by the names of their tests, and notes of files without one."""
     found: dict[str, RawTable] = {}
     notes = []
-    skipped: set[str] = set()
-    for place in places:
-        for path in _files(place):
-            tables = read_tables(path)
-            if not tables and path == place:
-                raise InputError(f"{path}: no table of {MINIMUM_SAMPLES} rows of numbers or more")
-            if not tables:
-                notes.append(f"{path.name}: no table of numbers; left out")
-            for table in tables:
-                part = table.part.removeprefix("sheet ") if len(tables) > 1 else ""
-                name = _NOT_IN_NAMES.sub("_", f"{path.stem} {part}".strip())
-                patterns = [p for p in leave_out if fnmatch(name, p) or fnmatch(path.name, p)]
-                skipped.update(patterns)
-                if not patterns and name in found:
-                    raise InputError(
-                        f"{found[name].place} and {table.place}: both are named {name!r}; "
-                        "expected: different names"
-                    )
-                if not patterns:
-                    found[name] = table
+    fitting: set[str] = set()
+
+    def left_out(*names: str) -> bool:
+        fits = {p for p in leave_out if any(fnmatch(name, p) for name in names)}
+        fitting.update(fits)
+        return bool(fits)
+
+    for path in (path for place in places for path in _files(place)):
+        tables = [] if left_out(path.name, path.stem) else read_tables(path)
+        for table in tables:
+            part = table.part.removeprefix("sheet ") if len(tables) > 1 else ""
+            name = _NOT_IN_NAMES.sub("_", f"{path.stem} {part}".strip())
+            if name in found:
+                raise InputError(
+                    f"{found[name].place} and {table.place}: both are named {name!r}; "
+                    "expected: different names"
+                )
+            if not (part and left_out(name, part)):
+                found[name] = table
+        if not (tables or left_out(path.name, path.stem)):
+            if path in places:
+                least = f"{MINIMUM_SAMPLES} rows of numbers or more, of one width"
+                raise InputError(str(path), "no table", least)
+            notes.append(f"{path.name}: no table of numbers; left out")
     for pattern in leave_out:
-        if pattern not in skipped:
-            raise InputError(f"--leave-out {pattern}: fits none of {', '.join(found)}")
+        if pattern not in fitting:
+            raise InputError("--leave-out", repr(pattern), _pattern_of(found))
     if not found:
         raise InputError(f"{', '.join(map(str, places))}: no test; expected: {_EXPECTED}")
     return found, notes
@@ -212,20 +233,16 @@ def _files(place: Path) -> list[Path]:
 
 
 def _read_test(
-    name: str,
-    table: RawTable,
-    columns: Mapping[str, str],
-    units: Mapping[str, str],
-    rate: float | None,
-    current: float | str | None,
+    name: str, table: RawTable, given: _Given
 ) -> tuple[TestRun, dict[str, Channel], list[str]]:
-    """A table as a run, its columns by quantity, and notes; ``current``: in A, or ``"name"``."""
+    """A table as a run, its columns by quantity, and notes."""
     headings, place = table.headings, table.place
     usable = [table.usable(k) for k in range(len(headings))]
-    channels = find_channels(headings, usable, columns, units, place)
-    lacking = [q for q in NEEDED if q not in channels and (q != "time" or rate is None)]
+    channels = find_channels(headings, usable, given.columns, given.units, place)
+    lacking = [q for q in NEEDED if q not in channels and (q != "time" or given.rate is None)]
     if lacking:
-        options = [f'--column {quantity}="HEADING"' for quantity in lacking]
+        options = [f"--column {quantity}=HEADING" for quantity in lacking]
+        options[-1] += " (or its number)"
         if "time" in lacking:
             options.append("or --rate 200 (samples per second) without a time")
         raise InputError(
@@ -233,14 +250,14 @@ def _read_test(
             f"columns {listed(headings)}, none recognised as {' and '.join(lacking)}",
             ", ".join(options),
         )
-    data, notes = samples_of(table, channels, rate)
+    data, notes = samples_of(table, channels, given.rate)
     for what, channel in channels.items():
         own = headings[channel.column].unit
         if own and channel.unit != own:
             notes.append(f"{what} in {channel.unit} as given, not in {own} as in the heading")
-    if current is not None and "current" not in channels:
-        value = _current_in(name, place) if current == "name" else float(current)
-        data["current"] = np.full(len(data["time"]), value)
+    if "current" not in channels and (given.current_from_name or given.current is not None):
+        current = _current_in(name, place) if given.current_from_name else given.current
+        data["current"] = np.full(len(data["time"]), current)
     read = {channel.column for channel in channels.values()}
     unused = tuple(heading.text for k, heading in enumerate(headings) if k not in read)
     velocity = f"column {channels['velocity'].heading}" if "velocity" in channels else ""
@@ -264,12 +281,12 @@ def _held_out(runs: Sequence[TestRun], hold_out: int | Sequence[str]) -> list[Te
     """The runs, every k-th marked as held out or those whose names fit a pattern."""
     if isinstance(hold_out, int):
         if hold_out < 2:
-            raise InputError(f"--hold-out {hold_out}: expected: 2 or more, or a pattern of names")
+            raise InputError("--hold-out", str(hold_out), "2 or more, or a pattern of names")
         return [replace(run, hold_out=k % hold_out == 0) for k, run in enumerate(runs, 1)]
     for pattern in hold_out:
         if not any(fnmatch(run.name, pattern) for run in runs):
-            names = ", ".join(run.name for run in runs)
-            raise InputError(f"--hold-out {pattern}: fits none of {names}")
+            names = [run.name for run in runs]
+            raise InputError("--hold-out", repr(pattern), _pattern_of(names))
     return [replace(run, hold_out=any(fnmatch(run.name, p) for p in hold_out)) for run in runs]
 
 
@@ -281,9 +298,13 @@ def _refuse_some_without_current(runs: Sequence[TestRun], tables: Sequence[RawTa
                 table.place,
                 f"columns {listed(table.headings)}, none recognised as the current, which "
                 f"{with_it[0]!r} has",
-                '--column current="HEADING", --current 0, --current-from-name, or for all tests '
+                "--column current=HEADING, --current 0, --current-from-name, or for all tests "
                 "--column current=none",
             )
+
+
+def _pattern_of(names: Iterable[str]) -> str:
+    return f"a pattern that fits a test, such as {next(iter(names), '*')!r}"
 
 
 def _range(values: np.ndarray) -> str:

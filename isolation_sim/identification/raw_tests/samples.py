@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ground_motions.readers.time_column import uniform_step
 
 from ...errors import InputError
-from ..gaps import LONGEST, fill_gaps
+from ..gaps import LONGEST, fill_gaps, gap_note
 from .channels import Channel
 from .tables import RawTable
 
@@ -35,8 +35,7 @@ def samples_of(
         place = table.place, lines.tolist(), headings.get(what, what)
         data[what], missing = fill_gaps(data[what], *place)
         if missing.size:
-            number = "1 sample" if missing.size == 1 else f"{missing.size} samples"
-            notes.append(f"{number} missing in the {what}, from line {lines[missing[0]]}, filled")
+            notes.append(gap_note(what, missing.size, data["time"][missing[0]]))
 
     def keep(rows: NDArray | slice) -> None:
         nonlocal data, lines
@@ -45,7 +44,7 @@ def samples_of(
     keep(_complete_ends(data, notes))
     fill("time")
     _check_unit(data["time"], channels, table.place)
-    keep(_increasing(data["time"], lines, f"{table.place}, line {{}}", notes))
+    keep(_increasing(data["time"], lines, table.place, notes))
     for what in data:
         fill(what)
     keep(_longest_part(data["time"], notes))
@@ -81,13 +80,13 @@ def _increasing(time: NDArray, lines: NDArray, place: str, notes: list[str]) -> 
     if back.size:
         k = back[0] + 1
         raise InputError(
-            place.format(lines[k]), f"a time of {time[k]:.10g} s after {time[k - 1]:.10g} s",
+            f"{place}, line {lines[k]}", f"a time of {time[k]:.10g} s after {time[k - 1]:.10g} s",
             "times that increase, one test per file",
         )  # fmt: skip
     again = np.flatnonzero(steps == 0) + 1
     if again.size > max(_MOST_REPEATED * len(time), 1):
         raise InputError(
-            place.format(lines[again[0]]), f"the first of {again.size} times that repeat",
+            f"{place}, line {lines[again[0]]}", f"the first of {again.size} times that repeat",
             "times that increase, or --column time=none --rate 200 (samples per second)",
         )  # fmt: skip
     if again.size:
@@ -121,7 +120,8 @@ def _uniform(data: dict[str, NDArray], notes: list[str]) -> dict[str, NDArray]:
         uniform_step(time.tolist(), range(len(time)), "time")
     except InputError:
         steps = np.diff(time)
-        count = round(np.ptp(time) / float(np.median(steps))) + 1
+        usual = float(np.mean(steps[steps < 1.5 * np.median(steps)]))
+        count = round(np.ptp(time) / usual) + 1
         grid = np.linspace(time[0], time[-1], count)
         notes.append(
             f"steps of {1e3 * steps.min():.4g} to {1e3 * steps.max():.4g} ms resampled to "

@@ -39,12 +39,12 @@ class _Row(NamedTuple):
 class RawTable:
     """One test as it is in a file."""
 
-    path: Path
+    path: Path  # The file
     part: str  # Sheet or variable; empty if the file is one table
     headings: list[Heading]
     columns: list[NDArray | list[str]]  # Numbers, or cells of text
     lines: list[int]  # Line of each row
-    notes: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)  # What was left out
 
     @property
     def place(self) -> str:
@@ -82,12 +82,14 @@ def read_tables(path: Path) -> list[RawTable]:
 def _read_text(path: Path) -> list[RawTable]:
     lines = [(number, line) for number, line in enumerate(read_lines(path), 1) if line.strip()]
     separator, width = _format([line for _, line in lines[:_LOOKED_AT]])
+    if not width:
+        return []
     rows = [_Row(number, _cells(line, separator)) for number, line in lines]
     data = [
         row for row, (_, line) in zip(rows, lines, strict=True)
         if not _COMMENT.match(line) or (separator == ";" and _is_data(row.cells))
     ]  # fmt: skip
-    first = _block(data, width, path)[0].line if width else 0
+    first = _block(data, width, path)[0].line
     for k, (number, line) in enumerate(lines):
         if number < first:
             rows[k] = _Row(number, _heading_cells(line, separator, width))
