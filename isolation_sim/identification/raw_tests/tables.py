@@ -31,6 +31,8 @@ _MOST_COLUMNS = 64
 
 
 class _Row(NamedTuple):
+    """Cells of a line or of a sheet's row."""
+
     line: int
     cells: list[str]
 
@@ -41,7 +43,7 @@ class RawTable:
 
     path: Path  # The file
     part: str  # Sheet or variable; empty if the file is one table
-    headings: list[Heading]
+    headings: list[Heading]  # Of the columns
     columns: list[NDArray | list[str]]  # Numbers, or cells of text
     lines: list[int]  # Line of each row
     notes: list[str] = field(default_factory=list)  # What was left out
@@ -56,7 +58,7 @@ class RawTable:
         column = self.columns[k]
         if isinstance(column, np.ndarray):
             return bool(np.isfinite(column).any())
-        return any(map(is_number, map(_with_point, column[:100])))
+        return any(is_number(_with_point(cell)) and cell.lower() != "nan" for cell in column)
 
     def numbers(self, k: int) -> NDArray:
         """Numbers of a column; NaN where a cell is empty or says so."""
@@ -85,17 +87,14 @@ def _read_text(path: Path) -> list[RawTable]:
     if not width:
         return []
     rows = [_Row(number, _cells(line, separator)) for number, line in lines]
-    data = [
-        row for row, (_, line) in zip(rows, lines, strict=True)
-        if not _COMMENT.match(line) or (separator == ";" and _is_data(row.cells))
-    ]  # fmt: skip
+    comments = [
+        bool(_COMMENT.match(line)) and not (separator == ";" and _is_data(row.cells))
+        for row, (_, line) in zip(rows, lines, strict=True)
+    ]
+    data = [row for row, comment in zip(rows, comments, strict=True) if not comment]
     first = _block(data, width, path)[0].line
-    for k, (number, line) in enumerate(lines):
-        if number < first:
-            rows[k] = _Row(number, _heading_cells(line, separator, width))
-    comments = {row.line for row in rows} - {row.line for row in data}
-    kept = [row for row in rows if row.line < first or row.line not in comments]
-    table = _table(path, "", kept, width)
+    above = [_Row(k, _heading_cells(line, separator, width)) for k, line in lines if k < first]
+    table = _table(path, "", [*above, *(row for row in data if row.line >= first)], width)
     return [] if table is None else [table]
 
 
