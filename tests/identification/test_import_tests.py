@@ -210,6 +210,16 @@ def test_rows_are_repaired_with_notes(tmp_path):
     assert "b.csv, line 32, column Force (kN): given 6 samples in a row" in told
 
 
+def test_numbers_above_and_text_below_are_noted(tmp_path):
+    lines = PLAIN.splitlines()
+    path = written(tmp_path, "\n".join([HEADING + lines[0], "stopped", *lines[1:], "end", "4"]))
+    imported = iso.import_tests(path)
+    assert imported.campaign.runs[0].time.size == N - 1
+    assert imported.notes[0] == (
+        "test: numbers above line 4 are left out; what stands below line 402 is left out"
+    )
+
+
 def test_uneven_times_are_resampled(tmp_path):
     time = TIME + np.random.default_rng(0).normal(0, 3e-4, N)
     x = 5e-3 * np.sin(2 * np.pi * time)

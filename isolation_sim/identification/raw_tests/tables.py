@@ -108,21 +108,23 @@ def _read_excel(path: Path) -> list[RawTable]:
         ) from None
     try:
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+        sheets = {sheet.title: list(sheet.iter_rows(values_only=True)) for sheet in book.worksheets}
+        book.close()
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except Exception as error:  # openpyxl raises many kinds
         words = " ".join(str(error).split())
         raise InputError(f"{path}: cannot be read ({words}); expected: a workbook *.xlsx") from None
     tables = []
-    for sheet in book.worksheets:
-        cells = [
-            ["" if cell is None else str(cell).strip() for cell in row]
-            for row in sheet.iter_rows(values_only=True)
+    for title, values in sheets.items():
+        width = max(map(len, values), default=0)
+        rows = [
+            _Row(k, ["" if cell is None else str(cell).strip() for cell in row])
+            for k, row in enumerate(values, 1)
         ]
-        width = max(map(len, cells), default=0)
-        rows = [_Row(k, [*row, *[""] * (width - len(row))]) for k, row in enumerate(cells, 1)]
-        tables.append(_table(path, f"sheet {sheet.title}", rows, width))
-    book.close()
+        for row in rows:
+            row.cells.extend([""] * (width - len(row.cells)))
+        tables.append(_table(path, f"sheet {title}", rows, width))
     return [table for table in tables if table is not None]
 
 
@@ -241,14 +243,18 @@ def _table(path: Path, part: str, rows: Sequence[_Row], width: int) -> RawTable 
     named = [cells for cells in reversed(above) if any(cells) and cells is not units]
     names = max(named, key=lambda cells: sum(map(names_quantity, cells)), default=[])
     used = [k for k in range(width) if _at(names, k) or any(row.cells[k] for row in block)]
-    below = any(any(row.cells) for row in rows if row.line > block[-1].line)
+    notes = []
+    if any(_is_data(cells, least=2) for cells in above):
+        notes.append(f"numbers above line {block[0].line} are left out")
+    if any(any(row.cells) for row in rows if row.line > block[-1].line):
+        notes.append(f"what stands below line {block[-1].line} is left out")
     return RawTable(
         path,
         part,
         [heading_of(_at(names, k) or f"column {k + 1}", _at(units, k)) for k in used],
         [[row.cells[k] for row in block] for k in used],
         [row.line for row in block],
-        [f"what stands below line {block[-1].line} is left out"] if below else [],
+        notes,
     )
 
 
