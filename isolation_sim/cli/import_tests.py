@@ -55,7 +55,7 @@ def import_tests(
         list[str] | None, typer.Option(help="Pattern of tests that are not imported.")
     ] = None,
 ) -> None:
-    """Import test files as machines write them, as a campaign for fit, diagnose and evaluate."""
+    """Make a campaign of test files as machines write them."""
     from ..identification.raw_tests.import_tests import import_tests as run_import
 
     held = hold_out or []

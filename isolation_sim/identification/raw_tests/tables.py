@@ -167,8 +167,7 @@ def _cells(line: str, separator: str) -> list[str]:
 def _is_data(cells: Sequence[str], least: int = 1) -> bool:
     """Whether a row has numbers, and texts in half of its cells at most."""
     numbers = sum(map(is_number, map(_with_point, cells)))
-    texts = len(cells) - numbers - sum(cell.lower() in _MISSING for cell in cells)
-    return numbers >= least and 2 * texts <= len(cells)
+    return numbers >= least and not _are_texts(cells)
 
 
 def _format(lines: Sequence[str]) -> tuple[str, int]:
@@ -230,8 +229,8 @@ def _table(path: Path, part: str, rows: Sequence[_Row], width: int) -> RawTable 
     if len(block) < MINIMUM_SAMPLES:
         return None
     # a row that begins the table but has text where the others have numbers is above it
-    texts = [_is_text([row.cells[k] for row in block]) for k in range(width)]
-    while any(_is_text([block[0].cells[k]]) and not texts[k] for k in range(width)):
+    texts = [_are_texts([row.cells[k] for row in block]) for k in range(width)]
+    while any(_are_texts([block[0].cells[k]]) and not texts[k] for k in range(width)):
         block = block[1:]
     filled = max(k for k in range(width) if any(row.cells[k] for row in block)) + 1
     above = [
@@ -262,7 +261,7 @@ def _at(cells: Sequence[str], k: int) -> str:
     return cells[k].strip() if k < len(cells) else ""
 
 
-def _is_text(cells: Sequence[str]) -> bool:
+def _are_texts(cells: Sequence[str]) -> bool:
     """Whether most of the cells are neither numbers nor missing."""
     texts = sum(not is_number(_with_point(c)) and c.lower() not in _MISSING for c in cells)
     return 2 * texts > len(cells)
