@@ -222,12 +222,13 @@ def _recognised(names: list[str], place: str) -> dict[str, int]:
             )
         else:
             result[what] = k
-    for what in _NEEDED:
-        if what not in result:
-            accepted = " or ".join(f"{what}_{unit}" for unit in _UNITS[what])
-            raise InputError(
-                f"{place}: no column of {what} among {', '.join(names)}; expected: {accepted}"
-            )
+    lacking = [what for what in _NEEDED if what not in result]
+    if lacking:
+        accepted = (" or ".join(f"{what}_{unit}" for unit in _UNITS[what]) for what in lacking)
+        raise InputError(
+            f"{place}: no column of {' and '.join(lacking)} among {', '.join(names)}; expected: "
+            f"{', '.join(accepted)}; isolation-sim import reads other headings"
+        )
     return result
 
 

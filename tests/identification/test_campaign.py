@@ -282,3 +282,10 @@ def test_long_gaps_and_many_are_refused(folder, column, rows, told):
 
     write_csv(folder / "a.csv", COLUMNS, lose)
     assert told in refused(folder)
+
+
+def test_all_missing_columns_are_named_with_the_import(folder):
+    write_csv(folder / "a.csv", {"t": TIME, "displacement_mm": TIME, "F": TIME})
+    told = refused(folder)
+    assert "no column of time and force among t, displacement_mm, F" in told
+    assert "expected: time_s, force_N or force_kN; isolation-sim import reads" in told

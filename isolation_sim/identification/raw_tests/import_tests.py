@@ -80,7 +80,7 @@ class ImportedTests(Printed):
         ]  # fmt: skip
         yield render("tables:TextTable", f"Tests of {self.campaign.name}", headings, rows)
         found = Counter(
-            (what, channel.heading, channel.unit or "none: s")
+            (what, channel.heading, channel.unit or "s, none given")
             for channels in self.channels for what, channel in channels.items()
         )  # fmt: skip
         columns = [(*key, str(count)) for key, count in found.items()]
