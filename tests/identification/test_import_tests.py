@@ -147,6 +147,7 @@ def test_matlab_files(tmp_path, kind):
         ("f [Hz]", "Hz", ()),
         ("T [°C]", "°C", ("temperature",)),
         ("Force (mN)", "mN", ()),
+        ("Force setpoint (N)", "N", ()),
         ("Load Cell Temp (deg C)", "deg C", ("temperature",)),
     ],
 )
@@ -175,6 +176,9 @@ def test_choices_of_the_caller(tmp_path):
         ("t,amp_mm,lossfactor\n" + PLAIN, "none recognised as force; expected: --column force="),
         ("Time (s),X disp (mm),Y disp (mm),F (kN)\n" + rows("%f,%f,%f,%f", *[TIME] * 4),
          "2 columns for the displacement, 'X disp (mm)', 'Y disp (mm)'; expected: one of them"),
+        ("Time (s),Disp command (mm),F (kN)\n" + PLAIN, "none recognised as displacement"),
+        ("Time (s),x (mm),Vert load (kN),Arm (kN)\n" + rows("%f,%f,%f,%f", *[TIME] * 4),
+         "2 columns for the force, 'Vert load (kN)', 'Arm (kN)'; expected: one of them"),
         ("t,x_mm,F_kN\n" + rows("%.1f,%.6f,%.6f", 1e3 * TIME, X, X), "no unit, and steps of 5"),
         (HEADING + PLAIN + "Block 2\n" + PLAIN, "from line 2, and again from line 403"),
         (HEADING + PLAIN.replace("0.5000,0.000000", "0.5000,OVER"), "column Disp (mm): given 'OV"),

@@ -51,11 +51,11 @@ _WORDS = {
 }  # fmt: skip
 _LETTERS = {"t": ("time", "temperature"), "x": ("displacement",), "f": ("force",),
             "i": ("current",), "v": ("velocity",)}  # fmt: skip
-# such a column is used only if no other has the quantity
-_SECONDARY = {
-    "vertical", "vert", "vertikal", "axial", "normal", "set", "setpoint", "command", "cmd",
-    "demand", "target", "soll", "sollwert", "sollweg", "reference", "ref", "error", "max", "min",
-    "peak", "mean", "pump", "motor",
+# such a column is used only if no other may have the quantity
+_OTHER_DIRECTION = {"vertical", "vert", "vertikal", "axial", "normal"}
+_NOT_MEASURED = {
+    "set", "setpoint", "command", "cmd", "demand", "target", "soll", "sollwert", "sollweg",
+    "reference", "ref", "error", "max", "min", "peak", "mean", "pump", "motor",
 }  # fmt: skip
 _PARTS = re.compile(r"[A-ZÄÖÜ]?[a-zäöüß]+|[A-ZÄÖÜ]+(?![a-zäöüß])")
 
@@ -66,7 +66,7 @@ class Heading(NamedTuple):
     text: str  # As in the file
     unit: str  # As in the file; empty if there is none
     quantities: tuple[str, ...]  # That the name may mean and the unit allows
-    secondary: bool  # Whether the name is that of a set point, another direction and so on
+    secondary: bool  # Whether the name is that of an axis that may not be the tested one
 
 
 class Channel(NamedTuple):
@@ -107,9 +107,11 @@ def heading_of(text: str, unit_below: str = "") -> Heading:
     """Read a heading, and the unit in the row below it."""
     name, unit = _split(text, unit_below)
     named = _named(name)
-    fitting = tuple(q for q in named if not unit or unit_factor(q, unit) is not None)
     words = {word.lower() for word in _PARTS.findall(name)}
-    return Heading(text, unit, fitting, bool(words & _SECONDARY))
+    if words & _NOT_MEASURED:
+        return Heading(text, unit, (), False)
+    fitting = tuple(q for q in named if not unit or unit_factor(q, unit) is not None)
+    return Heading(text, unit, fitting, bool(words & _OTHER_DIRECTION))
 
 
 def find_channels(
@@ -222,13 +224,13 @@ def _recognised(
         and (heading.unit or quantity in units or quantity in CHOSEN)
     ]  # fmt: skip
     first = [k for k in named if not headings[k].secondary]
-    # a unit alone tells if nothing else has it
+    # a unit tells if no name does
     alone = [
         k for k, heading in enumerate(headings) if usable[k] and quantity in CHOSEN
         and heading.unit and not _named(_split(heading.text, "")[0])
         and unit_factor(quantity, heading.unit) is not None
     ]  # fmt: skip
-    found = first or named or alone
+    found = first or [*named, *alone]
     if len(found) > 1 and quantity in CHOSEN:
         texts = [headings[k].text for k in found]
         raise InputError(
