@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from .identification.fitted import Fit
     from .identification.loop_curves import loop_curves
     from .identification.loop_measures import loop_measures
+    from .identification.raw_tests.import_tests import import_tests
     from .io.interchange import export_results
     from .laws import (
         Device,
@@ -143,6 +144,7 @@ _HOMES = {
     "from_fixed_base": ".structures",
     "from_matrices": ".structures",
     "from_opensees": ".structures",
+    "import_tests": ".identification.raw_tests.import_tests",
     "json_report": ".comparison",
     "law": ".laws",
     "load": ".api",
@@ -216,6 +218,7 @@ __all__ = [
     "from_fixed_base",
     "from_matrices",
     "from_opensees",
+    "import_tests",
     "json_report",
     "law",
     "load",

@@ -147,3 +147,26 @@ def test_the_fit_is_exported_and_read_back(campaign, capsys, tmp_path):
     loops = sheets["loops_1Hz_2A"]
     residual = loops["force_N"] - loops["fitted_force_N"]
     assert 0.5 < residual.std() < 2.0
+
+
+def test_files_of_a_machine_are_imported_and_fitted(tmp_path, capsys):
+    (tmp_path / "raw").mkdir()
+    time = np.arange(0, 4, 1 / 128)
+    for current, stiffness in STIFFNESS.items():
+        x, v = 4e-3 * np.sin(2 * np.pi * time), 8e-3 * np.pi * np.cos(2 * np.pi * time)
+        columns = time, 1e3 * x, 1e-3 * (stiffness * x + DAMPING * v)
+        rows = ("; ".join(f"{value:.7f}" for value in row) for row in zip(*columns, strict=True))
+        text = "Rig 2\nZeit; Weg; Kraft\n[s]; [mm]; [kN]\n" + "\n".join(rows).replace(".", ",")
+        (tmp_path / "raw" / f"1Hz_{current:g}A.txt").write_text(text)
+    raw, tests = str(tmp_path / "raw"), str(tmp_path / "tests")
+    code, out, _ = called(capsys, "import", raw, "--current-from-name")
+    assert code == 0 and "nothing is written" in out
+    code, out, _ = called(capsys, "import", raw, "--current-from-name", "--out", tests)
+    assert code == 0 and f"campaign: {tests}" in out and "Weg" in out and "-4 to 4" in out
+    code, _, told = called(capsys, "import", raw, "--out", tests)
+    assert code == 2 and "exists already" in told
+    code, _, told = called(capsys, "import", raw, "--unit", "force")
+    assert code == 2 and "--unit force: expected: a quantity and its value" in told
+    code, out, _ = called(capsys, "fit", tests, "--law", "kelvin_voigt", "--json")
+    found = {row["name"]: row["value"] for row in json.loads(out)["parameters"]}
+    assert code == 0 and found["k"] in (pytest.approx(2e4), pytest.approx(5e4))

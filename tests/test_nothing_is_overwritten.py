@@ -41,6 +41,8 @@ COMMANDS = (
     "--workers 1 --quiet --out other --overwrite",
     "sweep show done --no-draw", "sweep show done --csv out.csv --figures figs --no-draw",
     "suite suite.toml --workers 1 --quiet --out out", "suite suite.toml --workers 1 --quiet",
+    "import tests/sine.csv", "import tests/sine.csv --out out",
+    "import tests/sine.csv --out out.toml",
     "fit tests --law kelvin_voigt --starts 1 --quiet --out out.toml",
     "fit tests --law kelvin_voigt --starts 1 --quiet --report out.html --figure figs/loops",
     "evaluate law.toml tests --quiet --report out.html", "check job.toml --report out.toml",

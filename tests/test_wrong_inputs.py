@@ -400,6 +400,12 @@ TYPES = [
     ("from_matrices", {"stiffness": "M.npy"}, "stiffness is 'M.npy'; expected: an array"),
     ("from_matrices", {"names": "floor"}, "names is 'floor'; expected: a list, each text or None"),
     ("from_opensees", {"base": "1"}, "base is '1'; expected: a whole number"),
+    ("import_tests", {"tests": 3}, "tests is 3; expected: text or a path or a list"),
+    (
+        "import_tests",
+        {"hold_out": "*1Hz"},
+        "hold_out is '*1Hz'; expected: a whole number or a list",
+    ),
     ("json_report", {"comparison": 3}, "comparison is 3; expected: a Comparison"),
     ("json_report", {"comparison": iso.Comparison}, "is the class Comparison; expected: a Comp"),
     ("law", {"name": DEVICE}, "name is of type Device; expected: text or a Law"),

@@ -22,6 +22,7 @@ PACKAGES = (
     "isolation_sim.identification.fitted",
     "isolation_sim.identification.loop_curves",
     "isolation_sim.identification.loop_measures",
+    "isolation_sim.identification.raw_tests.import_tests",
     "isolation_sim.identification.swarm",
     "isolation_sim.discrepancy.diagnosis",
     "isolation_sim.sweeps.suites",

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import codecs
 import math
 from pathlib import Path
 
 from ground_motions.errors import InputError, warn
 
+_UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 FEW = 0.01
 """Share of the samples that may differ from the number in a header."""
 
 
 def read_lines(path: str | Path) -> list[str]:
     """Return the lines of a text file that holds something."""
-    # The text is UTF-8, or Latin-1 where it is not.
+    # The text is UTF-16 if it begins with the mark of it, else UTF-8, or Latin-1 where it is not.
     accepted = "a file of UTF-8 text, or Latin-1"
     try:
         raw = Path(path).read_bytes()
@@ -23,7 +25,7 @@ def read_lines(path: str | Path) -> list[str]:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(str(path), f"unreadable ({reason})", accepted) from None
     try:
-        text = raw.decode("utf-8-sig")
+        text = raw.decode("utf-16" if raw[:2] in _UTF_16 else "utf-8-sig")
     except UnicodeDecodeError:
         text = raw.decode("latin-1")
     if "\0" in text:

@@ -19,7 +19,21 @@ from typer.main import get_command
 from ..errors import Diverged, InputError
 from ..registry import COMMANDS
 from ..version import __version__
-from . import check, cite, diagnose, evaluate, export, fit, list_names, new, run, suite, sweep, tune
+from . import (
+    check,
+    cite,
+    diagnose,
+    evaluate,
+    export,
+    fit,
+    import_tests,
+    list_names,
+    new,
+    run,
+    suite,
+    sweep,
+    tune,
+)  # fmt: skip
 from .common_options import (
     TABLE_WIDTH,
     examples,
@@ -80,6 +94,7 @@ def _options(
 app.command("run", epilog=run.EXAMPLES)(run.run)
 app.command("compare", hidden=True)(run.run)  # a likely guess for run
 app.command("list", epilog=list_names.EXAMPLES)(list_names.list_names)
+app.command("import", epilog=import_tests.EXAMPLES)(import_tests.import_tests)
 app.command("fit", epilog=fit.EXAMPLES)(fit.fit)
 app.command("tune", epilog=tune.EXAMPLES)(tune.tune)
 app.command("diagnose", epilog=diagnose.EXAMPLES)(diagnose.diagnose)

@@ -214,7 +214,10 @@ def _write_run(run: TestRun, path: Path) -> None:
 
 
 def _read_toml(folder: Path, path: Path) -> dict[str, Any]:
-    accepted = f"a folder with {FILE_NAME} and one CSV file per run"
+    accepted = (
+        f"a folder with {FILE_NAME} and one CSV file per run, which isolation-sim import makes of "
+        "test files"
+    )
     if not folder.is_dir():
         what = "a file" if folder.exists() else "a folder that does not exist"
         raise InputError(f"{folder}: {what}; expected: {accepted}")

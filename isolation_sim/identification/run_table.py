@@ -14,6 +14,7 @@ from ground_motions.readers.time_column import uniform_step
 
 from ..errors import InputError
 from ..io.csv_table import read_csv_table
+from .gaps import fill_gaps, gap_note
 from .velocity import smooth
 
 MINIMUM_SAMPLES = 16
@@ -29,6 +30,7 @@ _UNITS = {
     "temperature": {"C": 1.0},
 }
 _NEEDED = ("time", "displacement", "force")
+_WITH_GAPS = ("displacement", "force", "current")
 _COLUMNS = {f"{what}_{unit}": what for what, units in _UNITS.items() for unit in units}
 # a velocity given may differ this many times from the displacement's slope: noise does, units more
 _VELOCITY_FACTOR = 30.0
@@ -60,6 +62,8 @@ class TestRun:
         Whether the velocity and the current are data.
     ignored_columns : tuple of str
         Columns of the file that are none of the above.
+    gap_notes : tuple of str
+        Notes of missing samples that were interpolated.
 
     Raises
     ------
@@ -82,6 +86,7 @@ class TestRun:
     velocity_measured: bool = False
     current_measured: bool = True
     ignored_columns: tuple[str, ...] = field(default=())
+    gap_notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
         n = np.size(self.time)
@@ -92,6 +97,7 @@ class TestRun:
             if values is not None:
                 object.__setattr__(self, what, self._checked(what, values, n))
         object.__setattr__(self, "ignored_columns", tuple(self.ignored_columns))
+        object.__setattr__(self, "gap_notes", tuple(self.gap_notes))
         self.step  # noqa: B018  (refuses times that are not uniform)
         for what in ("displacement", "force"):
             if not np.ptp(getattr(self, what)) > 0:
@@ -134,7 +140,8 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
         skipped. Needed: ``time_s``, ``displacement_mm`` or ``_m``, ``force_N`` or ``_kN``.
         Optional: ``current_A`` (0 by default), ``velocity_mm_s`` or ``_m_s``,
         ``acceleration_m_s2``, ``_mm_s2`` or ``_g``, ``temperature_C``. Other columns are left
-        alone and named in the result.
+        alone and named in the result. Empty cells and NaN in displacement, force and current are
+        interpolated where they are few; ``gap_notes`` of the result tell.
     hold_out : bool
         Whether the run is held out of the fit.
 
@@ -146,42 +153,58 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
     ------
     InputError
         If the file or a needed column is missing, a column is misspelt, a quantity is given twice
-        (in one unit or in two), a cell is not a finite number, times do not increase uniformly,
-        there are too few samples, or a velocity is not the displacement's slope.
+        (in one unit or in two), a cell is not a finite number, more than 1 % or 5 in a row of a
+        channel's samples are missing, times do not increase uniformly, there are too few samples,
+        or a velocity is not the displacement's slope.
     """
     cells = read_csv_table(path)
     names = cells.names
-    table = cells.numbers([k for k, name in enumerate(names) if name in _COLUMNS])
+    known = {k: _COLUMNS[name] for k, name in enumerate(names) if name in _COLUMNS}
+    table = cells.numbers(list(known), [k for k, what in known.items() if what in _WITH_GAPS])
     columns = _recognised(names, cells.head)
     if len(table) < MINIMUM_SAMPLES:
         raise InputError(f"{path}: {len(table)} samples; expected: {MINIMUM_SAMPLES} or more")
     time_name = names[columns["time"]]
     uniform_step(table[:, columns["time"]].tolist(), cells.lines[1:], f"{path}, column {time_name}")
-    data = {}
+    data: dict[str, Any] = {}
+    notes = []
     for what, k in columns.items():
-        data[what] = table[:, k] * _UNITS[what][names[k].removeprefix(f"{what}_")]
+        values, missing = fill_gaps(table[:, k], path, cells.lines[1:], names[k])
+        data[what] = values * _UNITS[what][names[k].removeprefix(f"{what}_")]
+        if missing.size:
+            first = table[missing[0], columns["time"]]
+            notes.append(f"{Path(path).stem}: {gap_note(what, missing.size, first)}")
+    return make_run(
+        Path(path).stem,
+        data,
+        str(path),
+        f"column {names[columns['velocity']]}" if "velocity" in columns else "",
+        hold_out=hold_out,
+        ignored_columns=tuple(name for k, name in enumerate(names) if k not in columns.values()),
+        gap_notes=tuple(notes),
+    )
+
+
+def make_run(name: str, data: dict[str, Any], place: str, velocity: str, **others: Any) -> TestRun:
+    """A run of channels in SI; derives a velocity and a current that were not measured.
+
+    ``place`` and ``velocity``: names of the file and of its velocity, for errors.
+    """
     measured, current_measured = "velocity" in data, "current" in data
-    data.setdefault("current", np.zeros(len(table)))
+    data.setdefault("current", np.zeros(len(data["time"])))
     if measured:
-        _check_velocity(data, f"{path}, column {names[columns['velocity']]}")
+        _check_velocity(data, f"{place}, {velocity}")
     else:
         time = data["time"]
         _, data["velocity"], _ = smooth(
             data["displacement"], (time[-1] - time[0]) / (time.size - 1)
         )
-    ignored = tuple(name for k, name in enumerate(names) if k not in columns.values())
     try:
-        run = TestRun(
-            name=Path(path).stem,
-            **data,
-            hold_out=hold_out,
-            velocity_measured=measured,
-            current_measured=current_measured,
-            ignored_columns=ignored,
+        return TestRun(
+            name, **data, velocity_measured=measured, current_measured=current_measured, **others
         )
     except InputError as error:
-        raise InputError(str(error).replace(Path(path).stem, str(path), 1)) from None
-    return run
+        raise InputError(str(error).replace(name, place, 1)) from None
 
 
 def _recognised(names: list[str], place: str) -> dict[str, int]:
@@ -199,12 +222,13 @@ def _recognised(names: list[str], place: str) -> dict[str, int]:
             )
         else:
             result[what] = k
-    for what in _NEEDED:
-        if what not in result:
-            accepted = " or ".join(f"{what}_{unit}" for unit in _UNITS[what])
-            raise InputError(
-                f"{place}: no column of {what} among {', '.join(names)}; expected: {accepted}"
-            )
+    lacking = [what for what in _NEEDED if what not in result]
+    if lacking:
+        accepted = (" or ".join(f"{what}_{unit}" for unit in _UNITS[what]) for what in lacking)
+        raise InputError(
+            f"{place}: no column of {' and '.join(lacking)} among {', '.join(names)}; expected: "
+            f"{', '.join(accepted)}; isolation-sim import reads other headings"
+        )
     return result
 
 

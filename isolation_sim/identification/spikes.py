@@ -63,7 +63,8 @@ def repaired(campaign: Campaign) -> tuple[Campaign, list[str]]:
     notes = [note for _, own in every for note in own]
     if notes:
         campaign = replace(campaign, runs=tuple(run for run, _ in every))
-    return campaign, [*campaign.column_notes, *notes]
+    gaps = [note for run in campaign.runs for note in run.gap_notes]
+    return campaign, [*campaign.column_notes, *gaps, *notes]
 
 
 def _without_spikes(run: TestRun, least_current: float) -> tuple[TestRun, list[str]]:

@@ -31,20 +31,24 @@ class CsvTable:
         """Place of the column names."""
         return f"{self.path}, line {self.lines[0]}"
 
-    def numbers(self, used: Sequence[int]) -> NDArray:
-        """Numbers of some columns."""
+    def numbers(self, used: Sequence[int], gaps: Sequence[int] = ()) -> NDArray:
+        """Numbers of some columns; in the columns ``gaps`` an empty cell or NaN is NaN."""
         table = np.zeros((len(self.rows), len(self.names)))
         try:
-            table[:, used] = [[float(row[k]) for k in used] for row in self.rows]
+            table[:, used] = [
+                [float(row[k] or ("nan" if k in gaps else "")) for k in used] for row in self.rows
+            ]
             alike = all(len(row) == len(self.names) for row in self.rows)
-            right = alike and bool(np.isfinite(table).all())
+            right = np.isfinite(table)
+            right[:, gaps] |= np.isnan(table[:, gaps])
+            usable = alike and bool(right.all())
         except (ValueError, IndexError):
-            right = False
-        if not right:
-            self._refuse(used)
+            usable = False
+        if not usable:
+            self._refuse(used, gaps)
         return table
 
-    def _refuse(self, used: Sequence[int]) -> None:
+    def _refuse(self, used: Sequence[int], gaps: Sequence[int]) -> None:
         """Name the first row or cell that is wrong."""
         for row, line in zip(self.rows, self.lines[1:], strict=True):
             place = f"{self.path}, line {line}"
@@ -54,6 +58,8 @@ class CsvTable:
                     "the header"
                 )
             for k in used:
+                if k in gaps and row[k].lower() in ("", "nan"):
+                    continue
                 parse_number(row[k], f"{place}, column {self.names[k]}")
 
 

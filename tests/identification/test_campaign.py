@@ -10,6 +10,7 @@ import pytest
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign, read_campaign, write_campaign
 from isolation_sim.identification.run_table import TestRun, read_run
+from isolation_sim.identification.spikes import repaired
 
 N = 200
 TIME = 0.01 * np.arange(N)
@@ -150,7 +151,7 @@ def changed(**columns):
         (changed(velocty_mm_s=np.ones(N)), "velocity_mm_s"),
         (changed(velocity_m_s=8 * np.pi * np.cos(2 * np.pi * TIME)), "in the unit that"),
         (changed(velocity_mm_s=-8 * np.pi * np.cos(2 * np.pi * TIME)), "opposite sign"),
-        (changed(force_N=np.where(np.arange(N) == 7, np.nan, 1.0)), "line 9, column force_N"),
+        (changed(force_N=np.where(np.arange(N) == 7, np.inf, 1.0)), "line 9, column force_N"),
         (changed(force_N=np.full(N, 3.0)), "same number throughout"),
         (changed(time_s=TIME[::-1]), "times that increase"),
         (changed(time_s=TIME + 0.5 * (TIME > 1.0)), "a step of 0.51 s where 0.01 s is usual"),
@@ -166,7 +167,7 @@ def test_bad_columns(folder, columns, told):
 def test_bad_rows(folder):
     write_csv(folder / "a.csv", COLUMNS, lambda lines: [*lines[:5], "1,2", *lines[5:]])
     assert "line 6: 2 cells" in refused(folder)
-    write_csv(folder / "a.csv", COLUMNS, lambda lines: [*lines[:5], "0.04,,1,2", *lines[6:]])
+    write_csv(folder / "a.csv", COLUMNS, lambda lines: [*lines[:5], "0.04,x,1,2", *lines[6:]])
     assert "line 6, column displacement_mm" in refused(folder)
 
 
@@ -239,3 +240,52 @@ def test_times_in_milliseconds_at_256_hz_are_read(folder, cut):
     moved = np.round(1e3 * np.arange(N) / 256) / 1e3 + 1e-3 * (np.arange(N) == 60)
     write_csv(folder / "a.csv", COLUMNS | {"time_s": moved})
     assert "s where 0.004 s is usual" in refused(folder)
+
+
+def test_empty_cells_and_nan_are_interpolated_with_a_note(folder):
+    def lose(lines):
+        for row, column, mark in ((50, 1, ""), (90, 3, "NaN"), (91, 3, ""), (60, 2, "nan")):
+            cells = lines[row + 1].split(",")
+            cells[column] = mark
+            lines[row + 1] = ",".join(cells)
+        return lines
+
+    write_csv(folder / "a.csv", COLUMNS, lose)
+    campaign = read_campaign(folder)
+    (run,) = campaign.runs
+    np.testing.assert_allclose(1e3 * run.displacement, COLUMNS["displacement_mm"], atol=0.02)
+    np.testing.assert_allclose(run.force, COLUMNS["force_N"], atol=1.0)
+    assert np.all(run.current == 1.0)
+    assert repaired(campaign)[1] == [
+        "a: 1 sample is missing in the displacement, first at 0.5 s; interpolated",
+        "a: 1 sample is missing in the current, first at 0.6 s; interpolated",
+        "a: 2 samples are missing in the force, first at 0.9 s; interpolated",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("column", "rows", "told"),
+    [
+        (3, range(70, 76), "line 72, column force_N: given 6 samples in a row without a number"),
+        (1, range(10, 40, 10), "line 12, column displacement_mm: given the first of 3 samples"),
+        (2, [0], "line 2, column current_A: given no number; expected: numbers in the first"),
+        (0, [7], "line 9, column time_s: given ''; expected: a finite number"),
+    ],
+)
+def test_long_gaps_and_many_are_refused(folder, column, rows, told):
+    def lose(lines):
+        for row in rows:
+            cells = lines[row + 1].split(",")
+            cells[column] = ""
+            lines[row + 1] = ",".join(cells)
+        return lines
+
+    write_csv(folder / "a.csv", COLUMNS, lose)
+    assert told in refused(folder)
+
+
+def test_all_missing_columns_are_named_with_the_import(folder):
+    write_csv(folder / "a.csv", {"t": TIME, "displacement_mm": TIME, "F": TIME})
+    told = refused(folder)
+    assert "no column of time and force among t, displacement_mm, F" in told
+    assert "expected: time_s, force_N or force_kN; isolation-sim import reads" in told

@@ -1,0 +1,1 @@
+"""Test files as machines write them, imported as a campaign."""

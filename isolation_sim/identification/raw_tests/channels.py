@@ -1,0 +1,241 @@
+"""Headings of test files: which quantity a column holds, and in which unit."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from ground_motions.units import ACCELERATION_UNITS
+
+from ...errors import InputError, unknown_name
+
+NEEDED = ("time", "displacement", "force")
+CHOSEN = (*NEEDED, "current")
+"""Quantities for which a choice between two columns is asked for."""
+
+# quantity -> spelling -> what one of that unit is in SI (temperature in deg C)
+UNITS: dict[str, dict[str, float]] = {
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+    "displacement": {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "in": 0.0254},
+    "force": {"N": 1.0, "kN": 1e3, "MN": 1e6, "lbf": 4.4482216, "kip": 4448.2216, "kgf": 9.80665},
+    "current": {"A": 1.0, "mA": 1e-3},
+    "velocity": {"mm/s": 1e-3, "m/s": 1.0, "cm/s": 1e-2, "in/s": 0.0254},
+    "acceleration": dict(ACCELERATION_UNITS),
+    "temperature": {"C": 1.0},
+}
+_SAME = {
+    "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sek": "s", "sekunden": "s",
+    "msec": "ms", "mikrometer": "um", "micron": "um", "inch": "in", "inches": "in", "lbs": "lbf",
+    "kips": "kip", "amp": "A", "amps": "A", "ampere": "A", "degc": "C", "deg": "C", "celsius": "C",
+    "newton": "N", "mm_s": "mm/s", "m_s": "m/s", "cm_s": "cm/s", "in_s": "in/s", "m_s2": "m/s2",
+    "mm_s2": "mm/s2", "cm_s2": "cm/s2",
+}  # fmt: skip
+_SPELLINGS = {"²": "2", "^": "", "°": "deg", "µ": "u", "μ": "u", "/sec": "/s", " ": ""}
+# "[mm]", "(mm)", "{mm}", "<mm>" at the end; what may stand before a unit without brackets
+_BRACKETS = re.compile(r"(?P<name>.*?)\s*[\[({<]\s*(?P<unit>[^\[\](){}<>]*?)\s*[\])}>]\s*")
+_BEFORE_UNIT = re.compile(r"\s+in\s+|\s*[,_/:]\s*|\s+")
+
+# quantity -> whole words, and ends or beginnings of compound words
+_WORDS = {
+    "time": ({"time", "zeit"}, ("zeit",)),
+    "displacement": (
+        {"displacement", "displ", "disp", "position", "pos", "stroke", "lvdt", "extension", "weg",
+         "hub", "verschiebung", "verformung", "deformation"}, ("weg", "verschiebung"),
+    ),
+    "force": ({"force", "load", "loadcell", "shear", "kraft"}, ("kraft",)),
+    "current": ({"current", "curr", "strom"}, ("strom",)),
+    "velocity": ({"velocity", "vel", "speed", "geschwindigkeit"}, ("geschwindigkeit",)),
+    "acceleration": ({"acceleration", "accel", "acc", "beschleunigung"}, ("beschleunigung",)),
+    "temperature": ({"temperature", "temp", "temperatur"}, ("temperatur",)),
+}  # fmt: skip
+_LETTERS = {"t": ("time", "temperature"), "x": ("displacement",), "f": ("force",),
+            "i": ("current",), "v": ("velocity",)}  # fmt: skip
+# such a column is used only if no other may have the quantity
+_OTHER_DIRECTION = {"vertical", "vert", "vertikal", "axial", "normal"}
+_NOT_MEASURED = {
+    "set", "setpoint", "command", "cmd", "demand", "target", "soll", "sollwert", "sollweg",
+    "reference", "ref", "error", "max", "min", "peak", "mean", "pump", "motor",
+}  # fmt: skip
+_PARTS = re.compile(r"[A-ZÄÖÜ]?[a-zäöüß]+|[A-ZÄÖÜ]+(?![a-zäöüß])")
+
+
+class Heading(NamedTuple):
+    """Heading of a column."""
+
+    text: str  # As in the file
+    unit: str  # As in the file; empty if there is none
+    quantities: tuple[str, ...]  # That the name may mean and the unit allows
+    secondary: bool  # Whether the name is that of an axis that may not be the tested one
+
+
+class Channel(NamedTuple):
+    """A column that holds a quantity."""
+
+    column: int  # From 0
+    heading: str
+    unit: str
+    factor: float  # From the unit to SI
+
+
+def unit_factor(quantity: str, unit: str) -> float | None:
+    """What one of a unit is in SI; None if the quantity has no such unit."""
+    known = UNITS[quantity]
+    if unit in known:
+        return known[unit]
+    text = unit.strip().strip(".")
+    for spelling, usual in _SPELLINGS.items():
+        text = text.replace(spelling, usual)
+    text = _SAME.get(text.lower(), text)
+    # MN and mN differ by more than the case of a unit that is shouted
+    same = [each for each in known if each.lower() == text.lower() and text.lower() != "mn"]
+    return known.get(text) or (known[same[0]] if same else None)
+
+
+def is_unit(text: str) -> bool:
+    """Whether a cell, as of a row of units, is a unit of a quantity that is read."""
+    bare = text.strip("[](){}<> ")
+    return any(unit_factor(quantity, bare) is not None for quantity in UNITS)
+
+
+def names_quantity(text: str) -> bool:
+    """Whether a heading names a quantity that is read."""
+    return bool(_named(_split(text, "")[0]))
+
+
+def heading_of(text: str, unit_below: str = "") -> Heading:
+    """Read a heading, and the unit in the row below it."""
+    name, unit = _split(text, unit_below)
+    named = _named(name)
+    words = {word.lower() for word in _PARTS.findall(name)}
+    if words & _NOT_MEASURED:
+        return Heading(text, unit, (), False)
+    fitting = tuple(q for q in named if not unit or unit_factor(q, unit) is not None)
+    return Heading(text, unit, fitting, bool(words & _OTHER_DIRECTION))
+
+
+def find_channels(
+    headings: Sequence[Heading],
+    usable: Sequence[bool],
+    columns: Mapping[str, str],
+    units: Mapping[str, str],
+    place: str,
+) -> dict[str, Channel]:
+    """Column of each quantity, chosen by the caller or recognised by name and unit.
+
+    ``usable``: whether a column has numbers. ``columns``: headings or numbers by quantity;
+    ``"none"`` for no column. ``units``: for columns whose heading has none, or a wrong one.
+    """
+    found = {}
+    for quantity in UNITS:
+        if quantity in columns:
+            k = _given(columns[quantity], headings, f"{place}, --column {quantity}")
+        else:
+            k = _recognised(quantity, headings, usable, units, place)
+        if k is not None:
+            found[quantity] = k
+    channels, unclear = {}, {}
+    for quantity, k in found.items():
+        # times are in s unless their heading says otherwise; slow ones are asked for
+        unit = units.get(quantity) or headings[k].unit
+        factor = unit_factor(quantity, unit or ("s" if quantity == "time" else ""))
+        if factor is None:
+            unclear[quantity] = headings[k].text
+        else:
+            channels[quantity] = Channel(k, headings[k].text, unit, factor)
+    if unclear:
+        given = ", ".join(f"{text!r} ({quantity})" for quantity, text in unclear.items())
+        options = (f"--unit {quantity}=UNIT ({', '.join(UNITS[quantity])})" for quantity in unclear)
+        raise InputError(place, f"columns without a known unit, {given}", ", ".join(options))
+    return channels
+
+
+def check_choices(columns: Mapping[str, str], units: Mapping[str, str]) -> None:
+    """Refuse unknown quantities and units of the caller."""
+    for option, given in (("--column", columns), ("--unit", units)):
+        for quantity in given:
+            if quantity not in UNITS:
+                raise unknown_name(f"quantity of {option}", quantity, UNITS)
+    for quantity, unit in units.items():
+        if unit_factor(quantity, unit) is None:
+            raise InputError(f"--unit {quantity}", repr(unit), ", ".join(UNITS[quantity]))
+
+
+def listed(headings: Sequence[Heading]) -> str:
+    """Headings as an error names them."""
+    return ", ".join(repr(heading.text) for heading in headings)
+
+
+def _split(text: str, unit_below: str) -> tuple[str, str]:
+    """Name and unit of a heading; a unit without brackets must be a known one."""
+    brackets = _BRACKETS.fullmatch(text)
+    if brackets:
+        return brackets["name"], brackets["unit"]
+    if unit_below.strip("[](){}<> -"):
+        return text, unit_below.strip("[](){}<> ")
+    for before in _BEFORE_UNIT.finditer(text):
+        name, unit = text[: before.start()], text[before.end() :]
+        if "/" in unit and is_unit(unit.split("/")[0]):
+            return name, unit  # such as N/mm
+        # "Sensor A" has no unit, "Current A" has
+        one = len(unit) == 1 and not any(unit_factor(q, unit) for q in _named(name))
+        if name and is_unit(unit) and not one:
+            return name, unit
+    return text, ""
+
+
+def _named(name: str) -> tuple[str, ...]:
+    """Quantities that a name may mean."""
+    words = [word.lower() for word in _PARTS.findall(name)]
+    if len(words) == 1 and words[0] in _LETTERS:
+        return _LETTERS[words[0]]
+    return tuple(
+        quantity
+        for quantity, (whole, parts) in _WORDS.items()
+        if any(w in whole or w.startswith(parts) or w.endswith(parts) for w in words)
+    )
+
+
+def _given(choice: str, headings: Sequence[Heading], place: str) -> int | None:
+    """Column that the caller names by its heading, the heading's name or its number."""
+    if choice.lower() == "none":
+        return None
+    wanted = choice.strip().lower()
+    for texts in (
+        [heading.text for heading in headings],
+        [_split(heading.text, "")[0] for heading in headings],
+        [str(k) for k in range(1, len(headings) + 1)],
+    ):
+        found = [k for k, text in enumerate(texts) if text.strip().lower() == wanted]
+        if len(found) == 1:
+            return found[0]
+    raise InputError(place, repr(choice), f"one of {listed(headings)}, its number, or none")
+
+
+def _recognised(
+    quantity: str,
+    headings: Sequence[Heading],
+    usable: Sequence[bool],
+    units: Mapping[str, str],
+    place: str,
+) -> int | None:
+    named = [
+        k for k, heading in enumerate(headings) if usable[k] and quantity in heading.quantities
+        and (heading.unit or quantity in units or quantity in CHOSEN)
+    ]  # fmt: skip
+    first = [k for k in named if not headings[k].secondary]
+    # a unit tells if no name does
+    alone = [
+        k for k, heading in enumerate(headings) if usable[k] and quantity in CHOSEN
+        and heading.unit and not _named(_split(heading.text, "")[0])
+        and unit_factor(quantity, heading.unit) is not None
+    ]  # fmt: skip
+    found = first or [*named, *alone]
+    if len(found) > 1 and quantity in CHOSEN:
+        texts = [headings[k].text for k in found]
+        raise InputError(
+            place,
+            f"{len(found)} columns for the {quantity}, {listed([headings[k] for k in found])}",
+            f'one of them, such as --column {quantity}="{texts[0]}"',
+        )
+    return found[0] if len(found) == 1 else None

@@ -1,0 +1,312 @@
+"""Import of test files as machines write them: text, Excel and MATLAB files become a campaign."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ground_motions.argument_types import checked
+
+from ...errors import InputError
+from ...io.output_place import check_writable
+from ...rendering import Printed, render
+from ..campaign import Campaign, write_campaign
+from ..run_table import MINIMUM_SAMPLES, TestRun, make_run
+from ..spikes import repaired
+from .channels import NEEDED, Channel, check_choices, find_channels, listed
+from .ranges import range_notes
+from .samples import samples_of
+from .tables import READERS, RawTable, read_tables
+
+__all__ = ["ImportedTests", "import_tests"]
+
+_CURRENT_IN_NAME = re.compile(r"(?<![A-Za-z\d.,])(\d+(?:[.,p]\d+)?) ?(m?)A(?![A-Za-z])")
+_EXPECTED = f"test files ({', '.join(READERS)}) or a folder of them"
+_NOT_IN_NAMES = re.compile(r'[\\/:*?"<>|\s]+')
+
+
+class _Given(NamedTuple):
+    """Choices of the caller; see `import_tests`."""
+
+    columns: dict[str, str]
+    units: dict[str, str]
+    current: float | None
+    current_from_name: bool
+    rate: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedTests(Printed):
+    """Tests that were imported, with what each column was taken for.
+
+    Attributes
+    ----------
+    campaign : Campaign
+        The tests, in SI.
+    channels : tuple of dict
+        For each test its columns by quantity: heading, unit and factor to SI.
+    notes : tuple of str
+        What was interpolated, resampled or left out, and what looks wrong.
+    folder : pathlib.Path or None
+        Campaign folder that was written.
+    """
+
+    campaign: Campaign
+    channels: tuple[dict[str, Channel], ...]
+    notes: tuple[str, ...]
+    folder: Path | None = None
+
+    def _shown(self) -> Iterator[Any]:
+        runs = self.campaign.runs
+        size = max(float(np.max(np.abs(run.force))) for run in runs)
+        factor, unit = (1e-3, "kN") if size >= 1e4 else (1.0, "N")
+        headings = (
+            "test", "samples", "duration, s", "rate, Hz", "displacement, mm", f"force, {unit}",
+            "current, A", "",
+        )  # fmt: skip
+        rows = [
+            (run.name, str(run.time.size), f"{np.ptp(run.time):.4g}", f"{1 / run.step:.4g}",
+             _range(1e3 * run.displacement), _range(factor * run.force),
+             _range(run.current) if run.current_measured else "none",
+             "held out" if run.hold_out else "")
+            for run in runs
+        ]  # fmt: skip
+        yield render("tables:TextTable", f"Tests of {self.campaign.name}", headings, rows)
+        found = Counter(
+            (what, channel.heading, channel.unit or "s, none given")
+            for channels in self.channels for what, channel in channels.items()
+        )  # fmt: skip
+        columns = [(*key, str(count)) for key, count in found.items()]
+        yield render(
+            "tables:TextTable", "Columns", ("read as", "heading", "unit", "tests"), columns
+        )
+        yield from (f"note: {each}" for each in self.notes)
+
+
+@checked
+def import_tests(
+    tests: str | Path | Sequence[str | Path],
+    out: str | Path | None = None,
+    *,
+    columns: Mapping[str, str | int] | None = None,
+    units: Mapping[str, str] | None = None,
+    current: float | None = None,
+    current_from_name: bool = False,
+    rate: float | None = None,
+    hold_out: int | Sequence[str] = (),
+    leave_out: Sequence[str] = (),
+) -> ImportedTests:
+    """Read test files as machines write them, and write them as a campaign.
+
+    Parameters
+    ----------
+    tests : str or pathlib.Path, or a sequence of them
+        Files, or folders of them: text tables (``.csv``, ``.txt``, ``.dat``, ``.asc``, ``.tsv``),
+        Excel workbooks (``.xlsx``, ``.xlsm``; a test per sheet) and MATLAB files (``.mat`` up to
+        version 7; a test per struct or matrix).
+    out : str or pathlib.Path, optional
+        Campaign folder to make; it must not exist. By default nothing is written.
+    columns : mapping, optional
+        Heading of a column, or its number from 1, by quantity: ``time``, ``displacement``,
+        ``force``, ``current``, ``velocity``, ``acceleration``, ``temperature``; ``"none"`` for no
+        column. The others are recognised by usual English and German names.
+    units : mapping, optional
+        Unit by quantity, for columns whose heading has none or a wrong one.
+    current : float, optional
+        Current of the tests without a column of it, A.
+    current_from_name : bool
+        Whether their current is in their name, as in ``4mm_2A.csv``.
+    rate : float, optional
+        Samples per second of the tests without a column of time.
+    hold_out : int or sequence of str
+        Tests to hold out of a fit: every k-th, or patterns of their names such as ``"*_2A"``.
+    leave_out : sequence of str
+        Patterns of the names of tests that are not imported.
+
+    Returns
+    -------
+    ImportedTests
+        Printing it shows the ranges of all tests, the columns and the notes.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read; a quantity is not recognised, is in two columns, or has no unit;
+        time goes back; more than 1 % or 5 in a row of a channel's samples are missing; a pattern
+        fits no test; or the folder exists. Errors name the options of ``isolation-sim import``.
+    """
+    given = _Given(
+        {quantity: str(column) for quantity, column in (columns or {}).items()},
+        {quantity: str(unit) for quantity, unit in (units or {}).items()},
+        current,
+        current_from_name,
+        rate,
+    )
+    check_choices(given.columns, given.units)
+    if rate is not None and not rate > 0:
+        raise InputError("--rate", f"{rate:g}", "a positive number of samples per second")
+    if current is not None and current_from_name:
+        raise InputError("--current and --current-from-name: both given; expected: one of them")
+    if out is not None:
+        if Path(out).exists():
+            raise InputError(f"{out}: exists already; expected: a folder to be made")
+        check_writable(Path(out).parent)
+    places = [tests] if isinstance(tests, str | Path) else list(tests)
+    tables, notes = _tables([Path(place) for place in places], leave_out)
+    runs, channels = [], []
+    for name, table in tables.items():
+        run, found, own = _read_test(name, table, given)
+        runs.append(run)
+        channels.append(found)
+        if own:
+            notes.append(f"{name}: {'; '.join(own)}")
+    _refuse_some_without_current(runs, list(tables.values()))
+    title = Path(out).name if out is not None else Path(places[0]).resolve().stem
+    source = f"imported from {', '.join(map(str, places[:3]))}{' ...' if len(places) > 3 else ''}"
+    campaign = Campaign(title, source, tuple(_held_out(runs, hold_out)))
+    campaign, wrong = repaired(campaign)
+    notes += [*wrong, *range_notes(campaign.runs)]
+    result = ImportedTests(campaign, tuple(channels), tuple(notes))
+    if out is None:
+        return result
+    folder = write_campaign(campaign, out)
+    (folder / "import.txt").write_text(f"{source}\n\n{result.summary()}\n", encoding="utf-8")
+    return replace(result, folder=folder)
+
+
+def _tables(places: Sequence[Path], leave_out: Sequence[str]) -> tuple[dict[str, RawTable], list]:
+    """Tables by the names of their tests, and notes of files without one."""
+    found: dict[str, RawTable] = {}
+    notes = []
+    fitting: set[str] = set()
+
+    def left_out(*names: str) -> bool:
+        fits = {p for p in leave_out if any(fnmatch(name, p) for name in names)}
+        fitting.update(fits)
+        return bool(fits)
+
+    for path in (path for place in places for path in _files(place)):
+        tables = [] if left_out(path.name, path.stem) else read_tables(path)
+        for table in tables:
+            part = table.part.removeprefix("sheet ") if len(tables) > 1 else ""
+            name = _NOT_IN_NAMES.sub("_", f"{path.stem} {part}".strip())
+            if name in found:
+                raise InputError(
+                    f"{found[name].place} and {table.place}: both are named {name!r}; "
+                    "expected: different names"
+                )
+            if not (part and left_out(name, part)):
+                found[name] = table
+        if not (tables or left_out(path.name, path.stem)):
+            if path in places:
+                least = f"{MINIMUM_SAMPLES} rows of numbers or more, of one width"
+                raise InputError(str(path), "no table", least)
+            notes.append(f"{path.name}: no table of numbers; left out")
+    for pattern in leave_out:
+        if pattern not in fitting:
+            raise InputError("--leave-out", repr(pattern), _pattern_of(found))
+    if not found:
+        raise InputError(f"{', '.join(map(str, places))}: no test; expected: {_EXPECTED}")
+    return found, notes
+
+
+def _files(place: Path) -> list[Path]:
+    """The files of a folder that can be read, in the order of the numbers in their names."""
+    if not place.is_dir():
+        if place.suffix.lower() not in READERS:
+            raise InputError(f"{place}: {place.suffix or 'no'} file; expected: {_EXPECTED}")
+        return [place]
+    return sorted(
+        (p for p in place.iterdir() if p.suffix.lower() in READERS and p.name[0] not in ".~"),
+        key=lambda path: [
+            (int(part), "") if part.isdigit() else (0, part)
+            for part in re.split(r"(\d+)", path.name.lower())
+        ],
+    )
+
+
+def _read_test(
+    name: str, table: RawTable, given: _Given
+) -> tuple[TestRun, dict[str, Channel], list[str]]:
+    """A table as a run, its columns by quantity, and notes."""
+    headings, place = table.headings, table.place
+    usable = [table.usable(k) for k in range(len(headings))]
+    channels = find_channels(headings, usable, given.columns, given.units, place)
+    lacking = [q for q in NEEDED if q not in channels and (q != "time" or given.rate is None)]
+    if lacking:
+        options = [f"--column {quantity}=HEADING" for quantity in lacking]
+        options[-1] += " (or its number)"
+        if "time" in lacking:
+            options.append("or --rate 200 (samples per second) without a time")
+        raise InputError(
+            place,
+            f"columns {listed(headings)}, none recognised as {' and '.join(lacking)}",
+            ", ".join(options),
+        )
+    data, notes = samples_of(table, channels, given.rate)
+    for what, channel in channels.items():
+        own = headings[channel.column].unit
+        if own and channel.unit != own:
+            notes.append(f"{what} in {channel.unit} as given, not in {own} as in the heading")
+    if "current" not in channels and (given.current_from_name or given.current is not None):
+        current = _current_in(name, place) if given.current_from_name else given.current
+        data["current"] = np.full(len(data["time"]), current)
+    read = {channel.column for channel in channels.values()}
+    unused = tuple(heading.text for k, heading in enumerate(headings) if k not in read)
+    velocity = f"column {channels['velocity'].heading}" if "velocity" in channels else ""
+    run = make_run(name, data, place, velocity, ignored_columns=unused)
+    return run, channels, [*table.notes, *notes]
+
+
+def _current_in(name: str, place: str) -> float:
+    """The current in the name of a test, A."""
+    found = {
+        float(number.replace(",", ".").replace("p", ".")) * (1e-3 if milli else 1.0)
+        for number, milli in _CURRENT_IN_NAME.findall(name)
+    }
+    if len(found) != 1:
+        given = f"{len(found)} currents" if found else "no current"
+        raise InputError(place, f"{given} in the name {name!r}", "one, such as 2A, 0.5A or 500mA")
+    return found.pop()
+
+
+def _held_out(runs: Sequence[TestRun], hold_out: int | Sequence[str]) -> list[TestRun]:
+    """The runs, every k-th marked as held out or those whose names fit a pattern."""
+    if isinstance(hold_out, int):
+        if hold_out < 2:
+            raise InputError("--hold-out", str(hold_out), "2 or more, or a pattern of names")
+        return [replace(run, hold_out=k % hold_out == 0) for k, run in enumerate(runs, 1)]
+    for pattern in hold_out:
+        if not any(fnmatch(run.name, pattern) for run in runs):
+            names = [run.name for run in runs]
+            raise InputError("--hold-out", repr(pattern), _pattern_of(names))
+    return [replace(run, hold_out=any(fnmatch(run.name, p) for p in hold_out)) for run in runs]
+
+
+def _refuse_some_without_current(runs: Sequence[TestRun], tables: Sequence[RawTable]) -> None:
+    with_it = [run.name for run in runs if run.current_measured]
+    for run, table in zip(runs, tables, strict=True):
+        if with_it and not run.current_measured:
+            raise InputError(
+                table.place,
+                f"columns {listed(table.headings)}, none recognised as the current, which "
+                f"{with_it[0]!r} has",
+                "--column current=HEADING, --current 0, --current-from-name, or for all tests "
+                "--column current=none",
+            )
+
+
+def _pattern_of(names: Iterable[str]) -> str:
+    return f"a pattern that fits a test, such as {next(iter(names), '*')!r}"
+
+
+def _range(values: np.ndarray) -> str:
+    low, high = float(np.min(values)), float(np.max(values))
+    return f"{low:.3g} to {high:.3g}"

@@ -1,0 +1,264 @@
+"""Test files as machines write them become a campaign, or are refused in one line."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from isolation_sim.identification.campaign import read_campaign
+from isolation_sim.identification.raw_tests.channels import heading_of
+
+N = 400
+TIME = np.arange(N) / 200
+X = 5e-3 * np.sin(2 * np.pi * TIME)
+FORCE = 1e5 * X + 20 * np.cos(2 * np.pi * TIME)
+CURRENT = np.full(N, 2.0)
+SI = {"time": TIME, "displacement": X, "force": FORCE, "current": CURRENT}
+
+
+def rows(form, *columns):
+    return "".join(form % row + "\n" for row in zip(*columns, strict=True))
+
+
+PLAIN = rows("%.4f,%.6f,%.6f", TIME, 1e3 * X, FORCE / 1e3)
+HEADING = "Time (s),Disp (mm),Force (kN)\n"
+TEXTS = {
+    "mts.csv": (
+        'MTS793|BTW|ENU|1|2|.|/|:|1|0|0|A\n\nData Header:,,Time:,49.9,Sec,11/3/2023 10:21:33 AM\n'
+        '"Ch 1 Displacement","Ch 1 Force","Coil Current","Running Time"\nmm,kN,A,Sec\n'
+        + rows("%.6f,%.6f,%.3f,%.4f", 1e3 * X, FORCE / 1e3, CURRENT, TIME), "utf-8",
+    ),
+    "units_row.txt": (
+        "Prüfung 12;\nBediener: Müller\n\nZeit\tWeg\tPrüfkraft\tSpulenstrom\ns\tmm\tkN\tA\n"
+        + rows("%.4f\t%.6f\t%.6f\t%.2f", TIME, 1e3 * X, FORCE / 1e3, CURRENT).replace(".", ","),
+        "utf-16",
+    ),
+    "blanks.dat": (
+        "Prüfstand 2, 20 °C\nZeit / s  Weg / cm  Kraft / N  Strom / mA\n"
+        + rows("%8.4f %9.6f %9.3f %7.1f", TIME, 1e2 * X, FORCE, 1e3 * CURRENT), "latin-1",
+    ),
+    "comments.asc": (
+        "% rig 3\n% rate: 200 Hz\n% t [ms]\tposition [in]\tload [lbf]\ti [A]\n"
+        + rows("%.1f\t%.8f\t%.6f\t%.2f", 1e3 * TIME, X / 0.0254, FORCE / 4.4482216, CURRENT),
+        "utf-8",
+    ),
+    "quoted.csv": (
+        '"Time, s","Displacement, mm","Force, kN","Current, A"\n'
+        + rows('"%.4f","%.6f","%.6f","%.2f"', TIME, 1e3 * X, FORCE / 1e3, CURRENT)
+        .replace(".", ","), "utf-8",
+    ),
+    "more.csv": (
+        "Clock,Time [s],Disp Command,Disp,Axial,Shear,Current,\n,,(mm),(mm),(kN),(kN),(A),\n"
+        + rows("10:21:%05.2f,%.4f,%.5f,%.6f,%.3f,%.6f,%.2f,",
+               TIME, TIME, 1e3 * X, 1e3 * X, 100 + TIME, FORCE / 1e3, CURRENT)
+        + "\nEnd of test, 12:00\n", "utf-8",
+    ),
+}  # fmt: skip
+
+
+def written(folder, text, name="test.csv"):
+    (folder / name).write_text(text, encoding="utf-8")
+    return folder / name
+
+
+def refused(tests, **options):
+    with pytest.raises(iso.InputError) as caught:
+        iso.import_tests(tests, **options)
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
+def assert_is_the_test(run):
+    for what, values in SI.items():
+        measured = getattr(run, what)
+        np.testing.assert_allclose(measured, values, rtol=1e-4, atol=1e-4 * np.max(values))
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_text_files_of_machines(tmp_path, name):
+    text, encoding = TEXTS[name]
+    (tmp_path / name).write_text(text, encoding=encoding)
+    imported = iso.import_tests(tmp_path / name, tmp_path / "out")
+    assert_is_the_test(imported.campaign.runs[0])
+    (read,) = read_campaign(tmp_path / "out").runs
+    np.testing.assert_array_equal(read.force, imported.campaign.runs[0].force)
+    assert imported.summary() in (tmp_path / "out" / "import.txt").read_text()
+    assert "exists already" in refused(tmp_path / name, out=tmp_path / "out")
+
+
+def test_a_sheet_per_test(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    book.active.append(["MRE isolator", "J. Doe"])
+    for name in ("4mm 1Hz", "4mm 2Hz"):
+        sheet = book.create_sheet(name)
+        sheet.append(["Test", name])
+        sheet.append([None, "Zeit [s]", "Weg [mm]", "Kraft [kN]", "Strom [A]"])
+        for row in zip(TIME, 1e3 * X, FORCE / 1e3, CURRENT, strict=True):
+            sheet.append([None, *map(float, row)])
+    book.save(tmp_path / "all.xlsx")
+    imported = iso.import_tests(tmp_path / "all.xlsx", hold_out=["*2Hz"])
+    runs = imported.campaign.runs
+    assert [run.name for run in runs] == ["all_4mm_1Hz", "all_4mm_2Hz"]
+    assert [run.hold_out for run in runs] == [False, True]
+    assert_is_the_test(runs[1])
+    assert "all_4mm_2Hz: the forces are those of another test" in imported.notes[-1]
+    assert imported.folder is None and not (tmp_path / "campaign.toml").exists()
+
+
+def test_excel_without_openpyxl(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "openpyxl", None)
+    (tmp_path / "all.xlsx").write_bytes(b"")
+    assert "pip install 'isolation-sim[excel]'" in refused(tmp_path)
+
+
+@pytest.mark.parametrize("kind", ["struct", "struct array", "variables", "matrix"])
+def test_matlab_files(tmp_path, kind):
+    from scipy.io import savemat
+
+    struct = {"time": TIME, "disp": 1e3 * X, "force": FORCE, "curr": CURRENT}
+    units = {"displacement": "mm", "force": "N", "current": "A"}
+    matrix = {"data": np.column_stack(list(struct.values())),
+              "colheaders": np.array(["Time (s)", "x (mm)", "F (N)", "I (A)"], object)}  # fmt: skip
+    array = np.array([tuple(struct.values())] * 2, dtype=[(key, object) for key in struct])
+    content = {"struct": {"data": struct}, "struct array": {"tests": array},
+               "variables": {**struct, "rate": 200.0}, "matrix": {"A": matrix}}  # fmt: skip
+    savemat(tmp_path / "a.mat", content[kind])
+    if kind != "matrix":
+        told = refused(tmp_path)
+        assert "'disp' (displacement), 'force' (force), 'curr' (current)" in told
+        assert "--unit displacement=UNIT (mm, m, cm" in told
+    imported = iso.import_tests(tmp_path, units={} if kind == "matrix" else units)
+    assert len(imported.campaign.runs) == (2 if kind == "struct array" else 1)
+    assert_is_the_test(imported.campaign.runs[0])
+
+
+@pytest.mark.parametrize(
+    ("heading", "unit", "quantities"),
+    [
+        ("Kraft in kN", "kN", ("force",)),
+        ("velocity_mm_s", "mm_s", ("velocity",)),
+        ("Current A", "A", ("current",)),
+        ("Displacement A", "", ("displacement",)),
+        ("Kstorage_N/mm", "N/mm", ()),
+        ("F_N", "N", ("force",)),
+        ("f [Hz]", "Hz", ()),
+        ("T [°C]", "°C", ("temperature",)),
+        ("Force (mN)", "mN", ()),
+        ("Force setpoint (N)", "N", ()),
+        ("Load Cell Temp (deg C)", "deg C", ("temperature",)),
+    ],
+)
+def test_headings(heading, unit, quantities):
+    assert heading_of(heading)[1:3] == (unit, quantities)
+
+
+def test_choices_of_the_caller(tmp_path):
+    path = written(tmp_path, "a,Load cell (V),b\n" + PLAIN, "2A_0p5mm.csv")
+    columns = {"time": "a", "force": 3, "displacement": "Load cell"}
+    units = {"force": "kN", "displacement": "mm"}
+    imported = iso.import_tests(path, columns=columns, units=units, current_from_name=True)
+    assert_is_the_test(imported.campaign.runs[0])
+    assert any("displacement in mm as given, not in V" in note for note in imported.notes)
+    assert "--unit force: given '3'; expected: N, kN" in refused(path, units={"force": 3})
+    assert "unknown quantity of --column 'F'" in refused(path, columns={"F": "b"})
+    without = {**columns, "time": "none"}
+    imported = iso.import_tests(path, columns=without, units=units, rate=200.0, current=2.0)
+    assert_is_the_test(imported.campaign.runs[0])
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (PLAIN, "none recognised as time and displacement and force; expected: --column time="),
+        ("t,amp_mm,lossfactor\n" + PLAIN, "none recognised as force; expected: --column force="),
+        ("Time (s),X disp (mm),Y disp (mm),F (kN)\n" + rows("%f,%f,%f,%f", *[TIME] * 4),
+         "2 columns for the displacement, 'X disp (mm)', 'Y disp (mm)'; expected: one of them"),
+        ("Time (s),Disp command (mm),F (kN)\n" + PLAIN, "none recognised as displacement"),
+        ("Time (s),x (mm),Vert load (kN),Arm (kN)\n" + rows("%f,%f,%f,%f", *[TIME] * 4),
+         "2 columns for the force, 'Vert load (kN)', 'Arm (kN)'; expected: one of them"),
+        ("t,x_mm,F_kN\n" + rows("%.1f,%.6f,%.6f", 1e3 * TIME, X, X), "no unit, and steps of 5"),
+        (HEADING + PLAIN + "Block 2\n" + PLAIN, "from line 2, and again from line 403"),
+        (HEADING + PLAIN.replace("0.5000,0.000000", "0.5000,OVER"), "column Disp (mm): given 'OV"),
+        (HEADING + rows("%.2f,%.6f,%.6f", TIME, X, X), "line 4: given the first of 199 times"),
+        (HEADING + rows("%.4f,%.6f,%.6f", TIME % 1, X, X), "line 202: given a time of 0 s after"),
+        ("only text\n", "no table; expected: 16 rows of numbers"),
+    ],
+)  # fmt: skip
+def test_what_is_not_clear_is_refused(tmp_path, text, told):
+    text = text.replace("0.5000,-0.000000", "0.5000,OVER")
+    assert told in refused(written(tmp_path, text))
+
+
+def test_rows_are_repaired_with_notes(tmp_path):
+    lines = PLAIN.splitlines()
+    lines[10] = lines[10].rpartition(",")[0] + ","
+    lines[20] = lines[20].rpartition(",")[0] + ",NaN"
+    lines[30] = lines[31]
+    lines[-1] = lines[-1].rpartition(",")[0] + ","
+    lines[60:80] = []
+    imported = iso.import_tests(written(tmp_path, HEADING + "\n".join(lines)))
+    (run,) = imported.campaign.runs
+    assert run.time[0] == pytest.approx(0.4) and run.time[-1] == pytest.approx(TIME[-2])
+    assert imported.notes[0] == (
+        "test: 1 incomplete row at the ends left out; 1 row of a repeated time left out; "
+        "2 samples are missing in the force, first at 0.05 s; interpolated; no samples from 0.295 "
+        "to 0.4 s; used from 0.4 to 1.99 s"
+    )
+    np.testing.assert_allclose(run.force, np.interp(run.time, TIME, FORCE), rtol=1e-3, atol=1e-3)
+    lines = [line.rpartition(",")[0] + "," if 30 <= k < 36 else line
+             for k, line in enumerate(PLAIN.splitlines())]  # fmt: skip
+    told = refused(written(tmp_path, HEADING + "\n".join(lines), "b.csv"))
+    assert "b.csv, line 32, column Force (kN): given 6 samples in a row" in told
+
+
+def test_numbers_above_and_text_below_are_noted(tmp_path):
+    lines = PLAIN.splitlines()
+    path = written(tmp_path, "\n".join([HEADING + lines[0], "stopped", *lines[1:], "end", "4"]))
+    imported = iso.import_tests(path)
+    assert imported.campaign.runs[0].time.size == N - 1
+    assert imported.notes[0] == (
+        "test: numbers above line 4 are left out; what stands below line 402 is left out"
+    )
+
+
+def test_uneven_times_are_resampled(tmp_path):
+    time = TIME + np.random.default_rng(0).normal(0, 3e-4, N)
+    x = 5e-3 * np.sin(2 * np.pi * time)
+    path = written(tmp_path, HEADING + rows("%.6f,%.8f,%.8f", time, 1e3 * x, 100 * x))
+    imported = iso.import_tests(path)
+    (run,) = imported.campaign.runs
+    assert run.step == pytest.approx(0.005, rel=1e-3)
+    assert "resampled to 5" in imported.notes[0]
+    np.testing.assert_allclose(
+        run.displacement, 5e-3 * np.sin(2 * np.pi * run.time), atol=1e-6
+    )  # fmt: skip
+
+
+def test_wrong_units_are_noted(tmp_path):
+    for k, (x, current) in enumerate([(1.0, 2.0), (1.0, 2.0), (1e-3, 2.0), (1.0, 2000.0)]):
+        data = rows("%.4f,%.8f,%.6f,%.1f", TIME, 1e3 * x * X, FORCE + k, current * np.ones(N))
+        written(tmp_path, "t [s],x [mm],F [N],I [A]\n" + data, f"T{k}.csv")
+    notes = iso.import_tests(tmp_path).notes
+    assert any("T2: force over displacement 1e+03 times above" in note for note in notes)
+    assert any("T3: current up to 2000 A; check the unit" in note for note in notes)
+
+
+def test_tests_of_a_folder(tmp_path):
+    for k in (1, 2, 10, 11):
+        written(tmp_path, HEADING + PLAIN, f"T{k}.csv")
+    written(tmp_path, "notes of the operator\n", "notes.txt")
+    (tmp_path / "photo.jpg").write_bytes(b"\xff")
+    imported = iso.import_tests(str(tmp_path), hold_out=2, leave_out=["T11*"])
+    held = {run.name: run.hold_out for run in imported.campaign.runs}
+    assert held == {"T1": False, "T2": True, "T10": False}
+    assert "notes.txt: no table of numbers; left out" in imported.notes
+    assert "a pattern that fits a test" in refused(tmp_path, hold_out=["x*"])
+    assert "a pattern that fits a test" in refused(tmp_path, leave_out=["x*"])
+    assert "expected: 2 or more" in refused(tmp_path, hold_out=1)
+    assert "expected: test files (.csv" in refused(tmp_path / "photo.jpg")
+    current = "Time (s),Disp (mm),Force (kN),I (A)\n" + rows("%.4f,%.6f,%.6f,1", TIME, X, X)
+    written(tmp_path, current, "T12.csv")
+    assert "none recognised as the current, which 'T12' has" in refused(tmp_path)
