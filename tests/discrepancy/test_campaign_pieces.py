@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lsim
 
-from isolation_sim.discrepancy.data_checks import data_notes
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
 from isolation_sim.discrepancy.device.interference import interference
 from isolation_sim.discrepancy.device.load_cell_offset import run_means
@@ -12,6 +11,7 @@ from isolation_sim.discrepancy.diagnose import diagnose, kind_of
 from isolation_sim.discrepancy.loops.table import read_loop_table
 from isolation_sim.effects import effect
 from isolation_sim.errors import InputError
+from isolation_sim.identification.data_checks import data_notes
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.identification.noise import white_noise
 from isolation_sim.identification.run_table import TestRun

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ...effects import EFFECTS, Effect, extend
 from ...effects.effect import in_sentence
 from ...identification.campaign import Campaign
+from ...identification.data_checks import data_notes
 from ...identification.law_choice import LawChoice, choose_law
 from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
 from ...identification.measured_runs import MeasuredRuns, hold_out_some, measured_runs
@@ -22,7 +23,6 @@ from ...identification.run_starts import start_note
 from ...laws import Device
 from ...laws.law import Law
 from .. import inference
-from ..data_checks import data_notes
 from ..decisions import (
     ADEQUATE,
     CONFUSABLE_GAIN,

@@ -4,37 +4,51 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..identification.force_channel import averaging_note
-from ..identification.noise import white_noise
-from ..identification.run_table import TestRun
-from ..identification.velocity import smooth
-from .decisions import (
-    CLIPPED,
-    COARSE,
-    DRIFT,
-    GAIN_ERROR,
-    LARGEST_DEFORMATION,
-    NOISY,
-    NOT_DERIVATIVE,
-    OFFSET,
-    REPEATED,
-    REVERSED,
-    REVERSED_ALONE,
-    SAME_MOTION,
-    SHIFT,
-    TRANSIENT,
-    UNIT_ERROR,
-    UNIT_RANGE,
-)
+from .force_channel import averaging_note
+from .noise import white_noise
+from .run_table import TestRun
+from .velocity import smooth
 
-if TYPE_CHECKING:
-    from .building.record import BuildingRecord
-
+_CLIPPED = 6
+"""Equal extreme samples in a row from which a channel counts as clipped. Convention."""
+_DRIFT = 0.1
+"""Drift of a channel's middle, relative to its range, that is noted. Convention."""
+_NOISY = 0.3
+"""White noise of a channel over its RMS from which it is noted. Convention."""
+_LARGEST_DEFORMATION = 1.0
+"""m. A larger deformation is asked for its unit. Convention."""
+_COARSE = 0.02
+"""Step of a quantised channel over its RMS that is noted. Convention."""
+_REVERSED = 0.02
+"""Power that a device gives off in the median run, over RMS force times RMS velocity, that is
+noted; one without damping gives off none. Convention."""
+_REVERSED_ALONE = 0.1
+"""The same of single runs; a late channel alone may turn loops of little damping. Blind."""
+_TRANSIENT = 3.0
+"""Factor on the usual residual of a static function of the motion at both ends of a run.
+Convention; the MR damper's filtered tests reach 3 to 20."""
+_OFFSET = 0.1
+"""Share of a run's RMS force by which its mean may differ from that of the others.
+Convention."""
+_NOT_DERIVATIVE = 0.2
+"""Share of a measured velocity or acceleration that the displacement does not give. Convention."""
+_GAIN_ERROR = 0.05
+"""Relative error of the size of a velocity or acceleration that is noted. Convention."""
+_SHIFT = 0.5
+"""Delay between two channels, in samples, that is noted. Convention."""
+_UNIT_ERROR = 0.05
+"""Relative deviation from 9.81 or 1000 up to which a factor looks like a confusion of units.
+Convention."""
+_UNIT_RANGE = (300.0, 3000.0)
+"""Factor on one run's stiffness over the others' that looks like one of 1000. Convention."""
+_SAME_MOTION = 0.03
+"""Relative difference up to which two runs repeat one motion and current. Convention."""
+_REPEATED = 0.02
+"""Relative difference of the forces of repeated runs that is noted. Convention."""
 _ROUNDED = 8.0
 """Steps of a rounded channel by which a peak falls within half its flat length: 3, and noise."""
 _STILL, _RELAXED = 0.02, 0.5
@@ -42,8 +56,6 @@ _STILL, _RELAXED = 0.02, 0.5
 in the first."""
 _LEAST_EDGE = 8
 """Samples of a run's end that say whether it is a transient: fewer are moved by the smoothing."""
-_LOW, _HIGH = 0.2, 3.0
-"""Hz: where an isolated building moves enough to compare accelerations with its displacement."""
 
 
 def data_notes(runs: Sequence[TestRun], averaging: NDArray) -> list[str]:
@@ -76,7 +88,7 @@ def _holds(force: NDArray, part: slice) -> bool:
 def _noisy_channels(runs: Sequence[TestRun]) -> Iterator[str]:
     for run, what, values in _channels(runs):
         share = white_noise(values) / _rms(values)
-        if share > NOISY:
+        if share > _NOISY:
             yield f"{run.name}: noise is {100 * share:.0f} % of the {what}: it can show little"
 
 
@@ -88,7 +100,7 @@ def _coarse_channels(runs: Sequence[TestRun]) -> Iterator[str]:
         if len(levels) < 3 or len(values) < 2 * len(levels):
             continue
         step = float(steps.min())
-        if step > COARSE * float(np.std(values)) and np.allclose(
+        if step > _COARSE * float(np.std(values)) and np.allclose(
             steps / step, np.round(steps / step), atol=0.05
         ):
             share = 100 * step / float(np.std(values))
@@ -98,14 +110,14 @@ def _coarse_channels(runs: Sequence[TestRun]) -> Iterator[str]:
 def _large_deformations(runs: Sequence[TestRun]) -> Iterator[str]:
     for run in runs:
         largest = float(np.max(np.abs(run.displacement)))
-        if largest > LARGEST_DEFORMATION:
+        if largest > _LARGEST_DEFORMATION:
             yield f"{run.name}: deformation reaches {largest:.3g} m; is its unit right?"
 
 
 def _drifting_channels(runs: Sequence[TestRun]) -> Iterator[str]:
     for run, what, values in _channels(runs):
         moved = _drift(values)
-        if abs(moved) > DRIFT:
+        if abs(moved) > _DRIFT:
             yield (
                 f"{run.name}: the {what}'s middle moves by {100 * moved:.0f} % of its range during "
                 "the test"
@@ -124,10 +136,10 @@ def _reversed_loops(runs: Sequence[TestRun]) -> Iterator[str]:
     power = np.array(
         [np.mean(run.force * run.velocity) / _rms(run.force) / _rms(run.velocity) for run in runs]
     )
-    if np.median(power) < -REVERSED:
+    if np.median(power) < -_REVERSED:
         wrong = list(runs)
     else:
-        wrong = [run for run, one in zip(runs, power, strict=True) if one < -REVERSED_ALONE]
+        wrong = [run for run, one in zip(runs, power, strict=True) if one < -_REVERSED_ALONE]
     if wrong:
         yield (
             f"{_names(wrong, runs)}: the loops run the wrong way round, the device gives off "
@@ -148,7 +160,7 @@ def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
         values = np.linalg.lstsq(columns[inside], run.force[inside])[0]
         error = run.force - columns @ values
         usual = max(_rms(error[inside]), 1e-3 * _rms(run.force))
-        if min(_rms(error[:edge]), _rms(error[-edge:])) > TRANSIENT * usual:
+        if min(_rms(error[:edge]), _rms(error[-edge:])) > _TRANSIENT * usual:
             wrong.append(run)
     if wrong:
         yield (
@@ -178,7 +190,7 @@ def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
         means[k] = np.linalg.lstsq(_static_functions(run)[moves], run.force[moves])[0][0]
     moved = np.abs(means - np.median(means))
     sizes = np.array([_rms(run.force) for run in runs])
-    least = OFFSET * np.maximum(sizes, np.median(sizes))
+    least = _OFFSET * np.maximum(sizes, np.median(sizes))
     wrong = [run for run, by, most in zip(runs, moved, least, strict=True) if by > most]
     if wrong:
         yield (
@@ -201,16 +213,16 @@ def _velocity_channel(runs: Sequence[TestRun]) -> Iterator[str]:
             factor, late, rest = _against(values, expected, run.step)
             if unit := _unit_factor(factor):
                 yield f"{run.name}: {what} is {unit} times the displacement's: is its unit right?"
-            elif rest > NOT_DERIVATIVE:
+            elif rest > _NOT_DERIVATIVE:
                 if what == "acceleration":
                     continue  # the second derivative of a noisy displacement says no more
                 yield (
                     f"{run.name}: {what} is not the displacement's derivative, {100 * rest:.0f} % "
                     "of it is something else"
                 )
-            elif abs(factor - 1) > GAIN_ERROR:
+            elif abs(factor - 1) > _GAIN_ERROR:
                 yield f"{run.name}: {what} is {factor:.3g} times the displacement's"
-            elif abs(late) > SHIFT * run.step:
+            elif abs(late) > _SHIFT * run.step:
                 side = "behind" if late > 0 else "ahead of"
                 yield (
                     f"{run.name}: {what} is {1e3 * abs(late):.2g} ms {side} the displacement: "
@@ -225,14 +237,14 @@ def _unit_of_force(runs: Sequence[TestRun]) -> Iterator[str]:
     """
     stiffness = np.array([_rms(run.force) / _rms(run.displacement) for run in runs])
     for run, one in zip(runs, stiffness / np.median(stiffness), strict=True):
-        if UNIT_RANGE[0] < max(one, 1 / one) < UNIT_RANGE[1]:
+        if _UNIT_RANGE[0] < max(one, 1 / one) < _UNIT_RANGE[1]:
             yield (
                 f"{run.name}: force over displacement is {one:.3g} times that of the other runs; "
                 "are its units right?"
             )
     for first, second, n in _repeated(runs):
         factor = _rms(second.force[:n]) / _rms(first.force[:n])
-        if (unit := _unit_factor(factor)) and not factor > UNIT_RANGE[0]:
+        if (unit := _unit_factor(factor)) and not factor > _UNIT_RANGE[0]:
             yield f"{second.name}: force is {unit} times that of {first.name} under the same motion"
 
 
@@ -242,7 +254,7 @@ def _repeated_runs(runs: Sequence[TestRun]) -> Iterator[str]:
         size = _rms(one)
         differ = _rms(other - one) / size
         noise = float(np.hypot(white_noise(one), white_noise(other))) / size
-        if differ > max(REPEATED, 3 * noise) and not _unit_factor(_rms(other) / size):
+        if differ > max(_REPEATED, 3 * noise) and not _unit_factor(_rms(other) / size):
             yield (
                 f"{first.name} and {second.name} repeat one motion and current, but their forces "
                 f"differ by {100 * differ:.2g} %: no law can be nearer to both than half of that"
@@ -257,7 +269,7 @@ def _repeated(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, TestRun, int]]
             continue
         channels = ((run.displacement[:n], run.current[:n]) for run in (first, second))
         if all(
-            np.linalg.norm(a - b) <= SAME_MOTION * np.linalg.norm(b)
+            np.linalg.norm(a - b) <= _SAME_MOTION * np.linalg.norm(b)
             for a, b in zip(*channels, strict=True)
         ):
             yield first, second, n
@@ -291,9 +303,9 @@ def _rms(values: NDArray) -> float:
 def _unit_factor(factor: float) -> str:
     """The confusion of units that a factor looks like; empty if none."""
     for unit, text in ((9.80665, "9.81"), (1000.0, "1000")):
-        if abs(factor / unit - 1) < UNIT_ERROR:
+        if abs(factor / unit - 1) < _UNIT_ERROR:
             return text
-        if abs(factor * unit - 1) < UNIT_ERROR:
+        if abs(factor * unit - 1) < _UNIT_ERROR:
             return f"1/{text}"
     return ""
 
@@ -312,13 +324,13 @@ def _against(values: NDArray, expected: NDArray, step: float) -> tuple[float, fl
 
 def clipped(values: NDArray) -> slice | None:
     """Find the longest stretch of equal samples at an extreme, if it is as a clipped channel's."""
-    longest, n = slice(0, CLIPPED - 1), len(values)
+    longest, n = slice(0, _CLIPPED - 1), len(values)
     if np.unique(np.diff(values)).size < 8:
         return None  # a channel of few levels says nothing
     step = float(np.median(np.diff(np.unique(values))))
     for extreme in (values.max(), values.min()):
         at = np.flatnonzero(values == extreme)
-        if at.size < CLIPPED:
+        if at.size < _CLIPPED:
             continue
         breaks = np.flatnonzero(np.diff(at) > 1)
         ends = np.concatenate([[-1], breaks, [at.size - 1]])
@@ -328,7 +340,7 @@ def clipped(values: NDArray) -> slice | None:
         beside = [max(first - (last - first) // 2, 0), min(last + (last - first) // 2, n - 1)]
         if np.mean(np.abs(values[beside] - extreme)) > _ROUNDED * step:
             longest = max(longest, slice(first, last + 1), key=lambda each: each.stop - each.start)
-    return longest if longest.stop - longest.start >= CLIPPED else None
+    return longest if longest.stop - longest.start >= _CLIPPED else None
 
 
 def _drift(values: NDArray) -> float:
@@ -340,54 +352,3 @@ def _drift(values: NDArray) -> float:
     first, second, last = (0.5 * (float(part.max()) + float(part.min())) for part in thirds)
     steady = (second - first) * (last - second) > 0
     return (last - first) / max(sizes) if steady else 0.0
-
-
-def record_problems(record: BuildingRecord) -> tuple[str, ...]:
-    """Find suspicious features of a record."""
-    result = []
-    motions = [motion.acceleration for motion in record.ground]
-    signals = {**dict(zip(record.ground_channels, motions, strict=True)), **record.response}
-    for name, values in signals.items():
-        flat = clipped(values)
-        if flat:
-            length = flat.stop - flat.start
-            result.append(f"{name} stays at its peak for {length} samples: clipped?")
-        start = np.sqrt(np.mean(values[: max(len(values) // 100, 8)] ** 2))
-        if start > 0.3 * np.sqrt(np.mean(values**2)):
-            result.append(f"{name} does not start at rest, as the simulation does")
-    for axis, motion in zip(record.axes, motions, strict=True):
-        along = f" along {axis}" if axis else ""
-        slope, lag = _against_displacement(record, axis, motion)
-        if not 0.7 < slope < 1.4:
-            result.append(
-                f"the base's acceleration relative to the ground{along} is {slope:.2f} times that "
-                "of the isolators' displacement: a unit, a sign, or a base that does not stand on "
-                "the ground"
-            )
-        elif abs(lag) > record.dt:
-            late = "behind" if lag > 0 else "ahead of"
-            result.append(
-                f"the isolators' displacement{along} is {1e3 * abs(lag):.0f} ms {late} the "
-                "accelerations"
-            )
-    return tuple(result)
-
-
-def _against_displacement(
-    record: BuildingRecord, axis: str, motion: NDArray
-) -> tuple[float, float]:
-    """Relative acceleration over the displacement's, and how late the displacement is, s."""
-    # From the phase and size of their cross-spectrum, weighted by its size.
-    frequency = np.fft.rfftfreq(len(record), record.dt)
-    used = (frequency > _LOW) & (frequency < _HIGH)
-    omega = 2 * np.pi * frequency[used]
-    base = record.base_acceleration(axis)
-    relative = np.fft.rfft(base - motion)[used]
-    accelerated = -(omega**2) * np.fft.rfft(record.displacement(axis))[used]
-    cross = relative * accelerated.conj()
-    power = float(np.sum(np.abs(accelerated) ** 2))
-    if power == 0:
-        return 0.0, 0.0
-    lag = float(np.sum(omega * np.abs(cross) * np.angle(cross)) / np.sum(omega**2 * np.abs(cross)))
-    aligned = cross * np.exp(-1j * omega * lag)
-    return float(aligned.real.sum() / power), lag

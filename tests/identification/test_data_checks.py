@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import butter, lfilter, sosfiltfilt
 
-from isolation_sim.discrepancy.data_checks import clipped, data_notes
+from isolation_sim.identification.data_checks import clipped, data_notes
 from isolation_sim.identification.run_table import TestRun
 
 N, DT = 1600, 0.005
