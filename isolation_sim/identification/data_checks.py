@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
+from .fitted import RunError, pooled
 from .force_channel import averaging_note
 from .noise import white_noise
 from .run_table import TestRun
@@ -43,8 +46,23 @@ _SHIFT = 0.5
 _UNIT_ERROR = 0.05
 """Relative deviation from 9.81 or 1000 up to which a factor looks like a confusion of units.
 Convention."""
-_UNIT_RANGE = (300.0, 3000.0)
+_UNIT_FACTOR = 300.0
 """Factor on one run's stiffness over the others' that looks like one of 1000. Convention."""
+_COLUMN_UNITS = (1.0, 1e3, 1e6)
+"""Unit of a force column over that of a displacement column, N/m: N or kN over m or mm."""
+_FAR_OFF, _NEAR = 30.0, 4.0
+"""Factors on the stiffness of the other runs: of one whose columns may be swapped, and of the same
+run with its columns exchanged. Convention."""
+_LARGEST_CURRENT = 100.0
+"""A. A larger current is asked for its unit. Convention."""
+_SMALLEST_FORCE, _SMALLEST_DEFORMATION = 1.0, 1e-5
+"""N, m. Runs that all stay below it are asked for their unit. Convention."""
+_RAMP = 0.8
+"""Share of the changing samples within stretches of equal increments, from which a channel is made
+of ramps. Rounded sinusoids reach 0.6. Convention."""
+_ALONE, _FAR_WORSE = 2 / 3, 3.0
+"""Share of the squared misfit in one run, and its error over that of the other runs, from which the
+run alone makes the misfit. Convention."""
 _SAME_MOTION = 0.03
 """Relative difference up to which two runs repeat one motion and current. Convention."""
 _REPEATED = 0.02
@@ -62,6 +80,62 @@ def data_notes(runs: Sequence[TestRun], averaging: NDArray) -> list[str]:
     """Describe suspicious features of the runs; ``averaging`` of each run's force, (n_runs,), s."""
     notes = [note for check in _CHECKS for note in check(runs)]
     return [*notes, *filter(None, [averaging_note(averaging)])]
+
+
+def refuse_swapped(runs: Sequence[TestRun]) -> None:
+    """Refuse runs whose displacement and force are swapped: a law that meets them diverges."""
+    wrong = _swapped(runs)
+    if wrong:
+        raise InputError(
+            f"{_names(wrong, runs)}: displacement and force look swapped: exchanged, they are as "
+            "large as in the other runs; expected: each column under its own name"
+        )
+
+
+def _swapped(runs: Sequence[TestRun]) -> list[TestRun]:
+    """Runs whose sizes are far off those of most others, but not with their columns exchanged."""
+    if len(runs) < 3:
+        return []
+    size, force = (
+        np.array([_range(values) for values in channel])
+        for channel in zip(*((run.displacement, run.force) for run in runs), strict=True)
+    )
+    stiffness, usual = force / size, float(np.median(force / size))
+    spread = float(np.quantile(size, 0.9) / np.quantile(size, 0.1))
+    # a column is read in the unit of the other's name
+    unit = np.array(_COLUMN_UNITS)
+    near = _off(unit**2 / stiffness[:, np.newaxis] / usual) < _NEAR
+    near &= _off(force[:, np.newaxis] / unit / np.median(size)) < _NEAR * min(spread, _FAR_OFF)
+    wrong = (_off(stiffness / usual) > _FAR_OFF) & near.any(axis=1)
+    return [run for run, one in zip(runs, wrong, strict=True) if one]
+
+
+def _range(values: NDArray) -> float:
+    """Range of a channel without its extremes, which single wrong samples would make."""
+    low, high = np.quantile(values, (0.02, 0.98))
+    return float(high - low) or 1e-300
+
+
+def _off(ratio: Any) -> Any:
+    """A factor, or its inverse if that is larger."""
+    return np.maximum(ratio, 1 / ratio)
+
+
+def outlier_note(errors: Sequence[RunError]) -> str:
+    """Say which run alone makes the misfit of a law; empty if none does."""
+    if len(errors) < 3:
+        return ""
+    squares = np.array([float(np.sum((one.force - one.run.force) ** 2)) for one in errors])
+    worst = int(np.argmax(squares))
+    error = errors[worst].relative
+    others = pooled(one for k, one in enumerate(errors) if k != worst)
+    if not (squares[worst] > _ALONE * squares.sum() and error > _FAR_WORSE * others):
+        return ""
+    return (
+        f"{errors[worst].run.name} alone makes {100 * squares[worst] / squares.sum():.0f} % of the "
+        f"squared misfit: its error is {100 * error:.3g} %, that of the other runs "
+        f"{100 * others:.3g} %. Check its signs, units and channels first, or leave it out"
+    )
 
 
 def _clipped_channels(runs: Sequence[TestRun]) -> Iterator[str]:
@@ -99,6 +173,8 @@ def _coarse_channels(runs: Sequence[TestRun]) -> Iterator[str]:
         # the levels of a rounded channel are whole multiples of one step apart
         if len(levels) < 3 or len(values) < 2 * len(levels):
             continue
+        if _is_ramps(values):
+            continue
         step = float(steps.min())
         if step > _COARSE * float(np.std(values)) and np.allclose(
             steps / step, np.round(steps / step), atol=0.05
@@ -107,7 +183,28 @@ def _coarse_channels(runs: Sequence[TestRun]) -> Iterator[str]:
             yield f"{run.name}: {what} has steps of {share:.2g} % of its RMS: coarsely quantised"
 
 
-def _large_deformations(runs: Sequence[TestRun]) -> Iterator[str]:
+def _is_ramps(values: NDArray) -> bool:
+    """Whether a channel changes at constant rates, and its levels are equally far apart by that."""
+    change = np.diff(values)
+    sizes = np.abs(change)
+    least = 0.05 * float(np.median(sizes[sizes > 0]))
+    steady = np.abs(np.diff(change)) < least
+    moving = sizes[1:-1] > least
+    return bool(np.mean((steady[:-1] & steady[1:])[moving]) > _RAMP) if moving.any() else False
+
+
+def _implausible_sizes(runs: Sequence[TestRun]) -> Iterator[str]:
+    if max(np.max(np.abs(run.force)) for run in runs) < _SMALLEST_FORCE:
+        yield f"all forces are below {_SMALLEST_FORCE:g} N; is their unit right?"
+    if max(np.max(np.abs(run.displacement)) for run in runs) < _SMALLEST_DEFORMATION:
+        yield f"all deformations are below {1e3 * _SMALLEST_DEFORMATION:g} mm; is their unit right?"
+    currents = {run.name: float(np.max(np.abs(run.current))) for run in runs}
+    wrong = [run for run in runs if currents[run.name] > _LARGEST_CURRENT]
+    if wrong:
+        usual = max((one for one in currents.values() if one <= _LARGEST_CURRENT), default=None)
+        others = "" if usual is None else f", in the other runs {usual:.3g} A"
+        most = max(currents.values())
+        yield f"{_names(wrong, runs)}: current reaches {most:.3g} A{others}; is its unit right?"
     for run in runs:
         largest = float(np.max(np.abs(run.displacement)))
         if largest > _LARGEST_DEFORMATION:
@@ -143,7 +240,7 @@ def _reversed_loops(runs: Sequence[TestRun]) -> Iterator[str]:
     if wrong:
         yield (
             f"{_names(wrong, runs)}: the loops run the wrong way round, the device gives off "
-            "energy: the sign of force or displacement is turned"
+            "energy: the sign of force or displacement is turned, or both are swapped"
         )
 
 
@@ -237,14 +334,14 @@ def _unit_of_force(runs: Sequence[TestRun]) -> Iterator[str]:
     """
     stiffness = np.array([_rms(run.force) / _rms(run.displacement) for run in runs])
     for run, one in zip(runs, stiffness / np.median(stiffness), strict=True):
-        if _UNIT_RANGE[0] < max(one, 1 / one) < _UNIT_RANGE[1]:
+        if max(one, 1 / one) > _UNIT_FACTOR:
             yield (
                 f"{run.name}: force over displacement is {one:.3g} times that of the other runs; "
                 "are its units right?"
             )
     for first, second, n in _repeated(runs):
         factor = _rms(second.force[:n]) / _rms(first.force[:n])
-        if (unit := _unit_factor(factor)) and not factor > _UNIT_RANGE[0]:
+        if (unit := _unit_factor(factor)) and not factor > _UNIT_FACTOR:
             yield f"{second.name}: force is {unit} times that of {first.name} under the same motion"
 
 
@@ -276,7 +373,7 @@ def _repeated(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, TestRun, int]]
 
 
 _CHECKS: tuple[Callable[[Sequence[TestRun]], Iterator[str]], ...] = (
-    _reversed_loops, _noisy_channels, _clipped_channels, _coarse_channels, _large_deformations,
+    _reversed_loops, _noisy_channels, _clipped_channels, _coarse_channels, _implausible_sizes,
     _drifting_channels, _differing_offsets, _unit_of_force, _velocity_channel, _repeated_runs,
     _transient_ends, _sampling,
 )  # fmt: skip
