@@ -13,7 +13,7 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from ..laws import Device
-from ..laws.law import Law
+from ..laws.law import Law, Quantity
 from ..laws.registry import LAWS
 from ..laws.trace_check import check_traceable
 from .campaign import Campaign, read_campaign
@@ -29,6 +29,8 @@ from .run_starts import start_note
 from .spikes import repaired
 from .workers import workers
 
+_AT_BOUND = 2e-6
+"""Distance from a bound, over the parameter's size by the data, at which a value lies at it."""
 _DATA_NOTES = 5
 """Notes on the data, at most."""
 _LACKING = 3.0
@@ -214,11 +216,18 @@ def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], ND
             low=float(max(values[i] - half[i], quantity.lower)),
             high=float(min(values[i] + half[i], quantity.upper)),
             determined=bool(half[i] < abs(values[i]) and not loose[i]),
+            at_bound=_at_bound(values[i], quantity, p.scale[i]),
         )
         for k, quantity in enumerate(p.free)
         for i, current in enumerate(p.currents, k * n)
     )
     return estimates, covariance
+
+
+def _at_bound(value: float, quantity: Quantity, scale: float) -> bool:
+    """Whether a value lies at a bound of its parameter, up to a small part of the data's size."""
+    away = min(value - quantity.lower, quantity.upper - value)
+    return bool(away <= _AT_BOUND * max(scale, abs(value)))
 
 
 def _notes(
