@@ -186,7 +186,7 @@ class DeviceTests(Problem[FittedModel]):
         if self.choice is None:
             self.choice = choose_law(
                 self.campaign, self.data, self.degree, self.pool, seed=self.seed,
-                advance=lambda: self.progress("comparing laws"),
+                advance=lambda: self.progress("comparing laws"), given=self.device,
             )  # fmt: skip
         return self.choice
 
