@@ -148,8 +148,15 @@ LOOP_GAIN = 0.8
 """An effect must lower the error on rows left out to less than this share. Loops."""
 LOOP_RIVAL = 0.1
 """Relative excess of the error on rows left out below which a rival is confusable. Loops."""
-LOOP_FOLDS = 16
-"""Groups of rows that are left out in turn; in a short table every row is one. Effort."""
+LOOP_ROWS = 20
+"""Rows on which causes are searched, of a table with more than ``LOOP_WHOLE``. Effort."""
+LOOP_WHOLE = 30
+"""Rows up to which causes are searched on the whole table. Effort."""
+LOOP_CYCLES = 4
+"""Cycles of each test in a search on some rows; the outcome is fitted with all. Effort."""
+LOOP_FOLDS, LARGE_LOOP_FOLDS = 16, 6
+"""Groups of rows that are left out in turn; in a short table every row is one. The second number
+is for a table that is searched on some rows. Effort."""
 LOOP_LAWS = 6
 """Sets of law parameters, nearly as good as the best, from which an effect is fitted. Effort."""
 LOOP_FITTED = 16
