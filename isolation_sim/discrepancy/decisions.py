@@ -151,8 +151,15 @@ LOOP_GAIN = 0.8
 """An effect must lower the error on rows left out to less than this share. Loops."""
 LOOP_RIVAL = 0.1
 """Relative excess of the error on rows left out below which a rival is confusable. Loops."""
-LOOP_FOLDS = 16
-"""Groups of rows that are left out in turn; in a short table every row is one. Effort."""
+LOOP_ROWS = 20
+"""Rows on which causes are searched, of a table with more than ``LOOP_WHOLE``. Effort."""
+LOOP_WHOLE = 30
+"""Rows up to which causes are searched on the whole table. Effort."""
+LOOP_CYCLES = 4
+"""Cycles of each test in a search on some rows; the outcome is fitted with all. Effort."""
+LOOP_FOLDS, LARGE_LOOP_FOLDS = 16, 6
+"""Groups of rows that are left out in turn; in a short table every row is one. The second number
+is for a table that is searched on some rows. Effort."""
 LOOP_LAWS = 6
 """Sets of law parameters, nearly as good as the best, from which an effect is fitted. Effort."""
 LOOP_FITTED = 16
@@ -208,45 +215,6 @@ NEARLY_AS_MUCH = 0.8
 (``outside``)."""
 DEPENDENCE_LEVEL = 1e-3
 """Level of the test for a dependence of a building's residual. Theory: rate of false alarms."""
-
-# Checks of the data
-
-CLIPPED = 6
-"""Equal extreme samples in a row from which a channel counts as clipped. Convention."""
-DRIFT = 0.1
-"""Drift of a channel's middle, relative to its range, that is noted. Convention."""
-NOISY = 0.3
-"""White noise of a channel over its RMS from which it is noted. Convention."""
-LARGEST_DEFORMATION = 1.0
-"""m. A larger deformation is asked for its unit. Convention."""
-COARSE = 0.02
-"""Step of a quantised channel over its RMS that is noted. Convention."""
-REVERSED = 0.02
-"""Power that a device gives off in the median run, over RMS force times RMS velocity, that is
-noted; one without damping gives off none. Convention."""
-REVERSED_ALONE = 0.1
-"""The same of single runs; a late channel alone may turn loops of little damping. Blind."""
-TRANSIENT = 3.0
-"""Factor on the usual residual of a static function of the motion at both ends of a run.
-Convention; the MR damper's filtered tests reach 3 to 20."""
-OFFSET = 0.1
-"""Share of a run's RMS force by which its mean may differ from that of the others.
-Convention."""
-NOT_DERIVATIVE = 0.2
-"""Share of a measured velocity or acceleration that the displacement does not give. Convention."""
-GAIN_ERROR = 0.05
-"""Relative error of the size of a velocity or acceleration that is noted. Convention."""
-SHIFT = 0.5
-"""Delay between two channels, in samples, that is noted. Convention."""
-UNIT_ERROR = 0.05
-"""Relative deviation from 9.81 or 1000 up to which a factor looks like a confusion of units.
-Convention."""
-UNIT_RANGE = (300.0, 3000.0)
-"""Factor on one run's stiffness over the others' that looks like one of 1000. Convention."""
-SAME_MOTION = 0.03
-"""Relative difference up to which two runs repeat one motion and current. Convention."""
-REPEATED = 0.02
-"""Relative difference of the forces of repeated runs that is noted. Convention."""
 
 # Gain
 

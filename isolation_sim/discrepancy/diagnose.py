@@ -12,6 +12,7 @@ import numpy as np
 from ..effects.serialisation import device_code
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
+from ..identification.data_checks import refuse_swapped
 from ..identification.law_choice import AUTO, choose_law
 from ..identification.measured_runs import hold_out_some, measured_runs
 from ..identification.spikes import repaired
@@ -62,6 +63,7 @@ def diagnose(
     wrong: list[str] = []
     if isinstance(data, Campaign):
         data, wrong = repaired(data)
+        refuse_swapped(data.runs)
     from .adapters.device_tests import DeviceTests
     from .adapters.loop_table import LoopTableTests
 

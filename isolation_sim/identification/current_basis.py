@@ -12,10 +12,28 @@ from ..errors import InputError
 from .campaign import Campaign
 from .run_table import TestRun
 
+_STEADY = 0.02
+"""Standard deviation of a run's current, and difference of two, over the largest one, up to which
+a current is steady and two are one."""
+
+
+def tested_currents(currents: Sequence[NDArray]) -> NDArray:
+    """Currents of some runs, increasing, A; nominal ones where every run keeps its own to noise."""
+    seen = np.unique(np.round(np.concatenate([np.unique(current) for current in currents]), 6))
+    noise = max(float(np.std(current)) for current in currents)
+    same = _STEADY * float(np.max(np.abs(seen)))
+    if not 1e-6 < noise < same:
+        return seen
+    means = np.sort([np.mean(current) for current in currents])
+    levels = np.split(means, np.flatnonzero(np.diff(means) > same) + 1)
+    # a step of this decimal is not above the noise
+    decimal = -int(np.floor(np.log10(noise)))
+    return np.unique([round(float(np.mean(level)), decimal) + 0.0 for level in levels])
+
 
 def currents_of(campaign: Campaign, runs: Sequence[TestRun], degree: int | None) -> NDArray:
     """Choose the currents at which polynomials are reported, one per coefficient."""
-    seen = np.unique(np.round(np.concatenate([np.unique(run.current) for run in runs]), 6))
+    seen = tested_currents([run.current for run in runs])
     if degree is None:
         degree = min(len(seen) - 1, 2)
     check_degree(campaign.name, "runs", degree, seen)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,12 +13,12 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from ..laws import Device
-from ..laws.law import Law
+from ..laws.law import Law, Quantity
 from ..laws.registry import LAWS
 from ..laws.trace_check import check_traceable
 from .campaign import Campaign, read_campaign
+from .data_checks import data_notes, outlier_note, refuse_swapped
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
-from .force_channel import averaging_note
 from .law_choice import AUTO, choose_law
 from .law_fit import LARGEST_DERIVATIVE, STARTS, LawModel, fit_law, from_off, parameterise
 from .least_squares import Optimum
@@ -29,6 +29,10 @@ from .run_starts import start_note
 from .spikes import repaired
 from .workers import workers
 
+_AT_BOUND = 2e-6
+"""Distance from a bound, over the parameter's size by the data, at which a value lies at it."""
+_DATA_NOTES = 5
+"""Notes on the data, at most."""
 _LACKING = 3.0
 """Residual over the force noise from which a note says that the law lacks something; displacement
 noise alone can double the residual."""
@@ -99,6 +103,7 @@ def fit(
     campaign, wrong = repaired(campaign)
     if starts < 1:
         raise InputError(f"starts is {starts}; expected: 1 or more")
+    refuse_swapped(campaign.runs)
     data = measured_runs(campaign.runs)
     choice = None
     if law == AUTO:
@@ -116,8 +121,19 @@ def fit(
     result = _result(campaign, model, best)
     chosen = "" if choice is None else choice.text
     begin = start_note(model.data.periods, law)
-    notes = filter(None, (*wrong, chosen, averaging_note(model.data.averaging), begin))
+    of_data = filter(
+        None, (outlier_note(result.errors), *data_notes(campaign.runs, model.data.averaging))
+    )
+    notes = filter(None, (*wrong, *_first(of_data), chosen, begin))
     return replace(result, notes=(*notes, *result.notes))
+
+
+def _first(notes: Iterable[str]) -> list[str]:
+    """The first notes on the data, and the number of the others."""
+    notes = list(notes)
+    others = len(notes) - _DATA_NOTES
+    further = [f"{others} more notes on the data: isolation-sim diagnose lists them"]
+    return notes[:_DATA_NOTES] + further * (others > 0)
 
 
 def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
@@ -200,11 +216,18 @@ def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], ND
             low=float(max(values[i] - half[i], quantity.lower)),
             high=float(min(values[i] + half[i], quantity.upper)),
             determined=bool(half[i] < abs(values[i]) and not loose[i]),
+            at_bound=_at_bound(values[i], quantity, p.scale[i]),
         )
         for k, quantity in enumerate(p.free)
         for i, current in enumerate(p.currents, k * n)
     )
     return estimates, covariance
+
+
+def _at_bound(value: float, quantity: Quantity, scale: float) -> bool:
+    """Whether a value lies at a bound of its parameter, up to a small part of the data's size."""
+    away = min(value - quantity.lower, quantity.upper - value)
+    return bool(away <= _AT_BOUND * max(scale, abs(value)))
 
 
 def _notes(

@@ -45,6 +45,8 @@ class Estimate:
         Value and its 95 % interval, in ``unit``.
     determined : bool
         Whether the data determine it: an interval narrower than twice the value, and no bound hit.
+    at_bound : bool
+        Whether the value lies at a bound of the parameter's range; the interval then says little.
     """
 
     name: str
@@ -54,6 +56,12 @@ class Estimate:
     low: float
     high: float
     determined: bool
+    at_bound: bool = False
+
+    @property
+    def interval(self) -> str:
+        """The interval in words."""
+        return "at its bound" if self.at_bound else f"{self.low:.5g} to {self.high:.5g}"
 
     @property
     def label(self) -> str:
@@ -309,7 +317,7 @@ class Fit(LawEvaluation):
         headings = ("parameter", "current, A", "value", "95 % interval", "unit", "")
         rows = [
             (e.name, "" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
-             f"{e.low:.5g} to {e.high:.5g}", e.unit, "" if e.determined else "not determined")
+             e.interval, e.unit, "" if e.determined or e.at_bound else "not determined")
             for e in self.estimates
         ]  # fmt: skip
         parameters = render("tables:TextTable", title, headings, rows, keys=2)
@@ -344,6 +352,7 @@ class Fit(LawEvaluation):
                 {
                     "name": e.name, "unit": e.unit, "current_A": e.current, "value": e.value,
                     "low": e.low, "high": e.high, "determined": e.determined,
+                    "at_bound": e.at_bound,
                 }
                 for e in self.estimates
             ],
@@ -438,7 +447,7 @@ class Fit(LawEvaluation):
         -------
         pandas.DataFrame
             A row for each: ``name``, ``unit``, ``current_A``, ``value``, ``low``, ``high``,
-            ``determined``.
+            ``determined``, ``at_bound``.
         """
         import pandas
 

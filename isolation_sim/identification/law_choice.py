@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..laws import Device
 from ..laws.registry import LAWS
 from .campaign import Campaign
 from .law_fit import SCREENING_STEPS, LawModel, parameterise, refine_law, search_roughly
@@ -51,6 +52,7 @@ class LawRank:
     left_out: float
     # (n_numbers,): Unknowns of the fit, as ``parameterise`` has them; empty without finite forces
     values: NDArray = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)
+    given: bool = False  # Whether the values were given and not fitted
 
 
 @dataclass(frozen=True)
@@ -78,10 +80,11 @@ class LawChoice:
     def text(self) -> str:
         """The choice in words."""
         best, near = self.best, [one.law for one in self.near if one is not self.best]
-        text = (
-            f"Of {len(self.ranks)} laws {best.law} fits best: fitted to short data, it misses what "
-            f"was left out of the fit by {100 * best.left_out:.3g} %."
-        )
+        how = (
+            " as given fits best: it misses short data" if best.given
+            else " fits best: fitted to short data, it misses what was left out of the fit"
+        )  # fmt: skip
+        text = f"Of {len(self.ranks)} laws {best.law}{how} by {100 * best.left_out:.3g} %."
         if near:
             text += f" Within twice that error: {', '.join(near)}."
         return text + " The others are of another family."
@@ -109,11 +112,13 @@ def choose_law(
     seed: int = 0,
     advance: Callable[[], None] = lambda: None,
     laws: Iterable[str] = LAWS,
+    given: Device | None = None,
 ) -> LawChoice:
     """Fit every law to short data, the best few further, and rank them."""
     # The fitted runs are fitted and those held out judge; of the best laws, each condition of the
     # fitted runs is left out in turn as well. A law with fewer numbers is preferred where the
-    # errors are nearly the same. ``advance`` is called after each law.
+    # errors are nearly the same. ``advance`` is called after each law. A ``given`` device stands
+    # for its law if its error on the same data is smaller.
     # Raises InputError if no law gives finite forces.
     cycles = max(_SAMPLES / _A_CYCLE / len(data.dt), 1.5)
     short = data.cycles(cycles, _A_CYCLE)
@@ -135,7 +140,12 @@ def choose_law(
     best = [rank_further(*one) for one in fitted[:_FINALISTS] if np.isfinite(one[0].error)]
     if not best:
         raise InputError(f"{campaign.name}: no law gives finite forces under the measured motion")
-    ranks = sorted([*best, *ranks[len(best) :]], key=lambda one: one.left_out)
+    ranks = [*best, *ranks[len(best) :]]
+    if given is not None:
+        own = _rank_given(campaign, short, degree, given)
+        better = [one for one in ranks if one.law == own.law and one.left_out < own.left_out]
+        ranks = [*(one for one in ranks if one.law != own.law), *(better or [own])]
+    ranks.sort(key=lambda one: one.left_out)
     least = ranks[0].left_out
     first = min((r for r in ranks if r.left_out <= NEAR * least), key=lambda one: one.n_numbers)
     return LawChoice((first, *(one for one in ranks if one is not first)))
@@ -159,6 +169,20 @@ def _rank(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> tuple[LawRank
     none = LawRank(p.law.name, p.law.title, len(p.scale), np.inf, np.inf)
     best = min(pool.map(resolved, distinct(ends)), key=lambda one: one.error, default=none)
     return best, model
+
+
+def _rank_given(
+    campaign: Campaign, short: MeasuredRuns, degree: int | None, given: Device
+) -> LawRank:
+    """The rank of a law with given values: no sample took part in a fit of them."""
+    p = parameterise(campaign, given.law, short, degree, given=given)
+    values = p.of(given)
+    model = LawModel(short, p).resolve_steps(values).settle_starts(values)
+    data = model.data
+    residual = data.bounded(model.forces(values, False)[0]) - data.force
+    error = data.relative(residual, data.fitted)
+    left_out = data.relative(residual, np.ones(len(residual), bool))
+    return LawRank(given.law.name, given.law.title, len(p.scale), error, left_out, values, True)
 
 
 def _rank_further(one: LawRank, model: LawModel, pool: ThreadPoolExecutor) -> LawRank:

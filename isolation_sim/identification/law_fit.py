@@ -311,7 +311,7 @@ def fit_law(
     # that diverges in the motion of held-out runs comes last. ``advance`` is called after each
     # start. Where there are more currents than coefficients, the costs on these more samples
     # choose between a state that is scaled and a parameter that is held.
-    # Raises InputError if no start gives finite forces.
+    # Raises InputError if no start gives finite forces, or the best end does not.
     p = model.parameterisation
     data = model.data
     rough = data.thinned(max(_ROUGH, len(data.x) // 6)).without_held_out()
@@ -351,7 +351,20 @@ def fit_law(
         held = compare(holding, [holding.convert(x, p) for x in begin], [])
         if (held[0], held[1]) <= (best[0], _AS_GOOD**2 * best[1]):
             best = held
-    return refine_law(*best[2:])
+    model, result = refine_law(*best[2:])
+    if not np.isfinite(result.cost):
+        raise InputError(
+            f"{p.law.name} diverges in {', '.join(_diverging(model, result.x))}; expected: data "
+            "that the law can follow, or another law"
+        )
+    return model, result
+
+
+def _diverging(model: LawModel, values: NDArray) -> list[str]:
+    """Names of the fitted runs in which a law's force is not finite."""
+    data = model.data
+    lost = ~np.isfinite(model.forces(values, False)[0]) & data.fitted
+    return [name for name, run in zip(data.names, data.runs, strict=True) if lost[run].any()]
 
 
 def _n_currents(data: MeasuredRuns) -> int:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lsim
 
-from isolation_sim.discrepancy.data_checks import data_notes
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
 from isolation_sim.discrepancy.device.interference import interference
 from isolation_sim.discrepancy.device.load_cell_offset import run_means
@@ -12,6 +11,7 @@ from isolation_sim.discrepancy.diagnose import diagnose, kind_of
 from isolation_sim.discrepancy.loops.table import read_loop_table
 from isolation_sim.effects import effect
 from isolation_sim.errors import InputError
+from isolation_sim.identification.data_checks import data_notes
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.identification.noise import white_noise
 from isolation_sim.identification.run_table import TestRun
@@ -166,6 +166,9 @@ LOOPS = "amplitude_mm,frequency_Hz,current_A,effective_stiffness_N_per_mm,dampin
         (LOOPS + "2,1,0,5,0.2\n" * 5 + "2,1,0,-5,0.2\n", "stiffness -5000; expected: above 0"),
         (LOOPS + "2,1,0,x,0.2\n" * 6, "line 2, column effective_stiffness_N_per_mm"),
         (LOOPS.replace("damping_ratio", "damping"), "damping"),
+        (LOOPS.replace("damping_ratio", "hold_out"), "no column damping_ratio; expected: one of"),
+        (LOOPS.replace("current_A", "loss_factor"), "no column current_A"),
+        (LOOPS.strip() + ",loss_factor\n", "columns damping_ratio and loss_factor; expected"),
     ],
 )
 def test_a_loop_table_that_cannot_be_used_is_refused(tmp_path, text, message):
@@ -173,6 +176,18 @@ def test_a_loop_table_that_cannot_be_used_is_refused(tmp_path, text, message):
     path.write_text(text)
     with pytest.raises(InputError, match=message):
         read_loop_table(path)
+
+
+@pytest.mark.parametrize(
+    ("column", "value"), [("loss_factor", 0.4), ("loss_stiffness_N_per_mm", 2.0)]
+)
+def test_a_dynamic_stiffness_is_a_loop_table(tmp_path, column, value):
+    path = tmp_path / "loops.csv"
+    head = f"amplitude_mm,frequency_Hz,current_A,storage_stiffness_N_per_mm,{column}\n"
+    path.write_text(head + f"2,1,0,5,{value}\n" * 6)
+    table = read_loop_table(path)
+    assert table.stiffness == pytest.approx(5000) and table.damping == pytest.approx(0.2)
+    assert kind_of(path) == "loops"
 
 
 def test_a_law_that_reproduces_its_loops_is_adequate(tmp_path):

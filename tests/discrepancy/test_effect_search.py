@@ -52,6 +52,14 @@ def test_effects_as_good_as_others_stay():
     assert space.revise(fitted(1000, "payne")).effects == ("payne",)
 
 
+@pytest.mark.parametrize(("cost", "n_values"), [(1000, 2), (1030, 3)])
+def test_a_simpler_form_that_is_as_good_replaces_one_whose_values_degenerate(cost, n_values):
+    simpler = fitted(cost, "relaxation", n_values=n_values)
+    space = Space({(("relaxation",), 0): [simpler]})
+    found = space.revise(fitted(1000, "relaxation", n_values=3))
+    assert len(found.values) == n_values and (found is simpler) is (n_values == 2)
+
+
 def test_what_is_more_than_noise_is_proposed_once_a_cause_the_best_first():
     tried = [
         fitted(500, "heat", "stop"), fitted(520, "heat", "stop"), fitted(530, "heat", OUTSIDE),

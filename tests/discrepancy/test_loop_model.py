@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from isolation_sim.discrepancy.loops import model as module
 from isolation_sim.discrepancy.loops.model import FittedLoops, LoopSearch, loop_motion
 from isolation_sim.discrepancy.loops.table import LoopTable
 from isolation_sim.laws.registry import LAWS
@@ -54,3 +55,19 @@ def test_offset_that_no_loop_shows_stays_small(law):
 def test_a_purely_elastic_law_has_no_damping():
     result = fitted("linear", replace(TABLE, damping=np.full(9, 0.1)))
     assert result.ratios[9:] == pytest.approx(0, abs=1e-12)
+
+
+def test_a_large_table_is_searched_on_some_rows(monkeypatch):
+    small = fitted("kelvin_voigt")
+    monkeypatch.setattr(module, "LOOP_WHOLE", 8)
+    monkeypatch.setattr(module, "LOOP_ROWS", 6)
+    with ThreadPoolExecutor(2) as pool:
+        space = LoopSearch(TABLE, pool, 0, lambda: None)
+        found = space.fit_law(LAWS["kelvin_voigt"], None, 1)
+        (whole,) = space.on_all(found)
+    assert len(space.table.amplitude) == 6 and len(space.judging.amplitude) == 3
+    # the corners of the conditions are among them
+    corners = set(zip(space.table.amplitude, space.table.current, strict=True))
+    assert {(x, i) for x in (2e-3, 8e-3) for i in (0.0, 3.0)} <= corners
+    assert whole.model.table is TABLE and whole.model.cycles > found.model.cycles
+    assert whole.ratios == pytest.approx(small.ratios, rel=1e-2)

@@ -2,10 +2,12 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from isolation_sim.discrepancy.device import next_test as module
 from isolation_sim.discrepancy.device.conditions import conditions
 from isolation_sim.discrepancy.device.model import Model, fit_model
 from isolation_sim.discrepancy.device.next_test import _tests
@@ -119,6 +121,26 @@ def test_a_rest_tells_heat_from_wear():
 
     without_rest = next(test for test, words in steady if words == same)
     assert difference(rest) > 2 * difference(without_rest) > 0
+
+
+@pytest.mark.parametrize("size", [1.0, 1e20, np.nan])
+def test_a_test_far_beyond_the_others_is_not_proposed(monkeypatch, size):
+    """Of two rivals one grows with the velocity of the test; a law that diverges says nothing."""
+    data = measured_runs(campaign().runs)
+    proposed = []
+
+    def force(fitted, test):
+        proposed.append(test)
+        return size * (100 * test.v if fitted.causes == ("a",) else 0 * test.v)
+
+    monkeypatch.setattr(module, "_force", force)
+    one, other = (SimpleNamespace(causes=(cause,)) for cause in "ab")
+    search = SimpleNamespace(rivals=lambda result, place: (None, [other]))
+    final = SimpleNamespace(model=SimpleNamespace(data=data))
+    words = module.next_test(final, search, one, {"a": ["b"]})
+    assert (words is not None) is (size == 1)
+    assert words is None or "up to 1.5 times the tested velocity" in words
+    assert max(np.max(np.abs(test.v)) for test in proposed) <= 1.5 * np.max(np.abs(data.v))
 
 
 def test_the_next_test_is_compared_without_the_average_of_the_force_channel():

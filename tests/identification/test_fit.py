@@ -183,6 +183,17 @@ def test_numbers_of_one_parameter_are_named_together():
     assert labels([]) == []
 
 
+def test_a_parameter_at_its_bound_is_printed_without_an_interval(campaign_of):
+    runs = []
+    for run in campaign_of("kelvin_voigt", 0).runs:
+        runs.append(replace(run, force=2e4 * run.displacement - 20.0 * run.velocity))
+    result = fitted("kelvin_voigt", Campaign("active", "made", runs), {})
+    found = {e.name: e for e in result.estimates}
+    assert found["c"].at_bound and not found["k"].at_bound
+    assert found["c"].interval == "at its bound" and " to " in found["k"].interval
+    assert {row["name"] for row in result.to_dict()["parameters"] if row["at_bound"]} == {"c"}
+
+
 def test_what_the_motion_does_not_excite_is_named(campaign_of, held):
     runs = []
     for run in campaign_of("standard_solid", 0).runs:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import uniform_filter1d
 
-from isolation_sim.discrepancy.data_checks import data_notes
 from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.data_checks import data_notes
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.force_channel import Averaging, find_averaging, moving_average
 from isolation_sim.identification.law_fit import LawModel, refine_law

@@ -1,5 +1,6 @@
 """All laws compared on short data: the one that made them is found, and which others are near."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -37,6 +38,20 @@ def test_the_law_that_made_the_data_is_chosen(choice):
     assert [one.law for one in found.near] == near
     assert {one.law for one in found.ranks} == set(COMPARED)
     assert f"Of 3 laws {name} fits best" in found.text and "another family" in found.text
+
+
+@pytest.mark.parametrize("stiffness", [1.0, 3.0])
+def test_given_parameters_take_part_in_the_comparison(campaign_of, stiffness):
+    campaign = campaign_of("kelvin_voigt", 0)
+    device = fit(campaign, "kelvin_voigt", current_degree=1, starts=4, threads=1).device
+    k = stiffness * device.current.coefficients[0, device.current.names.index("k")]
+    current = device.current.replaced(k=k.tolist())
+    data = hold_out_some(measured_runs(campaign.runs), campaign.runs)
+    with workers(1) as pool:
+        given = replace(device, current=current)
+        found = choose_law(campaign, data, 1, pool, laws=("maxwell",), given=given)
+    assert (found.best.law == "kelvin_voigt") is (stiffness == 1)
+    assert ("kelvin_voigt as given fits best" in found.text) is (stiffness == 1)
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ import pytest
 
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.current_basis import currents_of
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.parameterisation import Parameterisation
 from isolation_sim.identification.run_table import TestRun
@@ -49,3 +50,23 @@ def test_the_law_keeps_its_bounds_at_currents_that_are_held_out(degree):
     judged = diagnose(campaign, "kelvin_voigt", current_degree=degree, threads=1).judged
     assert judged.current_range == (0.0, 1.0)
     assert np.min(judged.parameters_at(np.linspace(0, 1, 50))) > -1e-6
+
+
+@pytest.mark.parametrize(
+    ("levels", "noise", "expected"),
+    [
+        ((0.0, 1.0, 2.0, 3.0), 0.006, [0.0, 1.5, 3.0]),
+        ((0.0, 0.45, 3.0), 0.02, [0.0, 0.45, 3.0]),
+        ((1.0, 1.0), 0.01, [1.0]),
+        ((0.0, 0.05, 3.0), 0.0, [0.0, 0.05, 3.0]),
+    ],
+)
+def test_a_fit_is_tabulated_at_nominal_currents(levels, noise, expected):
+    time = 0.01 * np.arange(400)
+    x, draw = np.sin(time), np.random.default_rng(1)
+    runs = [
+        TestRun(str(k), time, x, np.cos(time), x, level + noise * draw.standard_normal(400))
+        for k, level in enumerate(levels)
+    ]
+    campaign = Campaign("noisy", "made", runs)
+    assert currents_of(campaign, campaign.runs, None) == pytest.approx(expected, abs=noise / 5)

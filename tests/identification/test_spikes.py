@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from isolation_sim.discrepancy.data_checks import data_notes
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.evaluate import evaluate
 from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.data_checks import data_notes
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.spikes import repaired, spikes

@@ -26,8 +26,8 @@ from ..building.comparison import (
 from ..building.errors import mean_error, relative_errors, relative_noise, squared_blocks
 from ..building.model import BuildingModel, building_model
 from ..building.record import BuildingRecord
+from ..building.record_checks import record_problems
 from ..building.segment import Segment, band_edges, cell_means
-from ..data_checks import record_problems
 from ..decisions import BUILDING_EXPLAINED, DEPENDENCE_LEVEL, MISFIT_LEVEL
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..problem import Evaluation, Problem, Text

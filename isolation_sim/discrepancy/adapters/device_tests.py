@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from ...effects import EFFECTS, Effect, extend
 from ...effects.effect import in_sentence
 from ...identification.campaign import Campaign
+from ...identification.data_checks import data_notes, outlier_note
+from ...identification.fitted import RunError
 from ...identification.law_choice import LawChoice, choose_law
 from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
 from ...identification.measured_runs import MeasuredRuns, hold_out_some, measured_runs
@@ -22,7 +24,6 @@ from ...identification.run_starts import start_note
 from ...laws import Device
 from ...laws.law import Law
 from .. import inference
-from ..data_checks import data_notes
 from ..decisions import (
     ADEQUATE,
     CONFUSABLE_GAIN,
@@ -185,7 +186,7 @@ class DeviceTests(Problem[FittedModel]):
         if self.choice is None:
             self.choice = choose_law(
                 self.campaign, self.data, self.degree, self.pool, seed=self.seed,
-                advance=lambda: self.progress("comparing laws"),
+                advance=lambda: self.progress("comparing laws"), given=self.device,
             )  # fmt: skip
         return self.choice
 
@@ -556,7 +557,13 @@ class DeviceTests(Problem[FittedModel]):
     @cached_property
     def data_notes(self) -> tuple[str, ...]:
         """Return suspicious features of the runs."""
-        return (*self._repaired, *data_notes(self.campaign.runs, self.data.averaging))
+        runs = self.campaign.runs
+        errors = [
+            RunError(run, self.after[at]) for run, at in zip(runs, self.data.runs, strict=True)
+        ]
+        alone = outlier_note(errors)
+        notes = data_notes(runs, self.data.averaging)
+        return (*([alone] if alone else []), *self._repaired, *notes)
 
     def data_text(self) -> Text:
         """Number, duration and range of the runs, and suspicious features."""

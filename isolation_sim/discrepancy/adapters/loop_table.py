@@ -18,7 +18,7 @@ from .. import inference
 from ..decisions import LOOP_ACCURACY, LOOP_CORRELATION, LOOP_RIVAL
 from ..device.intervals import linear_intervals
 from ..diagnosis import Cause, Errors, Trace
-from ..loops.model import CYCLES, FittedLoops, LoopSearch, rms
+from ..loops.model import FittedLoops, LoopSearch, rms
 from ..loops.table import LoopTable
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_loops, significant
@@ -56,9 +56,14 @@ class LoopTableTests(Problem[FittedLoops]):
         return min(self._bases, key=lambda base: base.left_out)
 
     def search(self, base: FittedLoops) -> SearchResult[FittedLoops]:
-        """Search with each degree, and keep the better outcome."""
-        outcomes = [search(self.space, one) for one in self._bases]
-        return min(outcomes, key=lambda result: result.best.left_out)
+        """Search with each degree, of a large table with the best one; keep the better outcome."""
+        bases = [base] if self.space.is_large else self._bases
+        outcomes = [search(self.space, one) for one in bases]
+        result = min(outcomes, key=lambda result: result.best.left_out)
+        base, best = self.space.on_all(result.base, result.best)
+        if not best.left_out < base.left_out:
+            best = base
+        return replace(result, base=base, best=best)
 
     def dependences(self, base: FittedLoops) -> list[Dependence]:
         """Correlate the errors with the conditions of the tests."""
@@ -109,7 +114,8 @@ class LoopTableTests(Problem[FittedLoops]):
         for k, (effect, (without, given, tried)) in enumerate(
             zip(best.model.effects, taken, strict=True)
         ):
-            freedom = max(2 * int(np.sum(~self.table.held_out)) - len(given.optimum.x), 1)
+            rows = int(np.sum(~given.model.table.held_out))
+            freedom = max(2 * rows - len(given.optimum.x), 1)
             causes.append(
                 Cause(
                     name=effect.cause,
@@ -169,7 +175,7 @@ class LoopTableTests(Problem[FittedLoops]):
         phase = 2 * np.pi * np.arange(samples) / samples
         traces = []
         for k, amplitude in enumerate(table.amplitude):
-            end = (k + 1) * CYCLES * samples
+            end = (k + 1) * base.model.cycles * samples
             at = slice(end - samples, end)
             # the ellipse of the same stiffness and energy
             ellipse = np.sin(phase) + 2 * table.damping[k] * np.cos(phase)
@@ -192,11 +198,13 @@ class LoopTableTests(Problem[FittedLoops]):
 
     def data_text(self) -> Text:
         """Number and range of the loops."""
-        table = self.table
+        table, rows = self.table, len(self.space.table.amplitude)
+        searched = f" Causes are searched on {rows} of them." if self.space.is_large else ""
         return Text(
             f"{len(table.amplitude)} loops, amplitudes {1e3 * table.amplitude.min():g} to "
             f"{1e3 * table.amplitude.max():g} mm, {table.frequency.min():g} to "
             f"{table.frequency.max():g} Hz, {table.current.min():g} to {table.current.max():g} A."
+            f"{searched}"
         )
 
     def noise_text(self) -> Text:

@@ -107,12 +107,21 @@ class EffectSearch:
         model, place = taken, 0
         while place < len(model.effects):
             others = [*self.rivals(model, place)[1], *self.exchanges(model, place)]
-            best = min(others, key=self._penalised, default=model)
-            if self._penalised(best) < self._penalised(model) - SIGNIFICANT:
-                model, place = best, 0
+            better = [one for one in others if self._replaces(one, model, place)]
+            if better:
+                model, place = min(better, key=self._penalised), 0
             else:
                 place += 1
         return self._with_own_steps(model)
+
+    def _replaces(self, other: FittedModel, model: FittedModel, place: int) -> bool:
+        """Whether a model with another last effect is better than one with the effect at a place.
+
+        A simpler form of the same cause need only be as good: the other's values degenerate.
+        """
+        simpler = other.causes[-1] == model.causes[place] and len(other.values) < len(model.values)
+        least = 0.0 if simpler else SIGNIFICANT
+        return self._penalised(other) < self._penalised(model) - least
 
     def _with_own_steps(self, fitted: FittedModel) -> FittedModel:
         """Take far fewer integration steps, where effects have made the law so much milder."""

@@ -9,12 +9,15 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from ...identification.current_basis import tested_currents
 from ...identification.measured_runs import MeasuredRuns
 from .effect_search import EffectSearch
 from .model import FittedModel
 
 DURATION, REST = 12.0, 60.0
 """Of a test, and of a rest between two equal parts of it, s."""
+BEYOND = 1.5
+"""Factor on the largest tested velocity, acceleration and force up to which a test is proposed."""
 _SAMPLING = 256.0
 
 
@@ -33,19 +36,32 @@ def next_test(
     if not rivals:
         return None
     best, words = 0.0, ""
-    for test, description in _tests(final.model.data):
+    data = final.model.data
+    noise = float(np.median(data.force_noise)) or 1e-12
+    for test, description in _tests(data):
+        if not _within(data, test):
+            continue
         forces = [_force(f, test) for f in (result, rivals[0])]
+        if not np.max(np.abs(forces)) <= BEYOND * np.max(np.abs(data.force)):
+            continue  # a law that diverges, or a force that the rig may not reach
         moves = test.v != 0
-        with np.errstate(over="ignore"):  # a law that diverges in this test
-            difference = float(np.sqrt(np.mean((forces[0] - forces[1])[moves] ** 2)))
-        noise = float(np.median(final.model.data.force_noise)) or 1e-12
-        if np.isfinite(difference) and difference / noise > best:
+        difference = float(np.sqrt(np.mean((forces[0] - forces[1])[moves] ** 2)))
+        if difference / noise > best:
             best, words = difference / noise, description
     if not words:
         return None
     return (
         f"To distinguish {cause} from {others[0]}: {words}; their predictions differ there by "
-        f"{best:.2g} times the force's noise (RMS)."
+        f"{best:.2g} times the force's noise (RMS). Only tests up to {BEYOND:g} times the tested "
+        "velocity, acceleration and force were compared."
+    )
+
+
+def _within(data: MeasuredRuns, test: MeasuredRuns) -> bool:
+    """Whether a test is little faster than those that were made."""
+    return all(
+        np.max(np.abs(new)) <= BEYOND * np.max(np.abs(old))
+        for new, old in ((test.v, data.v), (test.a, data.a))
     )
 
 
@@ -60,7 +76,8 @@ def _tests(data: MeasuredRuns) -> list[tuple[MeasuredRuns, str]]:
     """Sinusoids within the tested ranges and a little beyond, at steady and at stepped current."""
     # One has a rest between two equal parts: heat goes, wear and remanence stay.
     largest = float(np.max(np.abs(data.x)))
-    low, high = float(data.current.min()), float(data.current.max())
+    levels = tested_currents([data.current[run] for run in data.runs])
+    low, high = float(levels[0]), float(levels[-1])
     fastest = float(np.max(np.abs(data.v))) / largest / (2 * np.pi)
     time = np.arange(0.0, DURATION, 1 / _SAMPLING)
     schedules = [(np.full(len(time), high), f"{high:.3g} A")]

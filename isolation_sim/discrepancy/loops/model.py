@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 from typing import Self
 
@@ -20,12 +21,16 @@ from ...identification.parameterisation import Parameterisation
 from ...laws import Device
 from ...laws.law import Law
 from ..decisions import (
+    LARGE_LOOP_FOLDS,
     LOOP_ACCURACY,
+    LOOP_CYCLES,
     LOOP_FITTED,
     LOOP_FOLDS,
     LOOP_GAIN,
     LOOP_JUDGED,
     LOOP_LAWS,
+    LOOP_ROWS,
+    LOOP_WHOLE,
     MOST_LOOP_EFFECTS,
 )
 from ..device.model import Model
@@ -56,11 +61,18 @@ class LoopModel(Model):
     """A model whose loops are reduced to stiffness and damping."""
 
     table: LoopTable  # Measured loops
+    cycles: int = CYCLES  # Simulated cycles of each test
 
     @property
     def samples(self) -> int:
         """Samples of a cycle."""
-        return len(self.data.x) // (len(self.table.amplitude) * CYCLES)
+        return len(self.data.x) // (len(self.table.amplitude) * self.cycles)
+
+    def on(self, table: LoopTable, cycles: int, samples: int = 1, steps: int = 1) -> Self:
+        """Return the model on other loops, with factors on its samples and integration steps."""
+        n_steps = steps * int(self.data.n_steps[0])
+        data = loop_motion(table, samples * self.samples, n_steps, cycles)
+        return replace(self, table=table, cycles=cycles, data=data)
 
     @np.errstate(all="ignore")
     def loops(self, values: NDArray, derivatives: bool = False) -> tuple[NDArray, NDArray]:
@@ -71,7 +83,7 @@ class LoopModel(Model):
         table, each = self.table, self.samples
         force, jacobian = self.forces(values, derivatives)
         n = len(table.amplitude)
-        last = (np.arange(n)[:, np.newaxis] + 1) * CYCLES * each - each + np.arange(each)
+        last = (np.arange(n)[:, np.newaxis] + 1) * self.cycles * each - each + np.arange(each)
         dt = 1 / (each * table.frequency)
 
         def reduce(columns: NDArray) -> tuple[NDArray, NDArray]:
@@ -117,18 +129,17 @@ class LoopModel(Model):
 
     def _refined(self, values: NDArray) -> Self | None:
         """Model with more steps, or else samples, if they change its loops."""
-        loops, n_steps = self.loops(values)[0], int(self.data.n_steps[0])
-        for steps, samples in ((_FINER, 1), (1, _FINER)):
-            data = loop_motion(self.table, samples * self.samples, steps * n_steps)
-            finer = replace(self, data=data)
+        loops = self.loops(values)[0]
+        for samples, steps in ((1, _FINER), (_FINER, 1)):
+            finer = self.on(self.table, self.cycles, samples, steps)
             if not np.all(np.abs(finer.loops(values)[0] - loops) < _SAME):
                 return finer
         return None
 
 
-def loop_motion(table: LoopTable, samples: int, n_steps: int) -> MeasuredRuns:
+def loop_motion(table: LoopTable, samples: int, n_steps: int, cycles: int = CYCLES) -> MeasuredRuns:
     """Motion of a table's tests: sinusoids from rest, at steady current; the forces are linear."""
-    n, each = len(table.amplitude), CYCLES * samples
+    n, each = len(table.amplitude), cycles * samples
     omega = 2 * np.pi * table.frequency
     dt = 1 / (samples * table.frequency)
     phase = omega[:, None] * dt[:, None] * np.arange(each)
@@ -183,25 +194,61 @@ class FittedLoops:
 
 @dataclass(frozen=True, eq=False)
 class LoopSearch:
-    """The search space of loop tables; see ``search.SearchSpace``."""
+    """The search space of loop tables; see ``search.SearchSpace``.
 
-    table: LoopTable  # Measured loops
+    A large table is searched on some of its rows; the others judge.
+    """
+
+    whole: LoopTable  # Measured loops
     pool: ThreadPoolExecutor  # Threads that share out the fits
     seed: int  # Of random starts and of the rows left out together
     advance: Callable[[], None]  # Called before each fit
     most_causes: int = MOST_LOOP_EFFECTS  # Number of effects at which the search stops
+
+    @cached_property
+    def is_large(self) -> bool:
+        """Whether only some rows are searched."""
+        return int(np.sum(~self.whole.held_out)) > LOOP_WHOLE
+
+    @cached_property
+    def table(self) -> LoopTable:
+        """The rows that are searched."""
+        return self.whole.rows(self.whole.spread(LOOP_ROWS)) if self.is_large else self.whole
+
+    @cached_property
+    def judging(self) -> LoopTable | None:
+        """The rows that judge a search on some rows: those held out, or all that are left."""
+        if not self.is_large:
+            return None
+        held_out = self.whole.held_out
+        if held_out.any():
+            return self.whole.rows(held_out)
+        left = np.delete(np.arange(len(held_out)), self.whole.spread(LOOP_ROWS))
+        return self.whole.rows(left)
+
+    def on_all(self, *found: FittedLoops) -> list[FittedLoops]:
+        """Fit models that were found on some rows to all of them."""
+
+        def fit(one: FittedLoops) -> FittedLoops:
+            model = one.model.on(self.whole, CYCLES)
+            model = replace(model, expected=one.optimum.x[: model.n_law])
+            return self._leave_out(model, self._fit(model, one.optimum.x))
+
+        return list(self.pool.map(fit, found)) if self.is_large else list(found)
 
     def fit_law(self, law: Law, device: Device | None, degree: int) -> FittedLoops:
         """Fit the law alone, its parameters polynomials of a degree in the current."""
         table = self.table
         currents = np.unique(table.current[~table.held_out])
         at = np.linspace(currents[0], currents[-1], degree + 1) if degree else currents[:1]
-        span = float(table.current.min()), float(table.current.max())
+        span = float(self.whole.current.min()), float(self.whole.current.max())
         force = float(np.median(table.stiffness * table.amplitude))
         x = float(np.median(table.amplitude))
         time = 1 / (2 * np.pi * float(np.median(table.frequency)))
         parameterisation = Parameterisation(law, at, (force, x, time), span=span)
-        model = LoopModel(loop_motion(table, _SAMPLES, _N_STEPS), parameterisation, table=table)
+        cycles = LOOP_CYCLES if self.is_large else CYCLES
+        data = loop_motion(table, _SAMPLES, _N_STEPS, cycles)
+        model = LoopModel(data, parameterisation, table=table, cycles=cycles)
         starts = parameterisation.starts(_LAW_STARTS, self.seed)
         if device is not None:
             starts.insert(0, parameterisation.of(device))
@@ -252,13 +299,17 @@ class LoopSearch:
 
     def _leave_out(self, model: LoopModel, optimum: Optimum) -> FittedLoops:
         """Evaluate a fit on the rows held out, or on groups of rows left out in turn."""
-        table = self.table
+        table = model.table
+        if self.judging is not None and table is self.table:
+            others = model.on(self.judging, model.cycles)
+            return FittedLoops(model, optimum, rms(others.loops(optimum.x)[0] - 1))
         if table.held_out.any():
             ratios = model.loops(optimum.x)[0]
             return FittedLoops(model, optimum, rms((ratios - 1)[np.tile(table.held_out, 2)]))
         n, squares = len(table.amplitude), 0.0
-        group = np.random.default_rng(self.seed).permutation(n) % LOOP_FOLDS
-        for fold in range(min(LOOP_FOLDS, n)):
+        folds = min(LARGE_LOOP_FOLDS if self.is_large else LOOP_FOLDS, n)
+        group = np.random.default_rng(self.seed).permutation(n) % folds
+        for fold in range(folds):
             part = replace(model, table=replace(table, held_out=group == fold))
             ratios = part.loops(self._fit(part, optimum.x).x)[0]
             squares += float(np.sum((ratios - 1)[np.tile(group == fold, 2)] ** 2))

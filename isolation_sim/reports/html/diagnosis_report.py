@@ -65,7 +65,7 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     traces = worst_first(diagnosis.traces)
     code = code_facts(diagnosis.details.get("code", {}))
     parts: list[tuple[str, Sequence[Block]]] = [
-        ("Verdict", [Prose((*_verdict(diagnosis), *data_notes(diagnosis)), "verdict")]),
+        ("Verdict", [Prose((*data_notes(diagnosis), *_verdict(diagnosis)), "verdict")]),
         ("Measured against simulated", [*_measured(traces)]),
         ("Errors by run", [*_where(diagnosis, traces)]),
         ("Steps of the diagnosis", [*_steps(diagnosis)]),

@@ -122,7 +122,7 @@ def _parameters(fit: Fit) -> Table:
     """Fitted numbers with their intervals; undetermined numbers are marked."""
     rows = text_rows(
         (e.name, "any" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
-         f"{e.low:.5g} to {e.high:.5g}", e.unit or "-", "yes" if e.determined else "no")
+         e.interval, e.unit or "-", "yes" if e.determined else "no")
         for e in fit.estimates
     )  # fmt: skip
     return Table(

@@ -7,7 +7,7 @@ import pytest
 
 from ground_motions import Record
 from isolation_sim.discrepancy.building.record import BuildingRecord, read_building_record
-from isolation_sim.discrepancy.data_checks import record_problems
+from isolation_sim.discrepancy.building.record_checks import record_problems
 from isolation_sim.errors import InputError
 
 NAMES = [

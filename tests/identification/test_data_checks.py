@@ -12,7 +12,16 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import butter, lfilter, sosfiltfilt
 
-from isolation_sim.discrepancy.data_checks import clipped, data_notes
+from isolation_sim.errors import InputError
+from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.data_checks import (
+    clipped,
+    data_notes,
+    outlier_note,
+    refuse_swapped,
+)
+from isolation_sim.identification.fit import fit
+from isolation_sim.identification.fitted import RunError
 from isolation_sim.identification.run_table import TestRun
 
 N, DT = 1600, 0.005
@@ -86,6 +95,10 @@ WRONG = {
         "second: acceleration is 1/9.81 times"),
     "force in kN": (
         one(lambda r: {"force": r.force / 1000.0}), "second: force over displacement is 0.000"),
+    "milliamperes": (
+        lambda runs: (*runs[:3], replace(runs[3], current=1e3 * runs[3].current), runs[4]),
+        "fourth: current reaches 1e+03 A, in the other runs 0 A; is its unit right?"),
+    "all forces too small": (each(lambda r: {"force": r.force / 1e3}), "all forces are below 1 N"),
     "kilograms": (
         lambda runs: (*runs[:4], replace(runs[4], force=runs[4].force / 9.80665)),
         "again: force is 1/9.81 times that of first under the same motion"),
@@ -158,3 +171,34 @@ def test_the_flat_peaks_of_a_rounded_channel_are_not_clipped(limit):
         force = np.clip(force, -limit * 800, limit * 800)
     rounded = np.round(force * 4096 / 4000) * 4000 / 4096
     assert bool(clipped(rounded)) is bool(limit)
+
+
+def test_a_ramp_is_not_coarsely_quantised():
+    ramp = np.tile(np.r_[np.arange(50), np.arange(50, 0, -1)], 16) * 2e-3
+    run = TestRun("ramp", TIME, ramp, np.gradient(ramp, DT), 1e4 * ramp, np.zeros(N))
+    sine = 1e-3 * np.round(20 * np.sin(2 * np.pi * 0.5 * TIME))
+    coarse = replace(run, displacement=sine, name="sine")
+    assert [note for note in data_notes([run], np.zeros(1)) if "coarsely" in note] == []
+    assert any("coarsely" in note for note in data_notes([coarse], np.zeros(1)))
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e3, 1e6])
+def test_swapped_columns_are_refused(unit, runs):
+    refuse_swapped(runs)
+    swapped = {"displacement": runs[1].force / unit, "force": unit * runs[1].displacement}
+    with pytest.raises(InputError, match="second: displacement and force look swapped"):
+        fit(Campaign("one", "", one(lambda r: swapped)(runs)), "kelvin_voigt")
+
+
+def test_a_run_that_alone_makes_the_misfit_is_named(runs):
+    right = [RunError(run, 0.98 * run.force) for run in runs]
+    assert outlier_note(right) == ""
+    turned = RunError(replace(runs[2], force=-runs[2].force), 0.98 * runs[2].force)
+    note = outlier_note([*right[:2], turned, *right[3:]])
+    assert note.startswith("third alone makes 100 % of the squared misfit: its error is 198 %")
+
+
+def test_a_fit_says_what_is_wrong_in_the_data(runs):
+    turned = one(lambda r: {"force": -r.force})(runs)
+    notes = fit(Campaign("one", "", turned), "kelvin_voigt", starts=2).notes
+    assert "second: the loops run the wrong way round" in notes[0]

@@ -4,37 +4,69 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..identification.force_channel import averaging_note
-from ..identification.noise import white_noise
-from ..identification.run_table import TestRun
-from ..identification.velocity import smooth
-from .decisions import (
-    CLIPPED,
-    COARSE,
-    DRIFT,
-    GAIN_ERROR,
-    LARGEST_DEFORMATION,
-    NOISY,
-    NOT_DERIVATIVE,
-    OFFSET,
-    REPEATED,
-    REVERSED,
-    REVERSED_ALONE,
-    SAME_MOTION,
-    SHIFT,
-    TRANSIENT,
-    UNIT_ERROR,
-    UNIT_RANGE,
-)
+from ..errors import InputError
+from .fitted import RunError, pooled
+from .force_channel import averaging_note
+from .noise import white_noise
+from .run_table import TestRun
+from .velocity import smooth
 
-if TYPE_CHECKING:
-    from .building.record import BuildingRecord
-
+_CLIPPED = 6
+"""Equal extreme samples in a row from which a channel counts as clipped. Convention."""
+_DRIFT = 0.1
+"""Drift of a channel's middle, relative to its range, that is noted. Convention."""
+_NOISY = 0.3
+"""White noise of a channel over its RMS from which it is noted. Convention."""
+_LARGEST_DEFORMATION = 1.0
+"""m. A larger deformation is asked for its unit. Convention."""
+_COARSE = 0.02
+"""Step of a quantised channel over its RMS that is noted. Convention."""
+_REVERSED = 0.02
+"""Power that a device gives off in the median run, over RMS force times RMS velocity, that is
+noted; one without damping gives off none. Convention."""
+_REVERSED_ALONE = 0.1
+"""The same of single runs; a late channel alone may turn loops of little damping. Blind."""
+_TRANSIENT = 3.0
+"""Factor on the usual residual of a static function of the motion at both ends of a run.
+Convention; the MR damper's filtered tests reach 3 to 20."""
+_OFFSET = 0.1
+"""Share of a run's RMS force by which its mean may differ from that of the others.
+Convention."""
+_NOT_DERIVATIVE = 0.2
+"""Share of a measured velocity or acceleration that the displacement does not give. Convention."""
+_GAIN_ERROR = 0.05
+"""Relative error of the size of a velocity or acceleration that is noted. Convention."""
+_SHIFT = 0.5
+"""Delay between two channels, in samples, that is noted. Convention."""
+_UNIT_ERROR = 0.05
+"""Relative deviation from 9.81 or 1000 up to which a factor looks like a confusion of units.
+Convention."""
+_UNIT_FACTOR = 300.0
+"""Factor on one run's stiffness over the others' that looks like one of 1000. Convention."""
+_COLUMN_UNITS = (1.0, 1e3, 1e6)
+"""Unit of a force column over that of a displacement column, N/m: N or kN over m or mm."""
+_FAR_OFF, _NEAR = 30.0, 4.0
+"""Factors on the stiffness of the other runs: of one whose columns may be swapped, and of the same
+run with its columns exchanged. Convention."""
+_LARGEST_CURRENT = 100.0
+"""A. A larger current is asked for its unit. Convention."""
+_SMALLEST_FORCE, _SMALLEST_DEFORMATION = 1.0, 1e-5
+"""N, m. Runs that all stay below it are asked for their unit. Convention."""
+_RAMP = 0.8
+"""Share of the changing samples within stretches of equal increments, from which a channel is made
+of ramps. Rounded sinusoids reach 0.6. Convention."""
+_ALONE, _FAR_WORSE = 2 / 3, 3.0
+"""Share of the squared misfit in one run, and its error over that of the other runs, from which the
+run alone makes the misfit. Convention."""
+_SAME_MOTION = 0.03
+"""Relative difference up to which two runs repeat one motion and current. Convention."""
+_REPEATED = 0.02
+"""Relative difference of the forces of repeated runs that is noted. Convention."""
 _ROUNDED = 8.0
 """Steps of a rounded channel by which a peak falls within half its flat length: 3, and noise."""
 _STILL, _RELAXED = 0.02, 0.5
@@ -42,14 +74,68 @@ _STILL, _RELAXED = 0.02, 0.5
 in the first."""
 _LEAST_EDGE = 8
 """Samples of a run's end that say whether it is a transient: fewer are moved by the smoothing."""
-_LOW, _HIGH = 0.2, 3.0
-"""Hz: where an isolated building moves enough to compare accelerations with its displacement."""
 
 
 def data_notes(runs: Sequence[TestRun], averaging: NDArray) -> list[str]:
     """Describe suspicious features of the runs; ``averaging`` of each run's force, (n_runs,), s."""
     notes = [note for check in _CHECKS for note in check(runs)]
     return [*notes, *filter(None, [averaging_note(averaging)])]
+
+
+def refuse_swapped(runs: Sequence[TestRun]) -> None:
+    """Refuse runs whose displacement and force are swapped: a law that meets them diverges."""
+    wrong = _swapped(runs)
+    if wrong:
+        raise InputError(
+            f"{_names(wrong, runs)}: displacement and force look swapped: exchanged, they are as "
+            "large as in the other runs; expected: each column under its own name"
+        )
+
+
+def _swapped(runs: Sequence[TestRun]) -> list[TestRun]:
+    """Runs whose sizes are far off those of most others, but not with their columns exchanged."""
+    if len(runs) < 3:
+        return []
+    size, force = (
+        np.array([_range(values) for values in channel])
+        for channel in zip(*((run.displacement, run.force) for run in runs), strict=True)
+    )
+    stiffness, usual = force / size, float(np.median(force / size))
+    spread = float(np.quantile(size, 0.9) / np.quantile(size, 0.1))
+    # a column is read in the unit of the other's name
+    unit = np.array(_COLUMN_UNITS)
+    near = _off(unit**2 / stiffness[:, np.newaxis] / usual) < _NEAR
+    near &= _off(force[:, np.newaxis] / unit / np.median(size)) < _NEAR * min(spread, _FAR_OFF)
+    wrong = (_off(stiffness / usual) > _FAR_OFF) & near.any(axis=1)
+    return [run for run, one in zip(runs, wrong, strict=True) if one]
+
+
+def _range(values: NDArray) -> float:
+    """Range of a channel without its extremes, which single wrong samples would make."""
+    low, high = np.quantile(values, (0.02, 0.98))
+    return float(high - low) or 1e-300
+
+
+def _off(ratio: Any) -> Any:
+    """A factor, or its inverse if that is larger."""
+    return np.maximum(ratio, 1 / ratio)
+
+
+def outlier_note(errors: Sequence[RunError]) -> str:
+    """Say which run alone makes the misfit of a law; empty if none does."""
+    if len(errors) < 3:
+        return ""
+    squares = np.array([float(np.sum((one.force - one.run.force) ** 2)) for one in errors])
+    worst = int(np.argmax(squares))
+    error = errors[worst].relative
+    others = pooled(one for k, one in enumerate(errors) if k != worst)
+    if not (squares[worst] > _ALONE * squares.sum() and error > _FAR_WORSE * others):
+        return ""
+    return (
+        f"{errors[worst].run.name} alone makes {100 * squares[worst] / squares.sum():.0f} % of the "
+        f"squared misfit: its error is {100 * error:.3g} %, that of the other runs "
+        f"{100 * others:.3g} %. Check its signs, units and channels first, or leave it out"
+    )
 
 
 def _clipped_channels(runs: Sequence[TestRun]) -> Iterator[str]:
@@ -76,7 +162,7 @@ def _holds(force: NDArray, part: slice) -> bool:
 def _noisy_channels(runs: Sequence[TestRun]) -> Iterator[str]:
     for run, what, values in _channels(runs):
         share = white_noise(values) / _rms(values)
-        if share > NOISY:
+        if share > _NOISY:
             yield f"{run.name}: noise is {100 * share:.0f} % of the {what}: it can show little"
 
 
@@ -87,25 +173,48 @@ def _coarse_channels(runs: Sequence[TestRun]) -> Iterator[str]:
         # the levels of a rounded channel are whole multiples of one step apart
         if len(levels) < 3 or len(values) < 2 * len(levels):
             continue
+        if _is_ramps(values):
+            continue
         step = float(steps.min())
-        if step > COARSE * float(np.std(values)) and np.allclose(
+        if step > _COARSE * float(np.std(values)) and np.allclose(
             steps / step, np.round(steps / step), atol=0.05
         ):
             share = 100 * step / float(np.std(values))
             yield f"{run.name}: {what} has steps of {share:.2g} % of its RMS: coarsely quantised"
 
 
-def _large_deformations(runs: Sequence[TestRun]) -> Iterator[str]:
+def _is_ramps(values: NDArray) -> bool:
+    """Whether a channel changes at constant rates, and its levels are equally far apart by that."""
+    change = np.diff(values)
+    sizes = np.abs(change)
+    least = 0.05 * float(np.median(sizes[sizes > 0]))
+    steady = np.abs(np.diff(change)) < least
+    moving = sizes[1:-1] > least
+    return bool(np.mean((steady[:-1] & steady[1:])[moving]) > _RAMP) if moving.any() else False
+
+
+def _implausible_sizes(runs: Sequence[TestRun]) -> Iterator[str]:
+    if max(np.max(np.abs(run.force)) for run in runs) < _SMALLEST_FORCE:
+        yield f"all forces are below {_SMALLEST_FORCE:g} N; is their unit right?"
+    if max(np.max(np.abs(run.displacement)) for run in runs) < _SMALLEST_DEFORMATION:
+        yield f"all deformations are below {1e3 * _SMALLEST_DEFORMATION:g} mm; is their unit right?"
+    currents = {run.name: float(np.max(np.abs(run.current))) for run in runs}
+    wrong = [run for run in runs if currents[run.name] > _LARGEST_CURRENT]
+    if wrong:
+        usual = max((one for one in currents.values() if one <= _LARGEST_CURRENT), default=None)
+        others = "" if usual is None else f", in the other runs {usual:.3g} A"
+        most = max(currents.values())
+        yield f"{_names(wrong, runs)}: current reaches {most:.3g} A{others}; is its unit right?"
     for run in runs:
         largest = float(np.max(np.abs(run.displacement)))
-        if largest > LARGEST_DEFORMATION:
+        if largest > _LARGEST_DEFORMATION:
             yield f"{run.name}: deformation reaches {largest:.3g} m; is its unit right?"
 
 
 def _drifting_channels(runs: Sequence[TestRun]) -> Iterator[str]:
     for run, what, values in _channels(runs):
         moved = _drift(values)
-        if abs(moved) > DRIFT:
+        if abs(moved) > _DRIFT:
             yield (
                 f"{run.name}: the {what}'s middle moves by {100 * moved:.0f} % of its range during "
                 "the test"
@@ -124,14 +233,14 @@ def _reversed_loops(runs: Sequence[TestRun]) -> Iterator[str]:
     power = np.array(
         [np.mean(run.force * run.velocity) / _rms(run.force) / _rms(run.velocity) for run in runs]
     )
-    if np.median(power) < -REVERSED:
+    if np.median(power) < -_REVERSED:
         wrong = list(runs)
     else:
-        wrong = [run for run, one in zip(runs, power, strict=True) if one < -REVERSED_ALONE]
+        wrong = [run for run, one in zip(runs, power, strict=True) if one < -_REVERSED_ALONE]
     if wrong:
         yield (
             f"{_names(wrong, runs)}: the loops run the wrong way round, the device gives off "
-            "energy: the sign of force or displacement is turned"
+            "energy: the sign of force or displacement is turned, or both are swapped"
         )
 
 
@@ -148,7 +257,7 @@ def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
         values = np.linalg.lstsq(columns[inside], run.force[inside])[0]
         error = run.force - columns @ values
         usual = max(_rms(error[inside]), 1e-3 * _rms(run.force))
-        if min(_rms(error[:edge]), _rms(error[-edge:])) > TRANSIENT * usual:
+        if min(_rms(error[:edge]), _rms(error[-edge:])) > _TRANSIENT * usual:
             wrong.append(run)
     if wrong:
         yield (
@@ -178,7 +287,7 @@ def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
         means[k] = np.linalg.lstsq(_static_functions(run)[moves], run.force[moves])[0][0]
     moved = np.abs(means - np.median(means))
     sizes = np.array([_rms(run.force) for run in runs])
-    least = OFFSET * np.maximum(sizes, np.median(sizes))
+    least = _OFFSET * np.maximum(sizes, np.median(sizes))
     wrong = [run for run, by, most in zip(runs, moved, least, strict=True) if by > most]
     if wrong:
         yield (
@@ -201,16 +310,16 @@ def _velocity_channel(runs: Sequence[TestRun]) -> Iterator[str]:
             factor, late, rest = _against(values, expected, run.step)
             if unit := _unit_factor(factor):
                 yield f"{run.name}: {what} is {unit} times the displacement's: is its unit right?"
-            elif rest > NOT_DERIVATIVE:
+            elif rest > _NOT_DERIVATIVE:
                 if what == "acceleration":
                     continue  # the second derivative of a noisy displacement says no more
                 yield (
                     f"{run.name}: {what} is not the displacement's derivative, {100 * rest:.0f} % "
                     "of it is something else"
                 )
-            elif abs(factor - 1) > GAIN_ERROR:
+            elif abs(factor - 1) > _GAIN_ERROR:
                 yield f"{run.name}: {what} is {factor:.3g} times the displacement's"
-            elif abs(late) > SHIFT * run.step:
+            elif abs(late) > _SHIFT * run.step:
                 side = "behind" if late > 0 else "ahead of"
                 yield (
                     f"{run.name}: {what} is {1e3 * abs(late):.2g} ms {side} the displacement: "
@@ -225,14 +334,14 @@ def _unit_of_force(runs: Sequence[TestRun]) -> Iterator[str]:
     """
     stiffness = np.array([_rms(run.force) / _rms(run.displacement) for run in runs])
     for run, one in zip(runs, stiffness / np.median(stiffness), strict=True):
-        if UNIT_RANGE[0] < max(one, 1 / one) < UNIT_RANGE[1]:
+        if max(one, 1 / one) > _UNIT_FACTOR:
             yield (
                 f"{run.name}: force over displacement is {one:.3g} times that of the other runs; "
                 "are its units right?"
             )
     for first, second, n in _repeated(runs):
         factor = _rms(second.force[:n]) / _rms(first.force[:n])
-        if (unit := _unit_factor(factor)) and not factor > UNIT_RANGE[0]:
+        if (unit := _unit_factor(factor)) and not factor > _UNIT_FACTOR:
             yield f"{second.name}: force is {unit} times that of {first.name} under the same motion"
 
 
@@ -242,7 +351,7 @@ def _repeated_runs(runs: Sequence[TestRun]) -> Iterator[str]:
         size = _rms(one)
         differ = _rms(other - one) / size
         noise = float(np.hypot(white_noise(one), white_noise(other))) / size
-        if differ > max(REPEATED, 3 * noise) and not _unit_factor(_rms(other) / size):
+        if differ > max(_REPEATED, 3 * noise) and not _unit_factor(_rms(other) / size):
             yield (
                 f"{first.name} and {second.name} repeat one motion and current, but their forces "
                 f"differ by {100 * differ:.2g} %: no law can be nearer to both than half of that"
@@ -257,14 +366,14 @@ def _repeated(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, TestRun, int]]
             continue
         channels = ((run.displacement[:n], run.current[:n]) for run in (first, second))
         if all(
-            np.linalg.norm(a - b) <= SAME_MOTION * np.linalg.norm(b)
+            np.linalg.norm(a - b) <= _SAME_MOTION * np.linalg.norm(b)
             for a, b in zip(*channels, strict=True)
         ):
             yield first, second, n
 
 
 _CHECKS: tuple[Callable[[Sequence[TestRun]], Iterator[str]], ...] = (
-    _reversed_loops, _noisy_channels, _clipped_channels, _coarse_channels, _large_deformations,
+    _reversed_loops, _noisy_channels, _clipped_channels, _coarse_channels, _implausible_sizes,
     _drifting_channels, _differing_offsets, _unit_of_force, _velocity_channel, _repeated_runs,
     _transient_ends, _sampling,
 )  # fmt: skip
@@ -291,9 +400,9 @@ def _rms(values: NDArray) -> float:
 def _unit_factor(factor: float) -> str:
     """The confusion of units that a factor looks like; empty if none."""
     for unit, text in ((9.80665, "9.81"), (1000.0, "1000")):
-        if abs(factor / unit - 1) < UNIT_ERROR:
+        if abs(factor / unit - 1) < _UNIT_ERROR:
             return text
-        if abs(factor * unit - 1) < UNIT_ERROR:
+        if abs(factor * unit - 1) < _UNIT_ERROR:
             return f"1/{text}"
     return ""
 
@@ -312,13 +421,13 @@ def _against(values: NDArray, expected: NDArray, step: float) -> tuple[float, fl
 
 def clipped(values: NDArray) -> slice | None:
     """Find the longest stretch of equal samples at an extreme, if it is as a clipped channel's."""
-    longest, n = slice(0, CLIPPED - 1), len(values)
+    longest, n = slice(0, _CLIPPED - 1), len(values)
     if np.unique(np.diff(values)).size < 8:
         return None  # a channel of few levels says nothing
     step = float(np.median(np.diff(np.unique(values))))
     for extreme in (values.max(), values.min()):
         at = np.flatnonzero(values == extreme)
-        if at.size < CLIPPED:
+        if at.size < _CLIPPED:
             continue
         breaks = np.flatnonzero(np.diff(at) > 1)
         ends = np.concatenate([[-1], breaks, [at.size - 1]])
@@ -328,7 +437,7 @@ def clipped(values: NDArray) -> slice | None:
         beside = [max(first - (last - first) // 2, 0), min(last + (last - first) // 2, n - 1)]
         if np.mean(np.abs(values[beside] - extreme)) > _ROUNDED * step:
             longest = max(longest, slice(first, last + 1), key=lambda each: each.stop - each.start)
-    return longest if longest.stop - longest.start >= CLIPPED else None
+    return longest if longest.stop - longest.start >= _CLIPPED else None
 
 
 def _drift(values: NDArray) -> float:
@@ -340,54 +449,3 @@ def _drift(values: NDArray) -> float:
     first, second, last = (0.5 * (float(part.max()) + float(part.min())) for part in thirds)
     steady = (second - first) * (last - second) > 0
     return (last - first) / max(sizes) if steady else 0.0
-
-
-def record_problems(record: BuildingRecord) -> tuple[str, ...]:
-    """Find suspicious features of a record."""
-    result = []
-    motions = [motion.acceleration for motion in record.ground]
-    signals = {**dict(zip(record.ground_channels, motions, strict=True)), **record.response}
-    for name, values in signals.items():
-        flat = clipped(values)
-        if flat:
-            length = flat.stop - flat.start
-            result.append(f"{name} stays at its peak for {length} samples: clipped?")
-        start = np.sqrt(np.mean(values[: max(len(values) // 100, 8)] ** 2))
-        if start > 0.3 * np.sqrt(np.mean(values**2)):
-            result.append(f"{name} does not start at rest, as the simulation does")
-    for axis, motion in zip(record.axes, motions, strict=True):
-        along = f" along {axis}" if axis else ""
-        slope, lag = _against_displacement(record, axis, motion)
-        if not 0.7 < slope < 1.4:
-            result.append(
-                f"the base's acceleration relative to the ground{along} is {slope:.2f} times that "
-                "of the isolators' displacement: a unit, a sign, or a base that does not stand on "
-                "the ground"
-            )
-        elif abs(lag) > record.dt:
-            late = "behind" if lag > 0 else "ahead of"
-            result.append(
-                f"the isolators' displacement{along} is {1e3 * abs(lag):.0f} ms {late} the "
-                "accelerations"
-            )
-    return tuple(result)
-
-
-def _against_displacement(
-    record: BuildingRecord, axis: str, motion: NDArray
-) -> tuple[float, float]:
-    """Relative acceleration over the displacement's, and how late the displacement is, s."""
-    # From the phase and size of their cross-spectrum, weighted by its size.
-    frequency = np.fft.rfftfreq(len(record), record.dt)
-    used = (frequency > _LOW) & (frequency < _HIGH)
-    omega = 2 * np.pi * frequency[used]
-    base = record.base_acceleration(axis)
-    relative = np.fft.rfft(base - motion)[used]
-    accelerated = -(omega**2) * np.fft.rfft(record.displacement(axis))[used]
-    cross = relative * accelerated.conj()
-    power = float(np.sum(np.abs(accelerated) ** 2))
-    if power == 0:
-        return 0.0, 0.0
-    lag = float(np.sum(omega * np.abs(cross) * np.angle(cross)) / np.sum(omega**2 * np.abs(cross)))
-    aligned = cross * np.exp(-1j * omega * lag)
-    return float(aligned.real.sum() / power), lag

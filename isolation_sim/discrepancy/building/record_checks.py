@@ -1,0 +1,63 @@
+"""Checks of a building record before any model is fitted."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...identification.data_checks import clipped
+from .record import BuildingRecord
+
+_LOW, _HIGH = 0.2, 3.0
+"""Hz: where an isolated building moves enough to compare accelerations with its displacement."""
+
+
+def record_problems(record: BuildingRecord) -> tuple[str, ...]:
+    """Find suspicious features of a record."""
+    result = []
+    motions = [motion.acceleration for motion in record.ground]
+    signals = {**dict(zip(record.ground_channels, motions, strict=True)), **record.response}
+    for name, values in signals.items():
+        flat = clipped(values)
+        if flat:
+            length = flat.stop - flat.start
+            result.append(f"{name} stays at its peak for {length} samples: clipped?")
+        start = np.sqrt(np.mean(values[: max(len(values) // 100, 8)] ** 2))
+        if start > 0.3 * np.sqrt(np.mean(values**2)):
+            result.append(f"{name} does not start at rest, as the simulation does")
+    for axis, motion in zip(record.axes, motions, strict=True):
+        along = f" along {axis}" if axis else ""
+        slope, lag = _against_displacement(record, axis, motion)
+        if not 0.7 < slope < 1.4:
+            result.append(
+                f"the base's acceleration relative to the ground{along} is {slope:.2f} times that "
+                "of the isolators' displacement: a unit, a sign, or a base that does not stand on "
+                "the ground"
+            )
+        elif abs(lag) > record.dt:
+            late = "behind" if lag > 0 else "ahead of"
+            result.append(
+                f"the isolators' displacement{along} is {1e3 * abs(lag):.0f} ms {late} the "
+                "accelerations"
+            )
+    return tuple(result)
+
+
+def _against_displacement(
+    record: BuildingRecord, axis: str, motion: NDArray
+) -> tuple[float, float]:
+    """Relative acceleration over the displacement's, and how late the displacement is, s."""
+    # From the phase and size of their cross-spectrum, weighted by its size.
+    frequency = np.fft.rfftfreq(len(record), record.dt)
+    used = (frequency > _LOW) & (frequency < _HIGH)
+    omega = 2 * np.pi * frequency[used]
+    base = record.base_acceleration(axis)
+    relative = np.fft.rfft(base - motion)[used]
+    accelerated = -(omega**2) * np.fft.rfft(record.displacement(axis))[used]
+    cross = relative * accelerated.conj()
+    power = float(np.sum(np.abs(accelerated) ** 2))
+    if power == 0:
+        return 0.0, 0.0
+    lag = float(np.sum(omega * np.abs(cross) * np.angle(cross)) / np.sum(omega**2 * np.abs(cross)))
+    aligned = cross * np.exp(-1j * omega * lag)
+    return float(aligned.real.sum() / power), lag
