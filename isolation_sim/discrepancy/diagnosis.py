@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,8 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from ..rendering import Printed, render
-from .decisions import FITTED_ALONE
 from .interval import Interval, number
+from .verdict import Verdict, meaning
 
 if TYPE_CHECKING:
     import pandas
@@ -27,29 +27,6 @@ if TYPE_CHECKING:
     from ..structures import IsolatedStructure
     from .consequence import Consequence
     from .tiers.result import Ladder
-
-Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
-
-MEANINGS: dict[Verdict, str] = {
-    "adequate": "The simulation reproduces the data within their noise: no effect is missing.",
-    "explained": "The error of the simulation is explained, up to noise or a small remainder.",
-    "partly_explained": "Part of the misfit is explained; a remainder is not.",
-    "unexplained": "The simulation gets something wrong that none of the known causes explains.",
-}
-"""Each verdict in a sentence."""
-FITTED_ONLY = (
-    "The simulation reproduces the fitted data within their noise: no effect is missing there. "
-    "It misses the data held out by more: the fitted data do not determine it there, or something "
-    "acts in those held out alone."
-)
-"""The verdict "adequate" where the data held out are missed by far more than noise."""
-
-
-def meaning(verdict: Verdict, held_out: float, noise_floor: float) -> str:
-    """A verdict in a sentence, by the error on the data held out before any cause."""
-    if verdict == "adequate" and held_out**2 > FITTED_ALONE * noise_floor**2:
-        return FITTED_ONLY
-    return MEANINGS[verdict]
 
 
 @dataclass(frozen=True)

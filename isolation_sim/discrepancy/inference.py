@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ..identification.least_squares import DETERMINED, unit_columns
 from .decisions import AT_BOUND, RESAMPLES, UNDETERMINED
 from .device.generic_terms import OUTSIDE
-from .diagnosis import Cause, Verdict
+from .diagnosis import Cause
+from .verdict import Verdict
 
 
 def shares(costs_without: Sequence[float], cost: float, explained: float) -> list[float]:

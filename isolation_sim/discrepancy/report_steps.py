@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .diagnosis import Cause, Errors, Step, Verdict, meaning
+from .diagnosis import Cause, Errors, Step
 from .problem import Evaluation, Problem
 from .residuals import Dependence
 from .search import H, SearchResult
+from .verdict import Verdict, meaning
 
 DEPENDENCE = "Dependence of the residual"
 """Title of the step of the residual analysis."""

@@ -55,8 +55,9 @@ from ..decisions import (
     QUIET,
     TO_BLAME,
 )
-from ..diagnosis import BuildingDiagnosis, Diagnosis, Errors, Verdict
+from ..diagnosis import BuildingDiagnosis, Diagnosis, Errors
 from ..inference import gain_interval
+from ..verdict import Verdict
 from .equation import Selection, select
 from .ladder import D, Tiers
 from .law_file import Chosen, Network, first_place, law_text, number_range, shown

@@ -38,9 +38,10 @@ from ..decisions import (
 from ..device.generic_terms import OUTSIDE
 from ..device.kept_history import of_device
 from ..device.model import FittedModel, Model, fit_model
-from ..diagnosis import Diagnosis, Errors, Verdict
+from ..diagnosis import Diagnosis, Errors
 from ..inference import at_bound, gain_interval, half_widths
 from ..interval import Interval
+from ..verdict import Verdict
 from .equation import select
 from .law_file import Chosen, Network, TermParameterisation, first_place, law_text, shown
 from .learned import learn
