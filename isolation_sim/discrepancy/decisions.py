@@ -160,8 +160,9 @@ LOOP_CYCLES = 4
 LOOP_FOLDS, LARGE_LOOP_FOLDS = 16, 6
 """Groups of rows that are left out in turn; in a short table every row is one. The second number
 is for a table that is searched on some rows. Effort."""
-LOOP_LAWS = 6
-"""Sets of law parameters, nearly as good as the best, from which an effect is fitted. Effort."""
+LOOP_LAWS, LARGE_LOOP_LAWS = 6, 3
+"""Sets of law parameters, nearly as good as the best, from which an effect is fitted. The second
+number is for a table that is searched on some rows. Effort."""
 LOOP_FITTED = 16
 """Forms that are fitted to the end, of all that were begun. Effort."""
 LOOP_JUDGED = 6

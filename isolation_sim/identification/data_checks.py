@@ -101,12 +101,14 @@ def _swapped(runs: Sequence[TestRun]) -> list[TestRun]:
         for channel in zip(*((run.displacement, run.force) for run in runs), strict=True)
     )
     stiffness, usual = force / size, float(np.median(force / size))
-    spread = float(np.quantile(size, 0.9) / np.quantile(size, 0.1))
+    spread = float(np.quantile(size, 0.75) / np.quantile(size, 0.25))
     # a column is read in the unit of the other's name
     unit = np.array(_COLUMN_UNITS)
     near = _off(unit**2 / stiffness[:, np.newaxis] / usual) < _NEAR
     near &= _off(force[:, np.newaxis] / unit / np.median(size)) < _NEAR * min(spread, _FAR_OFF)
-    wrong = (_off(stiffness / usual) > _FAR_OFF) & near.any(axis=1)
+    # exchanged columns turn the loop round
+    turned = np.array([np.mean(run.force * run.velocity) < 0 for run in runs])
+    wrong = turned & (_off(stiffness / usual) > _FAR_OFF) & near.any(axis=1)
     return [run for run, one in zip(runs, wrong, strict=True) if one]
 
 

@@ -185,9 +185,17 @@ def test_a_ramp_is_not_coarsely_quantised():
 @pytest.mark.parametrize("unit", [1.0, 1e3, 1e6])
 def test_swapped_columns_are_refused(unit, runs):
     refuse_swapped(runs)
-    swapped = {"displacement": runs[1].force / unit, "force": unit * runs[1].displacement}
+    x = runs[1].force / unit
+    swapped = {"displacement": x, "velocity": np.gradient(x, DT)}
+    swapped |= {"force": unit * runs[1].displacement}
     with pytest.raises(InputError, match="second: displacement and force look swapped"):
         fit(Campaign("one", "", one(lambda r: swapped)(runs)), "kelvin_voigt")
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_units_that_are_wrong_are_no_swapped_columns(factor, runs):
+    for names in (("force",), ("displacement", "velocity")):
+        refuse_swapped(one(lambda r, n=names: {k: factor * getattr(r, k) for k in n})(runs))
 
 
 def test_a_run_that_alone_makes_the_misfit_is_named(runs):

@@ -22,6 +22,7 @@ from ...laws import Device
 from ...laws.law import Law
 from ..decisions import (
     LARGE_LOOP_FOLDS,
+    LARGE_LOOP_LAWS,
     LOOP_ACCURACY,
     LOOP_CYCLES,
     LOOP_FITTED,
@@ -256,7 +257,8 @@ class LoopSearch:
         model, best = model.fit_further(result[0].x)
         # the same law is sought when rows are left out or effects are added
         evaluated = self._leave_out(replace(model, expected=best.x), best)
-        return replace(evaluated, others=tuple(o.x for o in distinct(result)[1:LOOP_LAWS]))
+        most = LARGE_LOOP_LAWS if self.is_large else LOOP_LAWS
+        return replace(evaluated, others=tuple(o.x for o in distinct(result)[1:most]))
 
     def is_explained(self, current: FittedLoops) -> bool:
         """Whether the table is reproduced."""
