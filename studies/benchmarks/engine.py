@@ -17,9 +17,15 @@ from rich.table import Table
 
 from controllers import controller
 from ground_motions import el_centro_1940
+from isolation_sim.laws import law
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.simulation.run import simulate
-from isolation_sim.structures import reference_building, reference_isolators, shear_building
+from isolation_sim.structures import (
+    plan_building,
+    reference_building,
+    reference_isolators,
+    shear_building,
+)
 
 from .peers import FirstOrder, load_opensees, opensees_analysis
 
@@ -168,11 +174,30 @@ def storeys() -> None:
     console.print(f"from 10 to 100 storeys the time grows as storeys^{slope:.2f}")
 
 
+def isolators_in_plan() -> None:
+    """Print the cost of four biaxial isolators over that of one element along each direction."""
+    record = el_centro_1940()
+    records = record, record.scaled(0.7)
+    building = plan_building(
+        [2.5e5] * 3, [3e8] * 3, [3e8] * 3, base_mass=3e5, plan=(20.0, 12.0), eccentricity=(1.0, 0.5)
+    )
+    yields = {"alpha": 3e7, "A": 1.0, "beta": 5e3, "gamma": 5e3, "n": 2.0}
+    device = law("bouc_wen", {"k": 5e6, "c": 0.0, "F0": 0.0} | yields)
+    spring, off = law("linear", {"k": 2e9}), controller("passive_off")
+    plants = (
+        building.on(device).with_element(spring, np.eye(12)[2], name="rotation"),
+        building.on(device, biaxial=True),
+    )
+    few, many = (best(lambda plant=plant: simulate(plant, records, off), 20) for plant in plants)
+    console.print(f"four biaxial isolators take {many / few:.1f} times as long as two elements")
+
+
 def main() -> None:
     """Run all benchmarks of the engine."""
     one_run()
     many_runs()
     storeys()
+    isolators_in_plan()
 
 
 if __name__ == "__main__":

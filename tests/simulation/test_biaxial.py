@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import time
 
 import numpy as np
 import pytest
@@ -136,28 +135,14 @@ def test_a_law_without_a_form_in_plan_is_refused():
         slab(law("dynamic_stiffness"))
 
 
-def test_four_groups_cost_less_than_three_times_two_elements(pair):
-    """Ratio of the processor times in one process, alternating: about 2."""
+def test_four_biaxial_isolators_under_an_eccentric_building(pair):
     building = plan_building(
         [2.5e5] * 3, [3e8] * 3, [3e8] * 3, base_mass=MASS, plan=(20.0, 12.0),
         eccentricity=(1.0, 0.5),
     )  # fmt: skip
-    device = law("bouc_wen", BOUC_WEN)
-    plants = {
-        "two": building.on(device).with_element(
-            law("linear", {"k": 2e9}), np.eye(12)[2], name="rotation"
-        ),
-        "four": building.on(device, biaxial=True),
-    }
-    assert len(plants["four"].elements) == 8
-    best = dict.fromkeys(plants, np.inf)
-    for _ in range(20):  # the least of many, on a machine with other work
-        for name, plant in plants.items():
-            start = time.process_time()
-            iso.simulate(plant, pair, "passive_off")
-            best[name] = min(best[name], time.process_time() - start)
-    assert best["four"] < 3 * best["two"], best
-    run = iso.simulate(plants["four"], pair, "passive_off")
+    plant = building.on(law("bouc_wen", BOUC_WEN), biaxial=True)
+    assert len(plant.elements) == 8
+    run = iso.simulate(plant, pair, "passive_off")
     assert run.energy.closure_error < 1e-6
     assert np.abs(run.history.displacement.sel(dof="base_rotation")).max() > 1e-5
 
