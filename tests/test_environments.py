@@ -1,6 +1,5 @@
 """Gymnasium environments: the checker, the engine's numbers, many buildings side by side."""
 
-import time
 import warnings
 
 import gymnasium
@@ -141,21 +140,6 @@ def test_what_leaves_the_range_of_the_law_terminates(short_motions):
     _, rewards, terminated, _, _ = many.step(current)
     assert not terminated.any()
     assert rewards[0] == 0.0
-
-
-def test_a_hundred_thousand_steps_a_second():
-    """Under random motions and random currents; the best of some stretches counts."""
-    many = BuildingVectorEnv(1024)
-    many.reset(seed=1)
-    actions = np.random.default_rng(0).uniform(0, 3, (10, 1024, 1)).astype(np.float32)
-    rates = []
-    for _ in range(10):
-        begun = time.perf_counter()
-        for action in actions:
-            many.step(action)
-        rates.append(actions.size / (time.perf_counter() - begun))
-    print(f"{max(rates):.3g} steps a second")
-    assert max(rates) > 1e5
 
 
 def test_what_is_refused(short_motions):

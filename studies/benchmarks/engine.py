@@ -16,7 +16,8 @@ from rich.console import Console
 from rich.table import Table
 
 from controllers import controller
-from ground_motions import el_centro_1940
+from ground_motions import Record, el_centro_1940, oscillator_response
+from isolation_sim.environments import BuildingVectorEnv
 from isolation_sim.laws import law
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.simulation.run import simulate
@@ -192,12 +193,36 @@ def isolators_in_plan() -> None:
     console.print(f"four biaxial isolators take {many / few:.1f} times as long as two elements")
 
 
+def spectrum() -> None:
+    """Print the cost of a response spectrum over that of the oscillators' histories."""
+    record = Record(np.random.default_rng(0).standard_normal(60001), 0.005)
+    periods = np.geomspace(0.1, 10.0, 20)
+    histories = best(lambda: [oscillator_response(record, period) for period in periods], 3)
+    peaks = best(lambda: record.spectrum(periods), 3)
+    console.print(f"a spectrum takes {peaks / histories:.1f} times as long as the histories")
+
+
+def environments() -> None:
+    """Print the steps a second of many environments under random motions and currents."""
+    many = BuildingVectorEnv(1024)
+    many.reset(seed=1)
+    actions = np.random.default_rng(0).uniform(0, 3, (10, 1024, 1)).astype(np.float32)
+
+    def steps() -> None:
+        for action in actions:
+            many.step(action)
+
+    console.print(f"environments: {actions.size / best(steps, 10):.3g} steps a second")
+
+
 def main() -> None:
     """Run all benchmarks of the engine."""
     one_run()
     many_runs()
     storeys()
     isolators_in_plan()
+    spectrum()
+    environments()
 
 
 if __name__ == "__main__":

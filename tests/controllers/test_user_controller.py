@@ -1,7 +1,6 @@
 """A controller of one's own."""
 
 import pickle
-import time
 
 import numpy as np
 import pytest
@@ -73,14 +72,8 @@ class Proportional(CompiledController):
         return Decision(decide, np.array([2.5]), np.zeros(1))
 
 
-def test_ten_lines_of_python_cost_microseconds(isolated, el_centro):
-    simulate(isolated, el_centro, Outwards())
-    times = []
-    for _ in range(5):
-        start = time.perf_counter()
-        run = simulate(isolated, el_centro, Outwards())
-        times.append(time.perf_counter() - start)
-    assert min(times) / len(run.time) < 1e-4
+def test_ten_lines_of_python_are_a_controller(isolated, el_centro):
+    run = simulate(isolated, el_centro, Outwards())
     assert set(run.command.ravel()) == {0.0, 3.0}
 
 
