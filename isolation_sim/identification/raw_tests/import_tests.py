@@ -32,7 +32,7 @@ _EXPECTED = f"test files ({', '.join(READERS)}) or a folder of them"
 _NOT_IN_NAMES = re.compile(r'[\\/:*?"<>|\s]+')
 
 
-class _Given(NamedTuple):
+class _Choices(NamedTuple):
     """Choices of the caller; see `import_tests`."""
 
     columns: dict[str, str]
@@ -142,14 +142,14 @@ def import_tests(
         time goes back; more than 1 % or 5 in a row of a channel's samples are missing; a pattern
         fits no test; or the folder exists. Errors name the options of ``isolation-sim import``.
     """
-    given = _Given(
+    choices = _Choices(
         {quantity: str(column) for quantity, column in (columns or {}).items()},
         {quantity: str(unit) for quantity, unit in (units or {}).items()},
         current,
         current_from_name,
         rate,
     )
-    check_choices(given.columns, given.units)
+    check_choices(choices.columns, choices.units)
     if rate is not None and not rate > 0:
         raise InputError("--rate", f"{rate:g}", "a positive number of samples per second")
     if current is not None and current_from_name:
@@ -162,7 +162,7 @@ def import_tests(
     tables, notes = _tables([Path(place) for place in places], leave_out)
     runs, channels = [], []
     for name, table in tables.items():
-        run, found, own = _read_test(name, table, given)
+        run, found, own = _read_test(name, table, choices)
         runs.append(run)
         channels.append(found)
         if own:
@@ -233,13 +233,13 @@ def _files(place: Path) -> list[Path]:
 
 
 def _read_test(
-    name: str, table: RawTable, given: _Given
+    name: str, table: RawTable, choices: _Choices
 ) -> tuple[TestRun, dict[str, Channel], list[str]]:
     """A table as a run, its columns by quantity, and notes."""
     headings, place = table.headings, table.place
     usable = [table.usable(k) for k in range(len(headings))]
-    channels = find_channels(headings, usable, given.columns, given.units, place)
-    lacking = [q for q in NEEDED if q not in channels and (q != "time" or given.rate is None)]
+    channels = find_channels(headings, usable, choices.columns, choices.units, place)
+    lacking = [q for q in NEEDED if q not in channels and (q != "time" or choices.rate is None)]
     if lacking:
         options = [f"--column {quantity}=HEADING" for quantity in lacking]
         options[-1] += " (or its number)"
@@ -250,13 +250,13 @@ def _read_test(
             f"columns {listed(headings)}, none recognised as {' and '.join(lacking)}",
             ", ".join(options),
         )
-    data, notes = samples_of(table, channels, given.rate)
+    data, notes = samples_of(table, channels, choices.rate)
     for what, channel in channels.items():
         own = headings[channel.column].unit
         if own and channel.unit != own:
             notes.append(f"{what} in {channel.unit} as given, not in {own} as in the heading")
-    if "current" not in channels and (given.current_from_name or given.current is not None):
-        current = _current_in(name, place) if given.current_from_name else given.current
+    if "current" not in channels and (choices.current_from_name or choices.current is not None):
+        current = _current_in(name, place) if choices.current_from_name else choices.current
         data["current"] = np.full(len(data["time"]), current)
     read = {channel.column for channel in channels.values()}
     unused = tuple(heading.text for k, heading in enumerate(headings) if k not in read)
@@ -272,8 +272,8 @@ def _current_in(name: str, place: str) -> float:
         for number, milli in _CURRENT_IN_NAME.findall(name)
     }
     if len(found) != 1:
-        given = f"{len(found)} currents" if found else "no current"
-        raise InputError(place, f"{given} in the name {name!r}", "one, such as 2A, 0.5A or 500mA")
+        written = f"{len(found)} currents" if found else "no current"
+        raise InputError(place, f"{written} in the name {name!r}", "one, such as 2A, 0.5A or 500mA")
     return found.pop()
 
 
