@@ -144,8 +144,7 @@ def effective_properties(
     isolated: IsolatedStructure, spectral_acceleration: float, current: float = 0.0
 ) -> EffectiveProperties:
     """Effective period and damping at the displacement D_M, by iteration."""
-    rigid = isolated.structure.above_foundation[:, 0]
-    mass = float(rigid @ isolated.structure.mass @ rigid)
+    mass = isolated.structure.isolated_mass
     period, displacement = 2.0, 0.1
     for _ in range(100):
         x, force = isolation_loop(isolated, displacement, period, current)

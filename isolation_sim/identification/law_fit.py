@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..laws import Device
 from ..laws.law import Law, StateScaling
 from .campaign import Campaign
-from .current_basis import currents_of
+from .current_basis import currents_of, levels_of
 from .least_squares import Optimum, levenberg_marquardt
 from .measured_runs import MeasuredRuns
 from .multistart import distinct, screen_starts
@@ -369,8 +369,8 @@ def _diverging(model: LawModel, values: NDArray) -> list[str]:
 
 def _n_currents(data: MeasuredRuns) -> int:
     """Number of currents of the fitted runs."""
-    means = np.sort([np.mean(data.current[run]) for run in data.runs if data.fitted[run].any()])
-    return 1 + int(np.sum(np.diff(means) > _STEADY * np.abs(means).max()))
+    means = [float(np.mean(data.current[r])) for r in data.runs if data.fitted[r].any()]
+    return len(levels_of(means, _STEADY * max(map(abs, means))))
 
 
 def refine_law(model: M, start: NDArray) -> tuple[M, Optimum]:
