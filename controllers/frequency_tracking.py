@@ -13,6 +13,7 @@ from isolation_sim.structures import IsolatedStructure
 
 from .compiled import CompiledController, Decision
 from .force_tracking import driven_elements
+from .observers.observer import ground_outputs
 from .open_loop import highest_tested, lowest
 from .settings import Number, SearchRange, setting
 from .sliding_mode import carried_masses
@@ -22,10 +23,12 @@ N_CURRENTS = 31
 SLOWEST, FASTEST = 0.1, 10.0
 """Hz; between them the best currents are tabulated, at equal ratios."""
 # settings: these, then the table of currents, one row per coil
-FORGETTING, CORNER, THRESHOLD, SETTLING, TABLE = range(5)
-# memory: last instant, states of the low-pass, the last two filtered accelerations, the two
-# coefficients, the inverse covariance (symmetric, 3 numbers), the mean square; each coil's current
-LAST, PASS, PAST, COEFFICIENTS, COVARIANCE, POWER, PRESENT = 0, 1, 3, 5, 7, 10, 11
+FORGETTING, CORNER, THRESHOLD, SETTLING, N_DIRECTIONS, TABLE = range(6)
+# memory: last instant, the two coefficients, the inverse covariance (symmetric, 3 numbers), the
+# mean square; each direction's states of the low-pass and last two filtered accelerations; each
+# coil's current
+LAST, COEFFICIENTS, COVARIANCE, POWER, FILTERED = 0, 1, 3, 6, 7
+PER_DIRECTION = 4
 LOW_PASS_DAMPING = 0.5**0.5
 
 
@@ -36,59 +39,74 @@ def dominant_frequency(cosine: float, decay: float, h: float) -> float:
     return math.acos(min(max(argument, -1.0), 1.0)) / (2.0 * math.pi * h)
 
 
+def follow_regression(filtered: NDArray, memory: NDArray, forgotten: float) -> float:
+    """Recursive least squares with exponential forgetting; what is still to be forgotten."""
+    y, y1, y2 = filtered[0], filtered[2], filtered[3]
+    retained = 1.0 - forgotten
+    p11, p12, p22 = memory[COVARIANCE], memory[COVARIANCE + 1], memory[COVARIANCE + 2]
+    g1, g2 = p11 * y1 + p12 * y2, p12 * y1 + p22 * y2
+    known = y1 * g1 + y2 * g2
+    scale = retained + known
+    miss = y - memory[COEFFICIENTS] * y1 - memory[COEFFICIENTS + 1] * y2
+    memory[COEFFICIENTS] += g1 * miss / scale
+    memory[COEFFICIENTS + 1] += g2 * miss / scale
+    filtered[3], filtered[2] = y1, y
+    # without ground motion there is no update and no forgetting
+    if known <= forgotten:
+        return forgotten
+    memory[COVARIANCE] = (p11 - g1 * g1 / scale) / retained
+    memory[COVARIANCE + 1] = (p12 - g1 * g2 / scale) / retained
+    memory[COVARIANCE + 2] = (p22 - g2 * g2 / scale) / retained
+    return 0.0
+
+
 def _decide(
     t: float, measured: NDArray, settings: NDArray, memory: NDArray, command: NDArray
 ) -> None:
     """Track the frequency of the ground motion, and look up the current."""
-    # Measured: ground acceleration (m/s^2), then the coil currents (A).
+    # Measured: ground acceleration in each direction (m/s^2), then the coil currents (A).
     h = t - memory[LAST]
     memory[LAST] = t
+    n_directions = int(settings[N_DIRECTIONS])
     if h > 0.0:
-        # low-pass of second order, stepped implicitly: stable for any corner
-        w = settings[CORNER] * h
-        rate = memory[PASS + 1] + w * (measured[0] - memory[PASS])
-        memory[PASS + 1] = rate / (1.0 + 2.0 * LOW_PASS_DAMPING * w + w * w)
-        memory[PASS] += w * memory[PASS + 1]
-        y, y1, y2 = memory[PASS], memory[PAST], memory[PAST + 1]
-        # recursive least squares with exponential forgetting
         retained = math.exp(-h / settings[FORGETTING])
-        p11, p12, p22 = memory[COVARIANCE], memory[COVARIANCE + 1], memory[COVARIANCE + 2]
-        g1, g2 = p11 * y1 + p12 * y2, p12 * y1 + p22 * y2
-        scale = retained + y1 * g1 + y2 * g2
-        miss = y - memory[COEFFICIENTS] * y1 - memory[COEFFICIENTS + 1] * y2
-        memory[COEFFICIENTS] += g1 * miss / scale
-        memory[COEFFICIENTS + 1] += g2 * miss / scale
-        # without ground motion there is no update and no forgetting
-        if y1 * g1 + y2 * g2 > 1.0 - retained:
-            memory[COVARIANCE] = (p11 - g1 * g1 / scale) / retained
-            memory[COVARIANCE + 1] = (p12 - g1 * g2 / scale) / retained
-            memory[COVARIANCE + 2] = (p22 - g2 * g2 / scale) / retained
-        memory[PAST + 1], memory[PAST] = y1, y
-        memory[POWER] = retained * memory[POWER] + (1.0 - retained) * measured[0] * measured[0]
+        # the directions have common coefficients, and together forget once
+        forgotten, square = 1.0 - retained, 0.0
+        for d in range(n_directions):
+            filtered = memory[FILTERED + d * PER_DIRECTION :]
+            # low-pass of second order, stepped implicitly: stable for any corner
+            w = settings[CORNER] * h
+            rate = filtered[1] + w * (measured[d] - filtered[0])
+            filtered[1] = rate / (1.0 + 2.0 * LOW_PASS_DAMPING * w + w * w)
+            filtered[0] += w * filtered[1]
+            forgotten = follow_regression(filtered, memory, forgotten)
+            square += measured[d] * measured[d]
+        memory[POWER] = retained * memory[POWER] + (1.0 - retained) * square
     frequency = SLOWEST
     if h > 0.0:
         frequency = dominant_frequency(memory[COEFFICIENTS], memory[COEFFICIENTS + 1], h)
     place = math.log(max(frequency, SLOWEST) / SLOWEST) / math.log(FASTEST / SLOWEST)
     k = int(min(place, 1.0) * (N_FREQUENCIES - 1) + 0.5)
+    present = FILTERED + n_directions * PER_DIRECTION
     for c in range(len(command)):
         row = settings[TABLE + c * (N_FREQUENCIES + 1) :]
         # no frequency without ground motion: the current at the end of each row
         quiet = math.sqrt(memory[POWER]) < settings[THRESHOLD]
         target = row[N_FREQUENCIES] if quiet else row[k]
         left = math.exp(-h / settings[SETTLING])
-        memory[PRESENT + c] = left * memory[PRESENT + c] + (1.0 - left) * target
-        command[c] = memory[PRESENT + c]
+        memory[present + c] = left * memory[present + c] + (1.0 - left) * target
+        command[c] = memory[present + c]
 
 
 class FrequencyTracking(CompiledController):
     """Move the isolation frequency away from the ground's dominant frequency.
 
     The frequency is that of a second-order autoregression of the ground's acceleration, fitted
-    recursively with forgetting, after a low-pass that keeps what isolators can respond to. From
-    the devices linearised at every current, the current is tabulated at which a rigid building on
-    them amplifies a motion of this frequency least. It watches the first direction of ground motion
-    only. The preset ``tuned``
-    (``studies/tuned/frequency_tracking.toml``) is not surely better on unseen motions.
+    recursively with forgetting, after a low-pass that keeps what isolators can respond to. All
+    directions of the ground have common coefficients. From the devices linearised at every current,
+    the current is tabulated at which a rigid building on them amplifies a motion of this frequency
+    least. The preset ``tuned`` (``studies/tuned/frequency_tracking.toml``) is not surely better on
+    unseen motions.
     """
 
     name = "frequency_tracking"
@@ -123,19 +141,21 @@ class FrequencyTracking(CompiledController):
     )  # fmt: skip
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
-        """Ground acceleration in the first direction."""
-        directions = nominal.structure.directions
-        if len(directions) == 1:
-            return ("ground_acceleration_m_s2",)
-        return (f"ground_{directions[0]}_acceleration_m_s2",)
+        """Ground acceleration in every direction."""
+        return ground_outputs(nominal)
 
     def decision(self, context: RunContext) -> Decision:
         """Filters and table; the frequency is unknown at the start."""
         driven_elements(context.nominal, self.name)
         table = np.stack([self.best_currents(context, c) for c in range(len(context.low))])
         quiet = lowest(context)[:, np.newaxis]
-        own = [self.forgetting, 2 * np.pi * self.corner, self.threshold, self.settling]
-        memory = np.concatenate([np.zeros(PRESENT), lowest(context)])
+        n_directions = len(self.measures(context.nominal))
+        own = [
+            self.forgetting, 2 * np.pi * self.corner, self.threshold, self.settling, n_directions
+        ]  # fmt: skip
+        memory = np.concatenate(
+            [np.zeros(FILTERED + n_directions * PER_DIRECTION), lowest(context)]
+        )
         memory[[COVARIANCE, COVARIANCE + 2]] = 1e4
         settings = np.concatenate([own, np.hstack([table, quiet]).ravel()])
         return Decision(_decide, settings, memory)

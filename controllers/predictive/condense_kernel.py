@@ -89,7 +89,8 @@ def condense(
             if kind == 0:
                 weight = weights[ON_DISPLACEMENT] / n_steps
             elif kind == 1:
-                weight = weights[ON_ACCELERATION] / (n_steps * n_accelerations)
+                # mean of the levels, so that a second direction at rest changes nothing
+                weight = weights[ON_ACCELERATION] * n_displacements / (n_steps * n_accelerations)
             pull = weight * value
             if k == n_steps and kind != 1:
                 weight += weights[ON_END]

@@ -134,7 +134,8 @@ class WholeRecord:
         for k in (*_STATES, *_CONTROLS):
             of = force if k in ("first", "middle", "last") else guess[alike.get(k, k)]
             largest = np.abs(of).max(axis=1, initial=0.0)
-            scale[k] = np.where(largest > 1e-6 * largest.max(initial=0.0), largest, 1.0)
+            top = largest.max(initial=0.0)
+            scale[k] = np.where(largest > 1e-6 * top, largest, top or 1.0)
         scale |= dict.fromkeys(("i", "u", "past"), self.coils[:, 3] - self.coils[:, 2])
         return np.concatenate(list(scale.values()))
 

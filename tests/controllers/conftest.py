@@ -8,7 +8,7 @@ import pytest
 from controllers import CONTROLLERS, available_controllers, controller
 from ground_motions import el_centro_1940
 from isolation_sim.simulation.control import RunContext, Sensors
-from isolation_sim.structures import reference_building, reference_isolators
+from isolation_sim.structures import from_matrices, reference_building, reference_isolators
 
 # settings without which a controller cannot be built, or takes longer than its contract needs
 NEEDED = {
@@ -57,6 +57,14 @@ def el_centro():
 @pytest.fixture(scope="session")
 def record(el_centro):
     return el_centro.cut(0.0, 8.0)
+
+
+def twice(structure):
+    """The same building once along each of two directions, on the reference isolators."""
+    two = np.eye(2)
+    matrices = (np.kron(m, two) for m in (structure.mass, structure.damping, structure.stiffness))
+    influence = np.kron(structure.influence, two)
+    return from_matrices(*matrices, influence=influence, base=(0, 1)).on(reference_isolators())
 
 
 def context_of(controller, nominal, period=0.02, duration=8.0, high=3.0):

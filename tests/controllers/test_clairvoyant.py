@@ -21,7 +21,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.run import simulate
 
-from .conftest import context_of
+from .conftest import context_of, twice
 
 LAGGING = CoilDriver(lag=0.05, high=3.0)
 
@@ -40,6 +40,14 @@ def coarse(isolated, el_centro):
 @pytest.fixture(scope="module")
 def optimum(plant):
     return bound(plant)
+
+
+def test_a_direction_without_motion_changes_nothing(isolated, el_centro):
+    record = el_centro.cut(0.0, 2.0).resampled(0.08)
+    alone = Plant(isolated, (record,), LAGGING)
+    both = Plant(twice(isolated.structure), (record.scaled(0.0), record), LAGGING)
+    scores = [bound(plant, starts=1).score for plant in (alone, both)]
+    assert scores[1] == pytest.approx(scores[0], rel=1e-5)
 
 
 def weighted(plant, run):

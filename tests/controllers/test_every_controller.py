@@ -14,7 +14,7 @@ from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building, reference_isolators
 
-from .conftest import build, noisy_sensors
+from .conftest import build, noisy_sensors, twice
 
 # controllers whose nominal model shows in these commands; that of frequency_tracking moves the
 # frequency at which it switches, which this motion's leaps over
@@ -93,6 +93,23 @@ def test_a_current_without_effect_changes_nothing(name, record):
     for output in ("base_displacement_m", "floor5_acceleration_m_s2"):
         expected = off.output(output)
         assert np.abs(run.output(output) - expected).max() <= 1e-5 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("direction", [0, 1])
+def test_a_direction_without_motion_changes_nothing(name, direction, isolated, record):
+    plan, short = twice(isolated.structure), record.cut(0.0, 4.0)
+    records = tuple(short if d == direction else short.scaled(0.0) for d in range(2))
+    if name == "trained_policy":
+        with pytest.raises(InputError, match="structure moves in 2 directions; expected: one"):
+            simulate(plan, records, build(name))
+        return
+    if name == "clairvoyant":
+        pytest.skip("needs all of its iterations: see test_clairvoyant.py")
+    alone = simulate(isolated, short, build(name))
+    run = simulate(plan, records, build(name))
+    assert run.command == pytest.approx(alone.command, abs=1e-4)
+    for criterion in ("peak_base_displacement_m", "peak_floor_acceleration_m_s2"):
+        assert run.criteria[criterion] == pytest.approx(alone.criteria[criterion], rel=1e-6)
 
 
 def test_unknown_setting_is_refused_with_the_nearest(name):

@@ -79,19 +79,3 @@ def test_a_quiet_ground_leaves_the_coil_alone(isolated):
     assert set(slow) == {0.0}
     loud = [one.current(30 + s, MEASUREMENT(3 * np.sin(1.2 * s), 0.0))[0] for s in t]
     assert loud[-1] == pytest.approx(3.0, abs=1e-3)
-
-
-def test_in_two_directions_it_listens_to_the_first():
-    from isolation_sim.structures import from_matrices
-
-    plane = from_matrices(
-        np.eye(4) * 1e5, np.eye(4) * 1e4, np.kron([[1, -1], [-1, 1]], np.eye(2)) * 1e7,
-        influence=np.kron([[1], [1]], np.eye(2)), base=(0, 1),
-    ).on(reference_isolators())  # fmt: skip
-    one = controller("frequency_tracking")
-    assert one.measures(plane) == ("ground_x_acceleration_m_s2",)
-    assert one.measures(reference_building().on(reference_isolators())) == (
-        "ground_acceleration_m_s2",
-    )
-    one.reset(context_of(one, plane))
-    assert 0 <= one.current(0.0, MEASUREMENT(1.0, 0.0))[0] <= 3
