@@ -118,6 +118,9 @@ class Trace:
         In the unit that ``label`` says.
     group : str
         What figures show some runs of each of, such as a direction; empty where all are alike.
+    size : float, optional
+        RMS by which errors are ranked, in the unit that ``label`` says: of a whole record, whose
+        quiet end matters less; None for that of ``measured``.
     """
 
     name: str
@@ -130,6 +133,7 @@ class Trace:
     before: NDArray
     after: NDArray
     group: str = ""
+    size: float | None = None
 
 
 @checked
@@ -166,7 +170,13 @@ def worst_first(traces: Iterable[Trace]) -> tuple[Trace, ...]:
     tuple of Trace
         The largest relative error first.
     """
-    return tuple(sorted(traces, key=lambda run: relative_error(run, run.before), reverse=True))
+
+    def rank(run: Trace) -> float:
+        if not run.size:
+            return relative_error(run, run.before)
+        return float(np.sqrt(np.mean((run.before - run.measured) ** 2))) / run.size
+
+    return tuple(sorted(traces, key=rank, reverse=True))
 
 
 @checked

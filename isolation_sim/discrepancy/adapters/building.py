@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ...laws import Device
 from ...structures import IsolatedStructure
 from .. import inference
+from ..building.candidate import TYPICAL_PERIOD
 from ..building.cause_search import adequacy, cell_p_values, p_value, search_causes
-from ..building.causes import TYPICAL_PERIOD, total_force_scale
 from ..building.channels import ROTATION, Channel
 from ..building.comparison import (
     Comparison,
@@ -24,11 +24,11 @@ from ..building.comparison import (
     with_causes,
 )
 from ..building.errors import mean_error, relative_errors, relative_noise, squared_blocks
-from ..building.model import BuildingModel, building_model
+from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
-from ..building.record_checks import record_problems
+from ..building.record_checks import check_quantities, record_problems
 from ..building.segment import Segment, band_edges, cell_means
-from ..decisions import BUILDING_EXPLAINED, DEPENDENCE_LEVEL, MISFIT_LEVEL
+from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_building, significant
@@ -46,6 +46,8 @@ class BuildingRecords(Problem[FittedBuilding]):
         progress: Callable[[str], None],
     ):
         self.records, self.most_causes, self.progress = tuple(records), most_causes, progress
+        for record in self.records:
+            check_quantities(record)
         self._model = building_model(isolated, self.records)
         self.data_name = ", ".join(record.name for record in self.records)
         self.model_name = f"{isolated.structure.name} on {isolated.elements[0].device.name}"
@@ -55,6 +57,13 @@ class BuildingRecords(Problem[FittedBuilding]):
         self.progress("estimating the noise")
         self.first = compare_records(self._model, self.records)
         self.engineers = self.first.evaluate(())
+        if any(record.current is not None for record in self.records):
+            # a command is held from sample to sample, a measured current changes between them
+            held = replace(self._model, held=True)
+            trial = replace(self.first, model=held, _cache={}).evaluate(())
+            if trial.cost < self.engineers.cost:
+                self._model, self.first = held, compare_records(held, self.records)
+                self.engineers = self.first.evaluate(())
         return self.engineers
 
     def search(self, base: FittedBuilding) -> SearchResult[FittedBuilding]:
@@ -94,7 +103,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             relative_noise(comparison),
             0.0 if adequate else 1.0 - removed,
             adequate,
-            chance["after"] >= MISFIT_LEVEL or removed >= BUILDING_EXPLAINED,
+            self.space.explains(after, chance["after"]),
             squared_blocks(comparison, (before, after)),
             {"adequacy_p_value": chance, "expected_model_error": comparison.model_error},
         )
@@ -295,10 +304,10 @@ def traces_of(comparison: Comparison, outcomes: Sequence[FittedBuilding]) -> tup
 
 def intervals(outcome: FittedBuilding) -> list[dict[str, Interval]]:
     """95 % intervals of all causes' numbers; the noise counts as far as it is independent."""
-    if outcome.optimum is None:
-        return []
-    # as many residuals as are independent carry the same sum of squares
-    half = inference.half_widths(outcome.optimum.jacobian, outcome.cost / outcome.n_independent)
+    half = np.zeros(outcome.n_parameters)
+    if outcome.optimum is not None:
+        # as many residuals as are independent carry the same sum of squares
+        half = inference.half_widths(outcome.optimum.jacobian, outcome.cost / outcome.n_independent)
     numbers, at = [], 0
     for cause, values in outcome.cause_values:
         x = coordinates(cause.parameters, values)
@@ -397,6 +406,7 @@ def _segment_traces(
             before=before,
             after=after,
             group=sensor.axis,
+            size=factor * float(np.sqrt(np.mean(record.values[:, k] ** 2))),
         )
 
 

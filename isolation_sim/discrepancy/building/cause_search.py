@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..decisions import (
+    BUILDING_EXPLAINED,
     FALSE_ALARM,
     LEAST_BUILDING_SHARE,
     MISFIT_LEVEL,
@@ -22,6 +23,7 @@ from ..decisions import (
     NOT_WORSE,
     QUIET,
     REFINED,
+    REMAINS,
     SCREENING_STEPS,
     STARTS_FITTED,
     STRONG_EVIDENCE,
@@ -29,7 +31,8 @@ from ..decisions import (
 )
 from ..inference import f_chance, rivals
 from ..search import SearchResult, search
-from .causes import Candidate, Values, candidates
+from .candidate import Candidate, Values
+from .causes import candidates
 from .comparison import CauseValues, Comparison, FittedBuilding, compare_records
 from .errors import excess_error, relative_noise
 from .segment import Segment, cell_means
@@ -117,6 +120,13 @@ class CauseSearch:
         noise = sum(segment.noise_cost for segment in self.comparison.held_out)
         misfit, left = (max(one.held_out_cost - noise, 0.0) for one in (self.before, after))
         return float(np.clip(1 - left / misfit, 0.0, 1.0)) if misfit > 0 else 0.0
+
+    def explains(self, after: FittedBuilding, chance: float) -> bool:
+        """Whether a model leaves noise, or nearly nothing of the misfit and of the signal."""
+        if chance >= MISFIT_LEVEL:
+            return True
+        left = excess_error(self.comparison, after)
+        return left <= REMAINS and self.removed_share(after) >= BUILDING_EXPLAINED
 
     def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
         n = one.n_independent

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...identification.least_squares import Optimum, levenberg_marquardt
 from ..decisions import FITTED_ENERGY, MOST_NOISE
-from .causes import Candidate, Parameter, Values
+from .candidate import Candidate, Parameter, Values
 from .model import BuildingModel
 from .noise import NoiseFloor, noise_floor
 from .record import MINIMUM_SAMPLES, BuildingRecord
@@ -132,7 +132,7 @@ class Comparison:
             if len(self._cache) > 64:
                 self._cache.clear()
             self._cache[key] = _simulated(model, record, end)
-        return (record.values - model.bias(record))[:end] - self._cache[key]
+        return record.values[:end] - model.sensed(record, self._cache[key])
 
     def expecting(self, model_error: float) -> Comparison:
         """Weight the same data by another expected model error."""
@@ -166,6 +166,8 @@ class Comparison:
     def fit(self, fixed: CauseValues, free: CauseValues, most: int = _MOST_STEPS) -> FittedBuilding:
         """Fit the numbers of the free causes, from the values given with them."""
         parameters = [p for cause, _ in free for p in cause.parameters]
+        if not parameters:
+            return self.evaluate(fixed + free)
         start = coordinates(parameters, [v for _, values in free for v in values])
         lower = coordinates(parameters, [p.lower for p in parameters])
         upper = coordinates(parameters, [p.upper for p in parameters])

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .causes import TYPICAL_PERIOD
+from .candidate import TYPICAL_PERIOD
 from .comparison import Comparison, FittedBuilding
 
 

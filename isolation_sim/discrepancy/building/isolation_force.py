@@ -20,10 +20,10 @@ from ...identification.parameterisation import Parameterisation
 from ...simulation.result import Run
 from ..decisions import LEAST_SENSOR_ERROR
 from ..device.model import Model
-from .causes import TYPICAL_PERIOD, total_force_scale
+from .candidate import TYPICAL_PERIOD
 from .channels import ISOLATOR, Channel
 from .comparison import CauseValues, Comparison, with_causes
-from .model import BuildingModel
+from .model import BuildingModel, total_force_scale
 from .noise import NoiseFloor, smooth_spectrum, spectra
 from .record import BuildingRecord
 

@@ -49,12 +49,16 @@ class BuildingModel:
     # Effects around the isolators' law, with parameters in the device's scale
     effects: Mapping[Effect, Mapping[str, float]] = field(default_factory=dict)
     soil: Soil | None = None  # None for a rigid soil
+    held: bool = False  # Whether the recorded current is held from sample to sample, or linear
     delay: float = 0.0  # Delay of the recorded current at the isolators, s
     lag: float = 0.0  # Time constant with which they follow it, s
     slew: float = np.inf  # Slew rate of the supply, A/s
     supply_limit: float = np.inf  # Highest current that reaches them, A
     # Error of a channel as Legendre coefficients over the record's duration, in its unit
     biases: Mapping[str, NDArray] = field(default_factory=dict)
+    gains: Mapping[str, float] = field(default_factory=dict)  # Shown over true motion, by channel
+    delays: Mapping[str, float] = field(default_factory=dict)  # How late a channel is, s
+    exchanged: tuple[tuple[str, str], ...] = ()  # Channels that show each other's motion
 
     @property
     def isolators(self) -> tuple[int, ...]:
@@ -96,7 +100,7 @@ class BuildingModel:
     def predict(self, record: BuildingRecord, ground: Sequence[Record] | None = None) -> NDArray:
         """Simulate a record's channels, (n, n_channels); not a number if the model diverges."""
         # ``ground`` may take the place of the record's ground motion on the same samples, m/s^2.
-        return self.simulated(record, ground) + self.bias(record)
+        return self.sensed(record, self.simulated(record, ground))
 
     def simulated(
         self,
@@ -121,7 +125,8 @@ class BuildingModel:
         motions = []
         for name, motion in zip(record.ground_channels, ground or record.ground, strict=True):
             error = _legendre(self.biases[name], len(record)) if name in self.biases else 0.0
-            motions.append(replace(motion, acceleration=(motion.acceleration - error)[:end]))
+            shaking = (motion.acceleration - error) / self.gains.get(name, 1.0)
+            motions.append(replace(motion, acceleration=shaking[:end]))
         isolated = self.assembled()
         driver = CoilDriver()
         if record.current is not None and (self.lag or np.isfinite(self.slew)):
@@ -155,39 +160,47 @@ class BuildingModel:
                 result[names.index(f"{all_names[j]}_displacement_m"), k] = row[j]
         return result
 
-    def bias(self, record: BuildingRecord) -> NDArray:
-        """Error of the sensors, (n, n_channels), in each channel's unit."""
-        n = len(record)
-        error = np.zeros((n, len(record.channels)))
-        for k, channel in enumerate(record.channels):
-            if channel in self.biases:
-                error[:, k] = _legendre(self.biases[channel], n)
-        return error
+    def sensed(self, record: BuildingRecord, motion: NDArray) -> NDArray:
+        """What the sensors of a record show of a simulated motion, (n, n_channels)."""
+        from scipy.ndimage import shift
+
+        shown, channels = motion.copy(), record.channels
+        for pair in self.exchanged:
+            first, second = (channels.index(name) for name in pair)
+            shown[:, [first, second]] = shown[:, [second, first]]
+        for k, name in enumerate(channels):
+            if name in self.delays:
+                shown[:, k] = shift(shown[:, k], self.delays[name] / record.dt, mode="nearest")
+            if name in self.gains:
+                shown[:, k] *= self.gains[name]
+            if name in self.biases:
+                shown[:, k] += _legendre(self.biases[name], len(record))[: len(shown)]
+        return shown
 
     def _control(self, record: BuildingRecord) -> Control:
         if record.current is None:
             return controller("passive_off")
-        return RecordedCurrent(
-            record.time, np.minimum(record.current, self.supply_limit), self.delay
-        )
+        current = np.minimum(record.current, self.supply_limit)
+        return RecordedCurrent(record.time, current, self.delay, self.held)
 
 
 class RecordedCurrent:
-    """The current of a record, linear between samples, with a delay."""
-
-    # Held over half a sample's step about each sample and about each middle between two.
+    """The current of a record, with a delay: held from sample to sample, or linear between them."""
 
     name = "recorded"
     period: float | None = None
     preview_time = 0.0
 
-    def __init__(self, time: NDArray, current: NDArray, delay: float) -> None:
-        between = (current[1:] + current[:-1]) / 2
-        values = np.append(np.column_stack([current[:-1], between]).ravel(), current[-1])
-        quarter = (time[1] - time[0]) / 4
-        starts = np.arange(values.size) * 2 * quarter - quarter + delay
+    def __init__(self, time: NDArray, current: NDArray, delay: float, held: bool) -> None:
+        step = time[1] - time[0]
+        starts, values = np.arange(current.size) * step, current
+        if not held:
+            # held over half a step about each sample and about each middle between two
+            between = (current[1:] + current[:-1]) / 2
+            values = np.append(np.column_stack([current[:-1], between]).ravel(), current[-1])
+            starts = np.arange(values.size) * step / 2 - step / 4
         changes = np.append(False, np.diff(values) != 0)
-        self._table = np.append(0.0, starts[changes]), np.append(values[0], values[changes])
+        self._table = np.append(0.0, starts[changes] + delay), np.append(values[0], values[changes])
 
     def prepare(self, context: RunContext, trial: Any) -> None:
         """Nothing to prepare."""
@@ -374,3 +387,14 @@ def _legendre(coefficients: NDArray, n: int) -> NDArray:
 @lru_cache(maxsize=16)
 def _legendre_rows(n: int, terms: int) -> NDArray:
     return np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, n), terms - 1)
+
+
+def force_scales(model: BuildingModel) -> NDArray:
+    """Force scale of each isolator, (n_isolators,)."""
+    return np.array([model.nominal.elements[e].device.force_scale for e in model.isolators])
+
+
+def total_force_scale(model: BuildingModel) -> float:
+    """Force of all isolators over that of the device, along the first direction."""
+    along = np.abs(model.nominal.holding[list(model.isolators), 0])
+    return float(along @ force_scales(model))

@@ -5,11 +5,40 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import InputError
 from ...identification.data_checks import clipped
 from .record import BuildingRecord
 
 _LOW, _HIGH = 0.2, 3.0
 """Hz: where an isolated building moves enough to compare accelerations with its displacement."""
+
+
+_UNITS = (9.81, 100.0, 981.0, 1000.0)
+"""Factors between units that are mistaken for each other."""
+_ALIKE, _COHERENT, _COHERENT_ALL = 0.12, 0.9, 0.97
+"""Relative distance from a factor, and coherence from which it counts; coherence of what can only
+be the same motion. Convention."""
+
+
+def check_quantities(record: BuildingRecord) -> None:
+    """Refuse a record whose accelerations and displacements do not belong together."""
+    for axis, motion in zip(record.axes, record.ground, strict=True):
+        along = f" along {axis}" if axis else ""
+        slope, _, coherence = _against_displacement(record, axis, motion.acceleration)
+        ratio = max(abs(slope), 1 / abs(slope)) if slope else 1.0
+        if coherence > _COHERENT and any(abs(ratio / one - 1) < _ALIKE for one in _UNITS):
+            raise InputError(
+                f"{record.name}: the base's acceleration relative to the ground{along} is "
+                f"{slope:.3g} times that of the isolators' displacement; expected: 1 (is each "
+                "column in the unit that its name says?)"
+            )
+        itself, _, same = _against_displacement(record, axis, 0.0)
+        if coherence < _COHERENT_ALL < same and abs(itself - 1) < _ALIKE:
+            raise InputError(
+                f"{record.name}: the base's acceleration{along} itself is that of the isolators' "
+                "displacement; expected: absolute accelerations, and displacements relative to the "
+                "ground"
+            )
 
 
 def record_problems(record: BuildingRecord) -> tuple[str, ...]:
@@ -27,7 +56,7 @@ def record_problems(record: BuildingRecord) -> tuple[str, ...]:
             result.append(f"{name} does not start at rest, as the simulation does")
     for axis, motion in zip(record.axes, motions, strict=True):
         along = f" along {axis}" if axis else ""
-        slope, lag = _against_displacement(record, axis, motion)
+        slope, lag, _ = _against_displacement(record, axis, motion)
         if not 0.7 < slope < 1.4:
             result.append(
                 f"the base's acceleration relative to the ground{along} is {slope:.2f} times that "
@@ -44,9 +73,9 @@ def record_problems(record: BuildingRecord) -> tuple[str, ...]:
 
 
 def _against_displacement(
-    record: BuildingRecord, axis: str, motion: NDArray
-) -> tuple[float, float]:
-    """Relative acceleration over the displacement's, and how late the displacement is, s."""
+    record: BuildingRecord, axis: str, motion: NDArray | float
+) -> tuple[float, float, float]:
+    """Relative acceleration over the displacement's, delay of the displacement (s), coherence."""
     # From the phase and size of their cross-spectrum, weighted by its size.
     frequency = np.fft.rfftfreq(len(record), record.dt)
     used = (frequency > _LOW) & (frequency < _HIGH)
@@ -56,8 +85,10 @@ def _against_displacement(
     accelerated = -(omega**2) * np.fft.rfft(record.displacement(axis))[used]
     cross = relative * accelerated.conj()
     power = float(np.sum(np.abs(accelerated) ** 2))
-    if power == 0:
-        return 0.0, 0.0
+    own = float(np.sum(np.abs(relative) ** 2))
+    if power == 0 or own == 0:
+        return 0.0, 0.0, 0.0
     lag = float(np.sum(omega * np.abs(cross) * np.angle(cross)) / np.sum(omega**2 * np.abs(cross)))
     aligned = cross * np.exp(-1j * omega * lag)
-    return float(aligned.real.sum() / power), lag
+    shared = float(aligned.real.sum())
+    return shared / power, lag, abs(shared) / float(np.sqrt(power * own))

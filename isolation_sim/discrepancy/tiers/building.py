@@ -25,8 +25,8 @@ from ...laws.current_dependence import CurrentDependence
 from ...laws.law import Law
 from ...structures import IsolatedStructure
 from ..adapters.building import BuildingRecords, extended_device, intervals, traces_of
+from ..building.candidate import Candidate, Parameter, Values
 from ..building.cause_search import adequacy, p_value
-from ..building.causes import Candidate, Parameter, Values, total_force_scale
 from ..building.comparison import (
     CauseValues,
     Comparison,
@@ -42,14 +42,12 @@ from ..building.errors import (
     squared_blocks,
 )
 from ..building.isolation_force import effect_values, layer_model
-from ..building.model import BuildingModel
+from ..building.model import BuildingModel, total_force_scale
 from ..building.record import BuildingRecord
 from ..decisions import (
     BEYOND_TESTS,
-    BUILDING_EXPLAINED,
     FALSE_ALARM,
     LEAST_BUILDING_SHARE,
-    MISFIT_LEVEL,
     NEARLY_RIGHT,
     NOT_WORSE,
     QUIET,
@@ -320,8 +318,7 @@ class BuildingTiers(Tiers[_Rung]):
         if not rung.text:
             return diagnosis.verdict
         outcome, space, chance = rung.outcome, self.problem.space, self._chance(rung)
-        removed = space.removed_share(space.comparison.evaluate(outcome.cause_values))
-        explained = chance >= MISFIT_LEVEL or removed >= BUILDING_EXPLAINED
+        explained = space.explains(space.comparison.evaluate(outcome.cause_values), chance)
         return "explained" if explained else "partly_explained"
 
     def extend(self, diagnosis: D, rung: _Rung, errors: Rung) -> D:

@@ -18,7 +18,7 @@ from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.adapters.building import intervals
 from isolation_sim.discrepancy.building.cause_search import adequacy, search_causes
 from isolation_sim.discrepancy.building.causes import candidates
-from isolation_sim.discrepancy.building.comparison import compare_records, split
+from isolation_sim.discrepancy.building.comparison import compare_records, split, with_causes
 from isolation_sim.discrepancy.building.errors import excess_error
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
@@ -28,6 +28,7 @@ from isolation_sim.discrepancy.diagnose import diagnose_building
 from isolation_sim.errors import InputError
 
 NOISE = 0.01
+GROUND = el_centro_1940()
 CHANNELS = (
     "base_acceleration_m_s2",
     *(f"floor{k}_acceleration_m_s2" for k in range(1, 6)),
@@ -85,6 +86,14 @@ def _damped(coefficient):
         return replace(model, structure=replace(model.structure, damping=damping))
 
     return change
+
+
+def _with(model, name, place, values):
+    """A model with one of the candidate causes in it."""
+    blank = {c: np.arange(len(GROUND)) % 3 - 1.0 for c in CHANNELS}
+    listed = candidates(model, [BuildingRecord("blank", GROUND, blank)])
+    cause = next(one for one in listed if (one.name, one.place) == (name, place))
+    return with_causes(model, ((cause, values),))
 
 
 def test_noise_is_found_in_every_channel_and_in_the_ground(isolated):
@@ -251,6 +260,92 @@ def test_a_biased_sensor_is_named_with_its_channel(isolated):
     assert diagnosis.causes[0].parameters["mean"].value == pytest.approx(0.03, abs=0.003)
     # the building itself is as it was
     np.testing.assert_allclose(diagnosis.building.structure.stiffness, isolated.structure.stiffness)
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "values"),
+    [("floor_mass_error", "floor4", (0.3,)), ("sensor_delay", "accelerations", (0.02,))],
+)
+def test_a_cause_is_named_with_its_place(isolated, name, place, values):
+    record = _record(isolated, lambda model: _with(model, name, place, values), seed=12)
+    diagnosis = diagnose_building(record, isolated, tiers="causes")
+    (cause,) = diagnosis.causes
+    assert cause.name == name and place in cause.evidence
+    (number,) = (one for key, one in cause.parameters.items() if key != "floor")
+    assert number.value == pytest.approx(values[0], rel=0.05)
+    assert diagnosis.verdict == "explained"
+
+
+def test_masses_stiffness_and_damping_are_changed_where_they_are_said_to_be(isolated):
+    record = _record(isolated, noise=1e-9)
+    model = building_model(isolated, [record])
+    own = model.structure
+
+    def changed(name, place, value):
+        return _with(model, name, place, (value,)).structure
+
+    masses = np.diag(own.mass)
+    ratio = np.diag(changed("floor_mass_error", "floor2", 0.2).mass) / masses
+    assert ratio == pytest.approx([1, 1, 1.2, 1, 1, 1])
+    ratio = np.diag(changed("floor_mass_error", "all floors", 0.2).mass) / masses
+    assert ratio == pytest.approx([1, 1.2, 1.2, 1.2, 1.2, 1.2])
+    stiffer = changed("storey_stiffness_gain", "storey3", 0.5)
+    ratio = shear_stiffness(stiffer) / shear_stiffness(own)
+    assert ratio == pytest.approx([1, 1, 1.5, 1, 1])
+    whole = changed("structure_stiffness_error", "", -0.1)
+    np.testing.assert_allclose(whole.stiffness, 0.9 * own.stiffness)
+    row = own.drift_rows[1]
+    damper = changed("extra_storey_damping", "storey2", 1e6).damping - own.damping
+    np.testing.assert_allclose(damper, 1e6 * np.outer(row, row), atol=1e-6)
+    damped = changed("structural_damping_error", "", 0.5)
+    np.testing.assert_allclose(damped.damping, 1.5 * own.damping)
+    weaker = _with(model, "isolator_force_error", "", (-0.25,)).assembled()
+    scales = [one.elements[0].device.force_scale for one in (weaker, isolated)]
+    assert scales[0] == pytest.approx(0.75 * scales[1])
+
+
+def test_sensors_show_what_their_faults_make_of_a_motion(isolated):
+    record = _record(isolated, noise=1e-9)
+    model = building_model(isolated, [record])
+    t = record.time
+    motion = np.sin(2 * np.pi * t)[:, np.newaxis] * (1.0 + np.arange(len(CHANNELS)))
+    roof, base = CHANNELS.index("floor5_acceleration_m_s2"), 0
+    pair = f"{CHANNELS[base]}, {CHANNELS[roof]}"
+    shown = _with(model, "sensor_exchange", pair, ()).sensed(record, motion)
+    np.testing.assert_array_equal(shown[:, [base, roof]], motion[:, [roof, base]])
+    turned = _with(model, "sensor_gain", CHANNELS[roof], (-1.0,)).sensed(record, motion)
+    np.testing.assert_array_equal(turned[:, roof], -motion[:, roof])
+    late = _with(model, "sensor_delay", "all channels", (0.033,)).sensed(record, motion)
+    expected = np.sin(2 * np.pi * (t - 0.033))[:, np.newaxis] * (1.0 + np.arange(len(CHANNELS)))
+    inside = (t > 0.2) & (t < t[-1] - 0.2)
+    np.testing.assert_allclose(late[inside], expected[inside], atol=1e-4)
+
+
+def test_two_exchanged_sensors_are_named(isolated):
+    record = _record(isolated, seed=13)
+    names = ("floor2_acceleration_m_s2", "floor3_acceleration_m_s2")
+    response = dict(record.response)
+    response[names[0]], response[names[1]] = (record.response[one] for one in reversed(names))
+    diagnosis = diagnose_building(replace(record, response=response), isolated, tiers="causes")
+    (cause,) = diagnosis.causes
+    assert cause.name == "sensor_exchange" and cause.parameters == {}
+    assert "are exchanged" in cause.evidence and diagnosis.verdict == "explained"
+
+
+def test_records_whose_quantities_do_not_belong_together_are_refused(isolated):
+    record = _record(isolated, noise=1e-9)
+    in_g = {name: values / 9.81 for name, values in record.response.items()}
+    in_g["isolator_displacement_m"] = record.response["isolator_displacement_m"]
+    (ground,) = record.ground
+    scaled = replace(record, ground=(ground.scaled(1 / 9.81),), response=in_g)
+    with pytest.raises(InputError, match=r"is 0\.102 times that of the isolators' displacement"):
+        diagnose_building(scaled, isolated)
+    relative = {
+        name: values - ground.acceleration * name.endswith("m_s2")
+        for name, values in record.response.items()
+    }
+    with pytest.raises(InputError, match="expected: absolute accelerations"):
+        diagnose_building(replace(record, response=relative), isolated)
 
 
 def test_intervals_are_those_of_a_linear_fit(isolated):

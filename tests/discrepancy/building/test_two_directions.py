@@ -7,9 +7,14 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import Record
-from isolation_sim.discrepancy.building.causes import candidates, total_force_scale
+from isolation_sim.discrepancy.building.causes import candidates
 from isolation_sim.discrepancy.building.comparison import with_causes
-from isolation_sim.discrepancy.building.model import building_model, dofs_by_level, shear_stiffness
+from isolation_sim.discrepancy.building.model import (
+    building_model,
+    dofs_by_level,
+    shear_stiffness,
+    total_force_scale,
+)
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.diagnosis import Trace, groups_in_turn
 from isolation_sim.errors import InputError

@@ -1,0 +1,62 @@
+"""A cause that the model of an isolated building may lack: it adds a few numbers to the model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .channels import GROUND
+from .model import BuildingModel
+
+Values = tuple[float, ...]
+TYPICAL_PERIOD = 2.0
+"""s: of isolated buildings, for the orders of magnitude that fits start from."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of a cause."""
+
+    # name, unit: As reported, SI
+    name: str
+    unit: str
+    # lower, upper: Bounds, in ``unit``
+    lower: float = -np.inf
+    upper: float = np.inf
+    # Whether only its order of magnitude is known beforehand; its logarithm is fitted
+    logarithmic: bool = False
+    # Reported number over the fitted one; for what is fitted in a device's own scale
+    factor: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A cause that may be put into a building's model."""
+
+    name: str  # In the catalogue
+    place: str  # Which storey or channel; empty where there is only one
+    parameters: tuple[Parameter, ...]  # Fitted numbers
+    starts: tuple[Values, ...]  # Values from which fits start
+    # ``apply(model, values)`` -> BuildingModel with the cause
+    apply: Callable[[BuildingModel, Values], BuildingModel]
+    says: str  # Description for the report; names of its values in braces
+    form: str = ""  # Variant of the cause
+    # Fixed numbers to report beside the fitted ones: the storey's
+    numbers: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def of_sensor(self) -> bool:
+        """Whether it changes a sensor's signal and not the motion of the building."""
+        return self.name.startswith("sensor_") and not self.place.startswith(GROUND)
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Key of a cause: a model contains it once at each place."""
+        return self.name, self.place
+
+    @property
+    def label(self) -> str:
+        """Name and place, to print."""
+        return f"{self.name} ({self.place})" if self.place else self.name

@@ -1,0 +1,163 @@
+"""Causes in the isolation layer, and in the currents that reach it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...effects import Effect
+from ...effects.effect import in_sentence
+from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values
+from .isolator_effects import ISOLATOR_EFFECTS
+from .model import BuildingModel, force_scales, total_force_scale
+from .record import BuildingRecord
+
+
+def layer_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
+    """Causes in the isolation layer."""
+    yield _damping(model)
+    yield _force()
+    if all(law.directions < 3 for law in model.nominal.group_laws):
+        # no effect has a form under a vertical load that changes
+        yield from _effects(model, records)
+
+
+def current_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
+    """Causes between the recorded current and the isolators."""
+    if model.device.depends_on_current and all(r.current is not None for r in records):
+        yield from _delays()
+        yield from _limits(records)
+
+
+def _damping(model: BuildingModel) -> Candidate:
+    """Something else damps the isolation layer: cables, pipes, sliders, air."""
+    rows = model.nominal.element_rows[list(model.isolators)]
+    # as the isolators are distributed, and in total one in every direction
+    shares = force_scales(model) / total_force_scale(model)
+    pattern = sum(share * np.outer(row, row) for share, row in zip(shares, rows, strict=True))
+    critical = 2 * model.structure.total_mass * 2 * np.pi / TYPICAL_PERIOD
+
+    def apply(model: BuildingModel, values: Values) -> BuildingModel:
+        damping = model.structure.damping + values[0] * pattern
+        return replace(model, structure=replace(model.structure, damping=damping))
+
+    return Candidate(
+        "extra_isolator_damping", "", (Parameter("coefficient", "N s/m", 0.0),),
+        ((0.03 * critical,),), apply,
+        "the isolation layer has {coefficient:.3g} N s/m of damping more",
+    )  # fmt: skip
+
+
+def _force() -> Candidate:
+    """All isolators push harder or less than their law says: another batch, aged or cold rubber."""
+
+    def apply(model: BuildingModel, values: Values) -> BuildingModel:
+        elements = list(model.nominal.elements)
+        for e in model.isolators:
+            device = elements[e].device
+            scale = (1 + values[0]) * device.force_scale
+            elements[e] = replace(elements[e], device=replace(device, force_scale=scale))
+        return replace(model, nominal=replace(model.nominal, elements=tuple(elements)))
+
+    return Candidate(
+        "isolator_force_error", "", (Parameter("relative_error", "1", -0.9, 5.0),), ((0.05,),),
+        apply, "the force of the isolators is {relative_error:+.1%} off",
+    )  # fmt: skip
+
+
+def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
+    """Causes that the isolators' law may lack."""
+    device = model.nominal.elements[0].device
+    deformation = max(float(np.abs(r.displacement(axis)).max()) for r in records for axis in r.axes)
+    accelerations = [
+        np.sqrt(np.mean(r.mean_acceleration(r.values, axis) ** 2))
+        for r in records
+        for axis in r.axes
+    ]
+    force = model.structure.total_mass * float(max(accelerations))
+    # fitted in the device's own scale, reported in the building's, of all isolators together
+    metre, newton = device.length, total_force_scale(model)
+    length, strength = deformation / metre, force / newton
+    speed = length * 2 * np.pi / TYPICAL_PERIOD
+    sizes = {
+        "m": length, "m/s": speed, "N": strength, "N/m": strength / length, "1/m": 1 / length
+    }  # fmt: skip
+    factors = {"m": metre, "m/s": metre, "N": newton, "N/m": newton / metre, "1/m": 1 / metre}
+    for name, effect in ISOLATOR_EFFECTS.items():
+        yield _around_the_law(name, effect, sizes, factors)
+
+
+def _around_the_law(
+    name: str, effect: Effect, sizes: dict[str, float], factors: dict[str, float]
+) -> Candidate:
+    def apply(model: BuildingModel, values: Values) -> BuildingModel:
+        numbers = dict(zip(effect.parameter_names, values, strict=True))
+        return replace(model, effects={**model.effects, effect: numbers})
+
+    parameters, columns = [], []
+    for q in effect.parameters:
+        parameters.append(
+            Parameter(q.name, q.unit, q.lower, q.upper, factor=factors.get(q.unit, 1.0))
+        )
+        columns.append([start * sizes.get(q.unit, 1.0) for start in q.starts])
+    most = max(len(column) for column in columns)
+    starts = tuple(
+        tuple(column[min(k, len(column) - 1)] for column in columns) for k in range(most)
+    )
+    says = ", ".join(f"{q.name} {{{q.name}:.3g}} {q.unit}" for q in parameters)
+    return Candidate(
+        name, "", tuple(parameters), starts, apply,
+        f"{in_sentence(effect.title)} in the isolation layer ({says})", form=effect.form,
+    )  # fmt: skip
+
+
+def _delays() -> Iterator[Candidate]:
+    """The recorded command reaches the isolators late: after a dead time, or through a lag."""
+
+    def late(model: BuildingModel, values: Values) -> BuildingModel:
+        return replace(model, delay=values[0])
+
+    def sluggish(model: BuildingModel, values: Values) -> BuildingModel:
+        return replace(model, lag=values[0])
+
+    yield Candidate(
+        "actuation_delay", "", (Parameter("delay", "s", 0.0, 2.0),),
+        ((0.005,), (0.05,), (0.2,)), late,
+        "the current acts {delay:.3g} s after it was recorded", form="dead_time",
+    )  # fmt: skip
+    yield Candidate(
+        "actuation_delay", "", (Parameter("lag", "s", 1e-4, 2.0),),
+        ((0.005,), (0.05,), (0.2,)), sluggish,
+        "the current acts through a lag of {lag:.3g} s", form="first_order",
+    )  # fmt: skip
+
+
+def _limits(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
+    """The supply does not give the highest currents that were recorded as commands."""
+    highest = max(float(r.current.max()) for r in records if r.current is not None)
+    if highest <= 0:
+        return
+
+    def clipped(model: BuildingModel, values: Values) -> BuildingModel:
+        return replace(model, supply_limit=values[0])
+
+    def slow(model: BuildingModel, values: Values) -> BuildingModel:
+        return replace(model, slew=values[0])
+
+    yield Candidate(
+        "current_supply_limit", "", (Parameter("limit", "A", 0.0, highest),),
+        ((0.97 * highest,), (0.8 * highest,), (0.5 * highest,)), clipped,
+        "the current stops at {limit:.3g} A", form="largest_current",
+    )  # fmt: skip
+    fastest = max(
+        float(np.abs(np.diff(r.current)).max() / r.dt)
+        for r in records if r.current is not None
+    )  # fmt: skip
+    yield Candidate(
+        "current_supply_limit", "",
+        (Parameter("slew", "A/s", 1e-3 * fastest, fastest, logarithmic=True),),
+        ((0.7 * fastest,), (0.2 * fastest,), (0.05 * fastest,)), slow,
+        "the current changes by {slew:.3g} A/s at most", form="slew",
+    )  # fmt: skip
