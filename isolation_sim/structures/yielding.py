@@ -10,7 +10,7 @@ import numpy as np
 from ground_motions.argument_types import checked
 
 from ..errors import InputError
-from ..laws import law
+from ..laws import Device, law
 from .structure import IsolatedStructure, Structure
 
 _SHEAR_BUILDING = 1e-9  # largest part of the stiffness that is not from storeys, as a share
@@ -87,11 +87,7 @@ def yielding_storeys(
     softened = replace(structure, stiffness=structure.stiffness - rows.T * soft @ rows)
     built = replace(isolated, structure=softened)
     for k, storey in enumerate(structure.storeys):
-        share = 0.5 / (shear[k] / stiffness[k]) ** smoothness
-        device = law("bouc_wen", {
-            "k": 0.0, "c": 0.0, "alpha": float(soft[k]), "A": 1.0, "beta": float(share),
-            "gamma": float(share), "n": float(smoothness), "F0": 0.0,
-        })  # fmt: skip
+        device = storey_hysteresis(soft[k], shear[k] / stiffness[k], smoothness)
         description = (
             f"yield shear {1e-3 * shear[k]:.4g} kN, elastic stiffness "
             f"{1e-6 * stiffness[k]:.4g} kN/mm, hardening ratio {hardening_ratio:g}"
@@ -99,3 +95,12 @@ def yielding_storeys(
         device = replace(device, name=description)
         built = built.with_element(device, storey, name=f"{storey}_hysteresis")
     return built
+
+
+def storey_hysteresis(stiffness: float, yield_drift: float, smoothness: float) -> Device:
+    """The hysteretic part of a storey, N/m and m."""
+    share = 0.5 / yield_drift**smoothness
+    return law("bouc_wen", {
+        "k": 0.0, "c": 0.0, "alpha": float(stiffness), "A": 1.0, "beta": float(share),
+        "gamma": float(share), "n": float(smoothness), "F0": 0.0,
+    })  # fmt: skip

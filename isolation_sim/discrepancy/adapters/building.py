@@ -55,15 +55,8 @@ class BuildingRecords(Problem[FittedBuilding]):
     def nominal(self) -> FittedBuilding:
         """Estimate the noise and simulate the engineer's model."""
         self.progress("estimating the noise")
-        self.first = compare_records(self._model, self.records)
+        self.first = compare_records(self._model, self.records).with_best_sampling()
         self.engineers = self.first.evaluate(())
-        if any(record.current is not None for record in self.records):
-            # a command is held from sample to sample, a measured current changes between them
-            held = replace(self._model, held=True)
-            trial = replace(self.first, model=held, _cache={}).evaluate(())
-            if trial.cost < self.engineers.cost:
-                self._model, self.first = held, compare_records(held, self.records)
-                self.engineers = self.first.evaluate(())
         return self.engineers
 
     def search(self, base: FittedBuilding) -> SearchResult[FittedBuilding]:

@@ -45,6 +45,7 @@ class Candidate:
     form: str = ""  # Variant of the cause
     # Fixed numbers to report beside the fitted ones: the storey's
     numbers: tuple[tuple[str, float], ...] = ()
+    late: bool = False  # Whether it is only tried where no other cause explains the records
 
     @property
     def of_sensor(self) -> bool:

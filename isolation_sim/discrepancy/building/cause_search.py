@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..decisions import (
     BUILDING_EXPLAINED,
+    COMPLETES,
     FALSE_ALARM,
     LEAST_BUILDING_SHARE,
     MISFIT_LEVEL,
@@ -63,11 +64,20 @@ class CauseSearch:
         return adequacy(segments, current.fitted + current.held_out) > QUIET
 
     def candidates(self, current: FittedBuilding) -> list[FittedBuilding]:
-        """Fit each cause's own numbers roughly, and the best causes with all numbers."""
+        """Fit all causes; late ones only where no other explains the records."""
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
+        first = [cause for cause in self._choices if not cause.late]
+        best = self._fits(current, first)
+        if self.is_explained(best[0]):
+            return best
+        late = [cause for cause in self._choices if cause.late]
+        return _rank(best + self._fits(current, late)) if late else best
+
+    def _fits(self, current: FittedBuilding, choices: Sequence[Candidate]) -> list[FittedBuilding]:
+        """Each cause's own numbers fitted roughly, the best causes with all numbers; best first."""
         rough = []
-        for cause in self._choices:
+        for cause in choices:
             if cause.label in current.causes:
                 continue
             fits = [
@@ -75,9 +85,9 @@ class CauseSearch:
                 for start in self._best_starts(current.cause_values, cause)[:STARTS_FITTED]
             ]
             rough.append(min(fits, key=lambda outcome: outcome.cost))
-        rough = _rank(rough)
+        rough = _rank(rough) if rough else []
         refined = [self.comparison.fit((), one.cause_values) for one in rough[:REFINED]]
-        return _rank(refined + rough[REFINED:])
+        return _rank([*refined, *rough[REFINED:]]) if rough else []
 
     def choose(
         self, current: FittedBuilding, tried: Sequence[FittedBuilding]
@@ -95,7 +105,7 @@ class CauseSearch:
         old = self.comparison
         self.comparison = compare_records(
             old.model, old.records, taken.cause_values, old.model_error, old.later
-        )
+        ).with_best_sampling(taken.cause_values)
         self.before = self.comparison.evaluate(())
         current = self.comparison.fit((), taken.cause_values)
         while len(current.cause_values) > 1:
@@ -130,12 +140,19 @@ class CauseSearch:
 
     def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
         n = one.n_independent
-        misfit = self.before.cost - sum(s.noise_cost for s in self.comparison.fitted)
+        noise = [
+            sum(s.noise_cost for s in segments)
+            for segments in (self.comparison.fitted, self.comparison.held_out)
+        ]
+        gain, gain_held_out = current.cost - one.cost, current.held_out_cost - one.held_out_cost
+        completes = gain > COMPLETES * (current.cost - noise[0]) and gain_held_out > COMPLETES * (
+            current.held_out_cost - noise[1]
+        )
         return (
             p_value(current, one) * self._n_tests < FALSE_ALARM
             and one.criterion(n) < current.criterion(n)
-            and one.held_out_cost < current.held_out_cost
-            and current.cost - one.cost > LEAST_BUILDING_SHARE * misfit
+            and gain_held_out > 0
+            and (completes or gain > LEAST_BUILDING_SHARE * (self.before.cost - noise[0]))
             and all(
                 np.all(segment.halves(after) < NOT_WORSE * segment.halves(without))
                 for segment, after, without in zip(

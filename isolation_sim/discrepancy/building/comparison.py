@@ -134,6 +134,18 @@ class Comparison:
             self._cache[key] = _simulated(model, record, end)
         return record.values[:end] - model.sensed(record, self._cache[key])
 
+    def with_best_sampling(self, result: CauseValues = ()) -> Comparison:
+        """Compare again if ground or current between the samples follow the other assumption."""
+        best, cost = self.model, self.evaluate(result).cost
+        for change in (_other_ground, _other_current):
+            other = change(best)
+            trial = replace(self, model=other, _cache={}).evaluate(result).cost
+            if trial < cost:
+                best, cost = other, trial
+        if best is self.model:
+            return self
+        return compare_records(best, self.records, result, self.model_error, self.later)
+
     def expecting(self, model_error: float) -> Comparison:
         """Weight the same data by another expected model error."""
         floors = {r.name: floor for r, floor in zip(self.records, self.floors, strict=True)}
@@ -290,6 +302,14 @@ def values_of(parameters: Sequence[Parameter], x: NDArray) -> list[float]:
         float(np.exp(min(c, 700.0)) if p.logarithmic else c)
         for p, c in zip(parameters, x, strict=True)
     ]
+
+
+def _other_ground(model: BuildingModel) -> BuildingModel:
+    return replace(model, band_limited=not model.band_limited)
+
+
+def _other_current(model: BuildingModel) -> BuildingModel:
+    return replace(model, held=not model.held)
 
 
 def _simulated(model: BuildingModel, record: BuildingRecord, end: int) -> NDArray:

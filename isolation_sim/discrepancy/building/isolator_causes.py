@@ -17,7 +17,7 @@ from .record import BuildingRecord
 
 def layer_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
     """Causes in the isolation layer."""
-    yield _damping(model)
+    yield from _linear(model)
     yield _force()
     if all(law.directions < 3 for law in model.nominal.group_laws):
         # no effect has a form under a vertical load that changes
@@ -31,22 +31,32 @@ def current_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> I
         yield from _limits(records)
 
 
-def _damping(model: BuildingModel) -> Candidate:
-    """Something else damps the isolation layer: cables, pipes, sliders, air."""
+def _linear(model: BuildingModel) -> Iterator[Candidate]:
+    """Something else holds or damps the isolation layer, or its rubber differs from its law."""
     rows = model.nominal.element_rows[list(model.isolators)]
     # as the isolators are distributed, and in total one in every direction
     shares = force_scales(model) / total_force_scale(model)
     pattern = sum(share * np.outer(row, row) for share, row in zip(shares, rows, strict=True))
-    critical = 2 * model.structure.total_mass * 2 * np.pi / TYPICAL_PERIOD
+    total, omega = model.structure.total_mass, 2 * np.pi / TYPICAL_PERIOD
 
-    def apply(model: BuildingModel, values: Values) -> BuildingModel:
+    def damped(model: BuildingModel, values: Values) -> BuildingModel:
         damping = model.structure.damping + values[0] * pattern
         return replace(model, structure=replace(model.structure, damping=damping))
 
-    return Candidate(
+    def held(model: BuildingModel, values: Values) -> BuildingModel:
+        stiffness = model.structure.stiffness + values[0] * pattern
+        return replace(model, structure=replace(model.structure, stiffness=stiffness))
+
+    yield Candidate(
         "extra_isolator_damping", "", (Parameter("coefficient", "N s/m", 0.0),),
-        ((0.03 * critical,),), apply,
+        ((0.06 * total * omega,),), damped,
         "the isolation layer has {coefficient:.3g} N s/m of damping more",
+    )  # fmt: skip
+    most = 10 * total * omega**2
+    yield Candidate(
+        "isolator_stiffness_error", "", (Parameter("stiffness", "N/m", -most, most),),
+        ((0.05 * total * omega**2,),), held,
+        "the stiffness of the isolation layer differs by {stiffness:+.3g} N/m from the model's",
     )  # fmt: skip
 
 
@@ -63,7 +73,7 @@ def _force() -> Candidate:
 
     return Candidate(
         "isolator_force_error", "", (Parameter("relative_error", "1", -0.9, 5.0),), ((0.05,),),
-        apply, "the force of the isolators is {relative_error:+.1%} off",
+        apply, "the force of the isolators differs by {relative_error:+.1%} from the model's",
     )  # fmt: skip
 
 

@@ -49,7 +49,11 @@ class BuildingModel:
     # Effects around the isolators' law, with parameters in the device's scale
     effects: Mapping[Effect, Mapping[str, float]] = field(default_factory=dict)
     soil: Soil | None = None  # None for a rigid soil
+    # Hysteretic elements in storeys, by the storey's place among the drifts
+    hysteresis: Mapping[int, Device] = field(default_factory=dict)
     held: bool = False  # Whether the recorded current is held from sample to sample, or linear
+    # Whether the ground motion has no frequencies above the samples', or is linear between them
+    band_limited: bool = False
     delay: float = 0.0  # Delay of the recorded current at the isolators, s
     lag: float = 0.0  # Time constant with which they follow it, s
     slew: float = np.inf  # Slew rate of the supply, A/s
@@ -89,9 +93,12 @@ class BuildingModel:
             if device.force_scale not in extended:
                 extended[device.force_scale] = self._extended(device)
             elements[e] = replace(elements[e], device=extended[device.force_scale])
+        structure = self.structure
+        for k, device in self.hysteresis.items():
+            elements += structure.with_element(device, structure.storeys[k]).elements
         if self.soil is None:
-            return IsolatedStructure(self.structure, tuple(elements))
-        founded, carried = _founded(self.structure, self.soil)
+            return IsolatedStructure(structure, tuple(elements))
+        founded, carried = _founded(structure, self.soil)
         # deformations are those of the building seen from its foundation
         return IsolatedStructure(
             founded, tuple(replace(e, direction=e.direction @ carried) for e in elements)
@@ -126,6 +133,8 @@ class BuildingModel:
         for name, motion in zip(record.ground_channels, ground or record.ground, strict=True):
             error = _legendre(self.biases[name], len(record)) if name in self.biases else 0.0
             shaking = (motion.acceleration - error) / self.gains.get(name, 1.0)
+            if self.band_limited:
+                shaking = _for_lines(shaking)
             motions.append(replace(motion, acceleration=shaking[:end]))
         isolated = self.assembled()
         driver = CoilDriver()
@@ -378,6 +387,14 @@ def _storey_heights(structure: Structure, n_storeys: int) -> NDArray:
     if heights is None or n_storeys == 0 or len(heights) % n_storeys:
         return np.full(max(n_storeys, 1), STOREY_HEIGHT)
     return heights[:: len(heights) // n_storeys]
+
+
+def _for_lines(samples: NDArray) -> NDArray:
+    """Samples between which lines have the spectrum of a band-limited signal."""
+    n = 2 * len(samples)
+    # lines attenuate by the squared sinc; above 0.8 of the Nyquist frequency there is little signal
+    frequency = np.minimum(np.fft.rfftfreq(n), 0.4)
+    return np.fft.irfft(np.fft.rfft(samples, n) / np.sinc(frequency) ** 2, n)[: len(samples)]
 
 
 def _legendre(coefficients: NDArray, n: int) -> NDArray:

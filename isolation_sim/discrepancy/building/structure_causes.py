@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...structures import Structure
+from ...structures.yielding import storey_hysteresis
 from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values
 from .channels import ROTATION
 from .model import BuildingModel, Soil, dofs_by_level, motion_of, shear_stiffness
@@ -54,6 +55,8 @@ def _storeys(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
             yield _stiffer(nominal.storeys[k], number, pattern)
             critical = 2 * float(np.sqrt(stiffness[k] * nominal.total_mass))
             yield _damped(nominal.storeys[k], number, rows[k], critical)
+            peak = _peak_force(model, records, axis)
+            yield _yielding(nominal.storeys[k], number, k, stiffness[k], peak)
             if turns and twist is not None:
                 reach = float(np.sqrt(stiffness[twist] / stiffness[k]))
                 turned = rows[twist] * (-1.0 if axis == "x" else 1.0)
@@ -134,6 +137,36 @@ def _damped(place: str, number: int, row: NDArray, critical: float) -> Candidate
     )  # fmt: skip
 
 
+def _peak_force(model: BuildingModel, records: Sequence[BuildingRecord], axis: str) -> float:
+    """Largest force of the whole building on its isolators along a direction, N."""
+    peaks = [float(np.abs(r.mean_acceleration(r.values, axis)).max()) for r in records]
+    return model.nominal.structure.total_mass * max(peaks)
+
+
+def _yielding(place: str, number: int, row: int, stiffness: float, peak: float) -> Candidate:
+    """A storey yields."""
+
+    def apply(model: BuildingModel, values: Values) -> BuildingModel:
+        yield_shear, hardening = values
+        soft = (1 - hardening) * stiffness
+        drift = model.structure.drift_rows[row]
+        elastic = model.structure.stiffness - soft * np.outer(drift, drift)
+        device = storey_hysteresis(soft, yield_shear / stiffness, _SMOOTHNESS)
+        return replace(
+            model, structure=replace(model.structure, stiffness=elastic),
+            hysteresis={**model.hysteresis, row: device},
+        )  # fmt: skip
+
+    return Candidate(
+        "storey_yielding", place,
+        (Parameter("yield_shear", "N", 1e-3 * peak, 10 * peak, logarithmic=True),
+         Parameter("hardening_ratio", "1", 0.0, 0.95)),
+        tuple((share * peak, 0.1) for share in (0.7, 0.4, 0.2)), apply,
+        f"{place} yields at {{yield_shear:.3g}} N, with {{hardening_ratio:.2f}} of its stiffness "
+        "beyond", numbers=(("storey", number),), late=True,
+    )  # fmt: skip
+
+
 def _stiffness() -> Candidate:
     """All storeys are softer or stiffer than assumed."""
 
@@ -143,7 +176,8 @@ def _stiffness() -> Candidate:
 
     return Candidate(
         "structure_stiffness_error", "", (Parameter("relative_error", "1", -0.9, 5.0),),
-        ((0.05,),), apply, "the stiffness of the whole structure is {relative_error:+.1%} off",
+        ((0.05,),), apply,
+        "the stiffness of the whole structure differs by {relative_error:+.1%} from the model's",
     )  # fmt: skip
 
 
@@ -159,7 +193,8 @@ def _damping(model: BuildingModel) -> Iterator[Candidate]:
     error = Parameter("relative_error", "1", -0.95, 20.0)
     yield Candidate(
         "structural_damping_error", "", (error,),
-        ((0.1,),), apply, "the damping of the structure is {relative_error:+.1%} off",
+        ((0.1,),), apply,
+        "the damping of the structure differs by {relative_error:+.1%} from the model's",
     )  # fmt: skip
 
     def proportional(model: BuildingModel, values: Values) -> BuildingModel:
@@ -171,8 +206,8 @@ def _damping(model: BuildingModel) -> Iterator[Candidate]:
     yield Candidate(
         "structural_damping_error", "", (error, Parameter("per_stiffness", "s", 0.0, 1.0)),
         ((0.0, 1e-3),), proportional,
-        "the damping of the structure is {relative_error:+.1%} off, and {per_stiffness:.3g} s "
-        "times its stiffness more", form="stiffness_proportional",
+        "the damping of the structure differs by {relative_error:+.1%} and {per_stiffness:.3g} s "
+        "times its stiffness from the model's", form="stiffness_proportional",
     )  # fmt: skip
 
 
@@ -199,7 +234,8 @@ def _floor_mass(
 
     return Candidate(
         "floor_mass_error", place, (Parameter("relative_error", "1", -0.9, 5.0),), ((0.05,),),
-        apply, f"the mass of {place} is {{relative_error:+.1%}} off", numbers=numbers,
+        apply, f"the mass of {place} differs by {{relative_error:+.1%}} from the model's",
+        numbers=numbers,
     )  # fmt: skip
 
 
@@ -237,7 +273,7 @@ def _base_mass(model: BuildingModel, records: Sequence[BuildingRecord]) -> Itera
     yield Candidate(
         "base_mass_error", "", (relative,), ((0.05,),),
         lambda model, values: change(model, values[0] * mass),
-        "the base's mass is {relative_error:+.1%} off",
+        "the base's mass differs by {relative_error:+.1%} from the model's",
     )  # fmt: skip
     turns = any(sensor.axis == ROTATION for sensor in records[0].sensors)
     if not turns:
@@ -263,8 +299,9 @@ def _base_mass(model: BuildingModel, records: Sequence[BuildingRecord]) -> Itera
          Parameter("shift_y", "m", -2 * size, 2 * size),
          Parameter("inertia_error", "1", -0.9, 5.0)),
         ((0.05, 0.05 * size, 0.05 * size, 0.05),), eccentric,
-        "the base's mass is {relative_error:+.1%} off, its inertia in rotation {inertia_error:+.1%}"
-        ", its centre {shift_x:+.3g} m along x and {shift_y:+.3g} m along y from the assumed one",
+        "the base's mass differs by {relative_error:+.1%} from the model's, its inertia in "
+        "rotation by {inertia_error:+.1%}, its centre {shift_x:+.3g} m along x and {shift_y:+.3g} "
+        "m along y from the assumed one",
         form="eccentric",
     )  # fmt: skip
 
@@ -279,6 +316,11 @@ def _rigid(mass: float, inertia: float, centre: NDArray) -> NDArray:
 _SOIL_STIFFNESS = tuple(5 * 10 ** (k / 2) for k in range(9))
 """Stiffness of the soil over that of an isolation layer from which fits start: from soft to nearly
 rigid, so close that the next minimum of the misfit is the deepest."""
+
+_SMOOTHNESS = 3.0
+"""Exponent of a yielding storey's Bouc-Wen law."""
+_HEAVIEST_FOUNDATION = 50.0
+"""Mass of a foundation with its soil over that of the base, at most."""
 
 
 def _soil(model: BuildingModel, rocking: bool) -> Candidate:
@@ -302,8 +344,10 @@ def _soil(model: BuildingModel, rocking: bool) -> Candidate:
     return Candidate(
         "soil_flexibility", "",
         tuple(
-            Parameter(name, unit, 1e-4 * start, 1e6 * start, logarithmic=True)
-            for name, unit, start in zip(names, units, starts[0], strict=True)
+            Parameter(name, unit, 1e-4 * start, most * start, logarithmic=True)
+            for name, unit, start, most in zip(
+                names, units, starts[0], (1e6, 1e6, _HEAVIEST_FOUNDATION), strict=True
+            )
         ),
         starts, apply,
         f"the foundation {'rocks' if rocking else 'sways'} on soil of {{stiffness:.3g}} {units[0]}",
