@@ -12,8 +12,9 @@ from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .compiled import CompiledController, Decision
+from .current_limits import highest_tested, lowest
 from .force_tracking import driven_elements
-from .open_loop import highest_tested, lowest
+from .observers.observer import ground_outputs
 from .settings import Number, SearchRange, setting
 from .sliding_mode import carried_masses
 
@@ -87,8 +88,8 @@ class FrequencyTracking(CompiledController):
     recursively with forgetting, after a low-pass that keeps what isolators can respond to. From
     the devices linearised at every current, the current is tabulated at which a rigid building on
     them amplifies a motion of this frequency least. It watches the first direction of ground motion
-    only. The preset ``tuned``
-    (``studies/tuned/frequency_tracking.toml``) is not surely better on unseen motions.
+    only. The preset ``tuned`` (``studies/tuned/frequency_tracking.toml``) is not surely better on
+    unseen motions.
     """
 
     name = "frequency_tracking"
@@ -124,10 +125,7 @@ class FrequencyTracking(CompiledController):
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:
         """Ground acceleration in the first direction."""
-        directions = nominal.structure.directions
-        if len(directions) == 1:
-            return ("ground_acceleration_m_s2",)
-        return (f"ground_{directions[0]}_acceleration_m_s2",)
+        return ground_outputs(nominal)[:1]
 
     def decision(self, context: RunContext) -> Decision:
         """Filters and table; the frequency is unknown at the start."""
