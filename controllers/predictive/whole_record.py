@@ -199,27 +199,10 @@ class WholeRecord:
         for name, rule in (("s_middle", _MIDDLE), ("s_end", _END)):
             grown = sum(w * casadi.vertcat(*side[1]) for w, side in zip(rule, sides, strict=True))
             equal.append((at[name] - at["s"] - h * grown) / scale["s"])
-        within: list[Any] = []
         # before a change of current, after the last one, and between them
         instants = [(carried(h), forces[2]), (at["z"], forces[0])]
         instants += [inside(tau) for tau in (0.25, 0.5, 0.75)]
-        for which, quantity in enumerate(self.quantities):
-            on_modes, on_force = self._rows(quantity)
-            for z, force in instants if on_force.any() else instants[:1]:
-                for item in range(len(on_modes)):
-                    value = casadi.mtimes(casadi.DM(on_modes[item]), z)
-                    value += casadi.mtimes(casadi.DM(on_force[item]), force)
-                    value /= unit[which]
-                    peak = raw["peaks"][which]
-                    if len(on_modes[item]) == 1:
-                        within += [peak - value, peak + value]
-                    else:
-                        within.append(peak**2 - casadi.sumsqr(value))
-        for c in np.flatnonzero(np.isfinite(self.coils[:, 1])).tolist():
-            lag, slew = self.coils[c, :2]
-            rate = at["u"][c] - (at["i"] if lag > 0 else at["past"])[c]
-            rate /= largest_gap(lag, slew, h)
-            within += [1.0 - rate, 1.0 + rate]
+        within = [*self._below_peaks(instants, raw["peaks"], unit), *self._slew_limits(at)]
         smooth = self.roughness / self.n * casadi.sumsqr(raw["u"] - raw["past"])
         state, control = (
             casadi.vertcat(*[raw[k] for k in names]) for names in (_STATES, _CONTROLS)
@@ -227,6 +210,34 @@ class WholeRecord:
         numbers = casadi.vertcat(*scale.values(), unit)
         results = [following, casadi.vertcat(*equal), casadi.vertcat(*within), smooth]
         return casadi.Function("stage", [state, control, *ground, numbers], results)
+
+    def _below_peaks(self, instants: Sequence[tuple[Any, Any]], peaks: Any, unit: Any) -> list[Any]:
+        """Peaks minus the outputs, which are at least 0, at instants with modes and forces."""
+        import casadi
+
+        within: list[Any] = []
+        for which, quantity in enumerate(self.quantities):
+            on_modes, on_force = self._rows(quantity)
+            for z, force in instants if on_force.any() else instants[:1]:
+                for item in range(len(on_modes)):
+                    value = casadi.mtimes(casadi.DM(on_modes[item]), z)
+                    value += casadi.mtimes(casadi.DM(on_force[item]), force)
+                    value /= unit[which]
+                    if len(on_modes[item]) == 1:
+                        within += [peaks[which] - value, peaks[which] + value]
+                    else:
+                        within.append(peaks[which] ** 2 - casadi.sumsqr(value))
+        return within
+
+    def _slew_limits(self, at: Mapping[str, Any]) -> list[Any]:
+        """Slew rates left, at least 0, of the coils with a limit."""
+        within: list[Any] = []
+        for c in np.flatnonzero(np.isfinite(self.coils[:, 1])).tolist():
+            lag, slew = self.coils[c, :2]
+            rate = at["u"][c] - (at["i"] if lag > 0 else at["past"])[c]
+            rate /= largest_gap(lag, slew, self.dt)
+            within += [1.0 - rate, 1.0 + rate]
+        return within
 
     @cached_property
     def _programme(self) -> tuple[dict[str, Any], NDArray, list[int]]:
