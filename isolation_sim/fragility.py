@@ -80,11 +80,11 @@ def fit_fragility(intensity: ArrayLike, exceeded: ArrayLike, count: ArrayLike = 
 
     start = [np.average(logarithm, weights=runs), np.log(0.4)]
     bounds = [(None, None), (np.log(_LEAST_DISPERSION), np.log(20.0))]
-    found = minimize(
+    solution = minimize(
         minus_likelihood, start, method="Nelder-Mead", bounds=bounds,
         options={"xatol": 1e-8, "fatol": 1e-10, "maxiter": 2000},
     ).x  # fmt: skip
-    return Fragility(float(np.exp(found[0])), float(np.exp(found[1])))
+    return Fragility(*np.exp(solution).tolist())
 
 
 def _counts(
