@@ -122,9 +122,9 @@ def perform(
         result: Outcome = study.outcome(folder.unfinished, short, step)
         write_table(result.table, folder.unfinished / "table.csv")
         code = code_files([name])
-        told = [study.TITLE, result.finding]
-        told += [f"code: {path}, SHA-256 {digest}" for path, digest in code.items()]
-        write_text("\n\n".join(told) + "\n", folder.unfinished / "finding.txt")
+        paragraphs = [study.TITLE, result.finding]
+        paragraphs += [f"code: {path}, SHA-256 {digest}" for path, digest in code.items()]
+        write_text("\n\n".join(paragraphs) + "\n", folder.unfinished / "finding.txt")
         drawn = [
             save(figure, folder.unfinished / "figures", stem)
             for stem, figure in result.figures.items()
@@ -156,7 +156,7 @@ def about(name: str) -> str:
     return said[:1].lower() + said[1:].rstrip(".")
 
 
-def swept(plan: Mapping[str, Any], folder: Path, step: Step) -> Sweep:
+def run_sweep(plan: Mapping[str, Any], folder: Path, step: Step) -> Sweep:
     """Run a study's plan; every run must end well."""
     from isolation_sim.sweeps import sweep
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from isolation_sim.simulation.result import Run
 
 TITLE = "Yielding storeys"
-STRENGTH = 0.15
+YIELD_SHEAR = 0.15
 """Yield shear of a storey over the building's weight."""
 HARDENING = 0.05
 """Stiffness after yielding over that before."""
@@ -45,7 +45,7 @@ GRAVITY = 9.80665
 def yield_drift(structure: Structure) -> float:
     """Drift at which the reference building's storeys yield, m."""
     weight = GRAVITY * (structure.total_mass - structure.mass[0, 0])
-    return STRENGTH * weight / -structure.stiffness[0, 1]
+    return YIELD_SHEAR * weight / -structure.stiffness[0, 1]
 
 
 def yielding(structure: Structure) -> IsolatedStructure:
@@ -141,7 +141,7 @@ def _worse_at(runs: Sequence[dict[str, Any]], name: str, building: str) -> str:
 
 def _finding(table: Sequence[dict[str, Any]]) -> str:
     sentences = [
-        f"The storeys yield at {100 * STRENGTH:g} % of the weight above the base, a drift of "
+        f"The storeys yield at {100 * YIELD_SHEAR:g} % of the weight above the base, a drift of "
         f"{1e3 * yield_drift(iso.reference_building()):.1f} mm."
     ]
     for name in MOTIONS:

@@ -12,7 +12,7 @@ from .signals import fading_peak, integral, lag, running_max, travel, two_nodes
 
 @form("stress_softening", MATERIAL, limit=0.8)
 def _hill_of_largest(rng):
-    """Hill's curve of the largest past deformation; strength is the share lost at the end."""
+    """Hill's curve of the largest past deformation; severity is the share lost at the end."""
     half, power = about(rng, 4.0), about(rng, 2.0)
 
     def act(s, q):
@@ -66,7 +66,7 @@ def _power_of_moving_rms(rng):
 
 @form("self_heating", MATERIAL, limit=0.1, heats=True)
 def _rubber_and_plates(rng):
-    """Two thermal nodes, exponential softening; strength is kelvin for a joule times 1 %/K."""
+    """Two thermal nodes, exponential softening; severity is kelvin for a joule times 1 %/K."""
     inner, cooling, outer = about(rng, 0.15), about(rng, 0.08), about(rng, 0.05)
 
     def act(s, q):
@@ -104,7 +104,7 @@ def _wlf(rng):
 
 @form("ambient_temperature", MATERIAL, limit=5.0)
 def _arrhenius(rng):
-    """Arrhenius' law, stiffness and loss alike; strength in thousands of kelvin."""
+    """Arrhenius' law, stiffness and loss alike; severity in thousands of kelvin."""
 
     def act(s, q):
         g = np.exp(1e3 * s * (1 / (q.motion.temperature + 273.15) - 1 / (AMBIENT + 273.15)))
@@ -115,7 +115,7 @@ def _arrhenius(rng):
 
 @form("weak_rate_dependence", MATERIAL, limit=1.0)
 def _thinning(rng):
-    """Dashpots thin with the velocity (Carreau); strength is the exponent."""
+    """Dashpots thin with the velocity (Carreau); severity is the exponent."""
     corner = about(rng, 4.0)
 
     def act(s, q):
@@ -138,7 +138,7 @@ def _logarithm_of_travel(rng):
 
 @form("cyclic_degradation", MATERIAL, limit=0.8, heats=True)
 def _damage_by_work(rng):
-    """Stretched exponential of the energy dissipated, to a floor; strength is the share lost."""
+    """Stretched exponential of the energy dissipated, to a floor; severity is the share lost."""
     scale, power = about(rng, 1.5e4), about(rng, 0.7, 0.15)
 
     def act(s, q):
@@ -151,7 +151,7 @@ def _damage_by_work(rng):
 
 @form("tension_compression_asymmetry", MATERIAL, limit=0.6)
 def _stiffer_one_way(rng):
-    """Parameters higher for positive deformation; strength is half the difference."""
+    """Parameters higher for positive deformation; severity is half the difference."""
     corner = about(rng, 1.5)
 
     def act(s, q):

@@ -14,7 +14,7 @@ from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws import hybrid, law
 from isolation_sim.laws import linearised_bouc_wen as lbw
 
-from .paper_000 import changed
+from .paper_000 import base_model
 from .search_002 import FAST
 from .table import Check, Verdict, equation, note, read, reading
 
@@ -51,7 +51,7 @@ def yu() -> Iterator[Check]:
         note("beta and epsilon both multiply y; with a dot on the last y {} of 2 count", meant),
     )
     peaks = [
-        float(np.max(sinusoidal(changed(name), [8e-3]).last_cycle(0)[2]))
+        float(np.max(sinusoidal(base_model(name), [8e-3]).last_cycle(0)[2]))
         for name in ("four_parameter", "strain_stiffening")
     ]
     yield equation(

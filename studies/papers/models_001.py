@@ -56,7 +56,7 @@ class Fitted(NamedTuple):
     error: float
 
 
-def improved(current_A: float) -> Loop:
+def improved_loop(current_A: float) -> Loop:
     """Loop of Table 4's model at one of its currents."""
     columns = table_4(FREQUENCY).last_cycle(0, TAO_CURRENTS_A.index(current_A))
     return Loop(*(column[:-1] for column in columns))
@@ -65,7 +65,7 @@ def improved(current_A: float) -> Loop:
 @cache
 def complex_modulus(current_A: float) -> Fitted:
     """Fit the complex modulus (Eqs 12-18) to the improved model."""
-    x, v, reference = improved(current_A)
+    x, v, reference = improved_loop(current_A)
     stiffness, damping = (float(reference @ y / (y @ y)) for y in (x, v))
     force = stiffness * x + damping * v
     return Fitted(stiffness, damping, force, 100 * half_range_error(reference, force))
@@ -100,7 +100,7 @@ def traditional(current_A: float) -> Fitted:
     """Fit the traditional Bouc-Wen model (Eq 19, n = 2) to the improved one by least squares."""
     from scipy.optimize import minimize, nnls
 
-    x, v, reference = improved(current_A)
+    x, v, reference = improved_loop(current_A)
 
     def fitted(parameterisation: NDArray) -> tuple[NDArray, NDArray]:
         slope, shape = np.exp(parameterisation[0]) / AMPLITUDE, np.tanh(parameterisation[1])

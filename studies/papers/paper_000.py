@@ -49,7 +49,7 @@ of Figures 16-18 are not in the text: half, once and twice the base model's are 
 which hardly shows at that, 1, 25 and 100 times."""
 
 
-def changed(name: str = "strain_stiffening", /, **values: float) -> Device:
+def base_model(name: str = "strain_stiffening", /, **values: float) -> Device:
     """Build the base model of Section 4.1 with some parameters changed."""
     si = {key: SI_LI_LI[key] * value for key, value in values.items()}
     return law(name, "base_model").with_parameters(**si)
@@ -222,7 +222,7 @@ def _section_4_1() -> Iterator[Check]:
             k0, c0 = (SI_LI_LI[key] * LI_LI_BASE_MODEL[key] for key in ("k0", "c0"))
             device = law(name, {"k": k0, "c": c0})
         else:
-            device = changed(name)
+            device = base_model(name)
         motion = sinusoidal(device, 1e-3 * np.array(AMPLITUDES_MM), 0.0, 1.0, CYCLES)
         linear = name in ("standard_solid", "kelvin_voigt")
         for i, amplitude in list(enumerate(AMPLITUDES_MM))[: 1 if linear else 3]:
@@ -244,7 +244,7 @@ def _section_4_1() -> Iterator[Check]:
 
 def peak_of_lower_branch() -> float:
     """Largest effective stiffness of the lower branch over c1 ω, at any amplitude."""
-    device = changed(k1=0.0)
+    device = base_model(k1=0.0)
     amplitudes = np.linspace(10e-3, 16e-3, 25)
     motion = sinusoidal(device, amplitudes, 0.0, 1.0, CYCLES)
     stiffness = [stiffness_and_ratio(motion, i)[0] for i in range(len(amplitudes))]
@@ -278,7 +278,7 @@ def _limits() -> Iterator[Check]:
     yield follows(
         "decay rate of z, alpha 3, c1 0.1, 8 mm, 4 Hz",
         "Figure 15",
-        decay_rate(changed(alpha=3.0, c1=0.1), 8e-3, 0.0, 4.0),
+        decay_rate(base_model(alpha=3.0, c1=0.1), 8e-3, 0.0, 4.0),
         "1/s",
     )
     lost = EPSILON_FINITE_ELEMENTS * 8e-3
@@ -306,7 +306,7 @@ def turning_frequency() -> float:
     from scipy.optimize import brentq
 
     k0 = LI_LI_BASE_MODEL["k0"]
-    less, more = (changed("standard_solid", k0=k0 * factor) for factor in (1 - 1e-4, 1 + 1e-4))
+    less, more = (base_model("standard_solid", k0=k0 * factor) for factor in (1 - 1e-4, 1 + 1e-4))
 
     def slope(frequency: float) -> float:
         return abs(more.linearised(0.0, frequency)) - abs(less.linearised(0.0, frequency))
@@ -327,7 +327,7 @@ def _text() -> Iterator[Check]:
     amplitudes = 1e-3 * np.array(AMPLITUDES_MM)
     forces, heights = [], []
     for alpha in STUDY[14][1]:
-        motion = sinusoidal(changed(alpha=alpha), amplitudes, 0.0, 1.0, CYCLES)
+        motion = sinusoidal(base_model(alpha=alpha), amplitudes, 0.0, 1.0, CYCLES)
         forces.append(motion.force[-1])  # x = 0, largest velocity
         heights.append(np.max(motion.force[-motion.points :], axis=0))
     spread = 100 * np.ptp(forces, axis=0) / np.max(forces, axis=0)
@@ -343,7 +343,7 @@ def _text() -> Iterator[Check]:
     for name in ("c0", "k1"):
         small, large = (
             stiffness_and_ratio(
-                sinusoidal(changed(**{name: value}), [1e-3 * STUDY_MM], 0.0, 1.0, CYCLES), 0
+                sinusoidal(base_model(**{name: value}), [1e-3 * STUDY_MM], 0.0, 1.0, CYCLES), 0
             )[0]
             for value in (LI_LI_BASE_MODEL[name], 2 * LI_LI_BASE_MODEL[name])
         )

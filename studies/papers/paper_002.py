@@ -85,7 +85,7 @@ def means(name: str) -> np.ndarray:
     return np.mean(list(TABLES[name][0].values()), axis=0)
 
 
-def refitted(name: str) -> np.ndarray:
+def refit_polynomial(name: str) -> np.ndarray:
     """Fit a parameter's means by the paper's polynomial."""
     return np.polyfit(CURRENTS_A, means(name), TABLES[name][1])[::-1]
 
@@ -95,7 +95,9 @@ def _polynomials() -> Iterator[Check]:
         for current, value in zip(CURRENTS_A, means(name), strict=True):
             what = f"mean {name}, {current:g} A"
             yield follows(what, f"Table {k + 1}", value, unit, read("drawn in Figure 15"))
-        for power, (published, value) in enumerate(zip(PRINTED[name], refitted(name), strict=True)):
+        for power, (published, value) in enumerate(
+            zip(PRINTED[name], refit_polynomial(name), strict=True)
+        ):
             yield compare(
                 f"{name}, power {power} of the current",
                 f"Eq {26 + k}",
@@ -109,7 +111,7 @@ def _polynomials() -> Iterator[Check]:
             )
     for what, row in (
         ("printed", [float(c) for c in PRINTED["gamma"]]),
-        ("refitted", refitted("gamma")),
+        ("refitted", refit_polynomial("gamma")),
     ):
         yield follows(
             f"current of the largest gamma, {what}",

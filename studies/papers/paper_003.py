@@ -262,7 +262,7 @@ def _uncheckable() -> Iterator[Check]:
 
 def figures() -> dict[str, Figure]:
     """Draw the stiffness against frequency, and the regression."""
-    return {"003_stiffness": _stiffness(), "003_regression": _regressed()}
+    return {"003_stiffness": _stiffness(), "003_regression": _regression_figure()}
 
 
 def _stiffness() -> Figure:
@@ -303,7 +303,7 @@ def _stiffness() -> Figure:
     return figure
 
 
-def _regressed() -> Figure:
+def _regression_figure() -> Figure:
     table, result = lbw.columns(), lbw.regression()
     inputs = {"A": "amplitude_mm", "B": "field_T", "f": "frequency_Hz"}
     corrupt = np.all(

@@ -44,7 +44,7 @@ def flights(
     return fly(cosine, starts, step, ITERATIONS, POPULATION, rng, adaptive)
 
 
-def shown(values: np.ndarray, number: float) -> float:
+def share_that_prints(values: np.ndarray, number: float) -> float:
     """Share of runs that print a number to three decimals."""
     return float(np.mean(np.round(values, 3) == number))
 
@@ -83,16 +83,19 @@ def _searches(short: bool) -> Iterator[Check]:
     centre = flights(2.0, False, starts=np.zeros((runs, 1, 2))).values
     yield compare("adaptive step, value found", "Figure 7", "-21.143", np.median(adaptive), "", why)
     yield follows(
-        "adaptive step, runs that show -21.143", "Figure 7", 100 * shown(adaptive, -21.143), "%"
+        "adaptive step, runs that show -21.143",
+        "Figure 7",
+        100 * share_that_prints(adaptive, -21.143),
+        "%",
     )
     yield follows("adaptive step, worst run", "Figure 7", float(np.max(adaptive)))
     yield compare("fixed step 20, value found", "Figure 8", "-21.142", np.median(coarse), "", why)
     yield follows(
         "fixed step 20, runs that show -21.143",
         "Figure 8",
-        100 * shown(coarse, -21.143),
+        100 * share_that_prints(coarse, -21.143),
         "%",
-        note("adaptive step: {:.1f} %", 100 * shown(adaptive, -21.143)),
+        note("adaptive step: {:.1f} %", 100 * share_that_prints(adaptive, -21.143)),
     )
     yield compare(
         "fixed step 2, value found", "Figure 9", "-6.694", np.median(small), "", why, within=0.5

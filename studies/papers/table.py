@@ -2,7 +2,7 @@
 
 A row is one of the classes below. None of them takes a verdict, except `Reading`, which tells what
 only the paper's text can show and quotes it. A row's remark says how its number was computed
-(`how`), tells further computed numbers (`found`), or is a reading of the paper's text (`read`).
+(`how`), tells further computed numbers (`note`), or is a reading of the paper's text (`read`).
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Basis(StrEnum):
 
 
 class Remark(NamedTuple):
-    """A remark on a row; made by `how`, `found` or `read`."""
+    """A remark on a row; made by `how`, `note` or `read`."""
 
     text: str
     basis: Basis
