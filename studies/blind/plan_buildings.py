@@ -211,7 +211,7 @@ def faulty(building: PlanBuilding, form: str, severity: float, seed: int) -> Pla
 
 
 def severity_for(building: PlanBuilding, form: str, size: float, seed: int) -> float:
-    """Strength at which a fault makes a misfit, RMS over RMS, mean over the channels."""
+    """Severity at which a fault makes a misfit, RMS over RMS, mean over the channels."""
     nominal = signals(building, seed)
     measured = [name for name in nominal if not name.startswith("ground")]
     if form == "constant":
