@@ -263,7 +263,7 @@ def _errors_text(table: Sequence[dict[str, Any]], layer: Layer) -> str:
 
 
 def _figure(records: Sequence[BuildingRecord], linear: Layer, extended: Layer) -> Figure:
-    from isolation_sim.reports.style import DOUBLE_COLUMN, new_figure, style
+    from isolation_sim.reports.style import DOUBLE_COLUMN, legend, new_figure, style
 
     looks = {
         "measured": {"color": "#9a9a9a", "linewidth": 1.4},
@@ -291,8 +291,7 @@ def _figure(records: Sequence[BuildingRecord], linear: Layer, extended: Layer) -
             lower.set_xlabel("time, s")
         panels[0, 0].set_ylabel("force over mass, m/s²")
         panels[1, 0].set_ylabel("isolator displacement, mm")
-        lines, names = panels[0, 0].get_legend_handles_labels()
-        figure.legend(lines, names, loc="outside upper center", ncols=len(names))
+        legend(figure, panels[0, 0], "outside upper center")
     return figure
 
 

@@ -243,7 +243,7 @@ def figure(outcomes: Sequence[Outcome], labels: Sequence[str]) -> Any:
     """Draw loops of runs at the highest current, measured and by fits that have not seen them."""
     import matplotlib.pyplot as plt
 
-    from isolation_sim.reports.style import DOUBLE_COLUMN, style
+    from isolation_sim.reports.style import DOUBLE_COLUMN, legend, style
 
     with style():
         fig, axes = plt.subplots(
@@ -264,8 +264,7 @@ def figure(outcomes: Sequence[Outcome], labels: Sequence[str]) -> Any:
             axes[1, column].set_xlabel("velocity, mm/s")
         for axis in axes[:, 0]:
             axis.set_ylabel("force, N")
-        lines, names = axes[0, 0].get_legend_handles_labels()
-        fig.legend(lines, names, loc="outside upper center", ncols=len(names))
+        legend(fig, axes[0, 0], "outside upper center")
     return fig
 
 

@@ -124,7 +124,7 @@ def _finding(result: dict[str, HeldOutResult]) -> str:
 
 
 def _figure(result: dict[str, HeldOutResult]) -> Figure:
-    from isolation_sim.reports.style import DOUBLE_COLUMN, new_figure, style
+    from isolation_sim.reports.style import DOUBLE_COLUMN, legend, new_figure, style
 
     drawn = [(one, trace) for one in result.values() for trace in _left_out(one.diagnosis)]
     rows = len(result)
@@ -143,8 +143,7 @@ def _figure(result: dict[str, HeldOutResult]) -> Figure:
             axes.set(title=words, xlabel="displacement, mm")
         for row in panels:
             row[0].set_ylabel("force, kN")
-        lines, names = panels[0, 0].get_legend_handles_labels()
-        figure.legend(lines, names, loc="outside upper center", ncols=len(names))
+        legend(figure, panels[0, 0], "outside upper center")
     return figure
 
 

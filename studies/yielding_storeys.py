@@ -16,7 +16,7 @@ import numpy as np
 
 import isolation_sim as iso
 from controllers import controller
-from ground_motions import Record
+from ground_motions import STANDARD_GRAVITY, Record
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.scenario import Scenario
 from isolation_sim.simulation.batch import Case, simulate_many
@@ -39,12 +39,11 @@ SMOOTHNESS = 5.0
 """Bouc and Wen's exponent: a nearly sharp corner."""
 FIXED = "fixed base"
 CONTROLLERS = ("passive_off", "passive_on", "clipped_lqr")
-GRAVITY = 9.80665
 
 
 def yield_drift(structure: Structure) -> float:
     """Drift at which the reference building's storeys yield, m."""
-    weight = GRAVITY * (structure.total_mass - structure.mass[0, 0])
+    weight = STANDARD_GRAVITY * (structure.total_mass - structure.mass[0, 0])
     return YIELD_SHEAR * weight / -structure.stiffness[0, 1]
 
 

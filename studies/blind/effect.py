@@ -3,7 +3,8 @@
 An effect acts at one stage of the device's response:
 
 ``current``   what the material sees of the measured current;
-``material``  factors on the device's stiffness and loss parameters, from the motion's history;
+``material``  factor on the device's stiffness and loss parameters, or a pair of factors, from the
+              motion's history;
 ``force``     an added force;
 ``sensor``    what the force channel makes of the force.
 

@@ -50,8 +50,9 @@ def respond(device: Device, motion: Motion, hidden: Sequence[Hidden] = ()) -> np
     for _ in range(HEATING_SWEEPS if any(h.form.heats for h in material) else 1):
         stiffness, loss = 1.0, 1.0
         for h in material:
-            more_stiffness, more_loss = h(now)
-            stiffness, loss = stiffness * more_stiffness, loss * more_loss
+            factors = h(now)
+            of_stiffness, of_loss = factors if isinstance(factors, tuple) else (factors, factors)
+            stiffness, loss = stiffness * of_stiffness, loss * of_loss
         force, power = device.respond(motion, now.current, stiffness, loss)
         now = replace(now, force=force, power=power)
     added = sum((h(now) for h in active if h.form.stage == FORCE), nothing)
