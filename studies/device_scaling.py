@@ -17,7 +17,7 @@ import numpy as np
 from isolation_sim.structures.reference import FORCE_SCALE, ISOLATED_PERIOD, LENGTH_SCALE
 from isolation_sim.written_names import as_written
 
-from .study import MOTIONS, Outcome, Step, along_motions, published_entry, run_sweep
+from .study import MOTIONS, Outcome, Step, along_motions, published_entry, swept
 
 if TYPE_CHECKING:
     import pandas
@@ -58,7 +58,7 @@ def period(size: Any, count: Any) -> Any:
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     """Run the study."""
-    runs = run_sweep(plan(short), folder, step).table
+    runs = swept(plan(short), folder, step).table
     runs["size"] = runs["size"].astype(float)
     runs["strain"] = runs[DISPLACEMENT] / (runs["size"] * TESTED)
     runs["rubber"] = runs["count"] * runs["size"] ** 3

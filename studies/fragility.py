@@ -20,7 +20,7 @@ import numpy as np
 from isolation_sim.fragility import Fragility
 from isolation_sim.structures.reference import ISOLATED_PERIOD
 
-from .study import EL_CENTRO, Outcome, Step, along_motions, far_field, published_entry, run_sweep
+from .study import EL_CENTRO, Outcome, Step, along_motions, far_field, published_entry, swept
 
 if TYPE_CHECKING:
     import pandas
@@ -127,7 +127,7 @@ def bootstrap_fits(capacities: NDArray, highest: float, count: int) -> list[Frag
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     """Run the study."""
-    runs = run_sweep(plan(short), folder, step).table
+    runs = swept(plan(short), folder, step).table
     highest = float(runs["sa_g"].max())
     names = list(motions(short))
     curves: dict[tuple[str, str], tuple[Fragility, list[Fragility]]] = {}

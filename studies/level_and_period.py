@@ -14,7 +14,7 @@ import numpy as np
 
 from isolation_sim.structures.reference import ISOLATED_PERIOD
 
-from .study import MOTIONS, Outcome, Step, along_motions, run_sweep
+from .study import MOTIONS, Outcome, Step, along_motions, swept
 
 if TYPE_CHECKING:
     import pandas
@@ -51,7 +51,7 @@ def plan(short: bool) -> dict[str, Any]:
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     """Run the study."""
-    runs = run_sweep(plan(short), folder, step).table
+    runs = swept(plan(short), folder, step).table
     runs["period_s"] = (ISOLATED_PERIOD / np.sqrt(runs["count"])).round(6)
     table = [row for motion in MOTIONS for gap in GAPS for row in _best(runs, motion, gap)]
     return Outcome(table, _finding(runs, table), {"maps": _figure(runs)})

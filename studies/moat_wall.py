@@ -15,7 +15,7 @@ import numpy as np
 
 from isolation_sim.written_names import as_written
 
-from .study import NEAR_FAULT, Outcome, Step, published_entry, run_sweep
+from .study import NEAR_FAULT, Outcome, Step, published_entry, swept
 
 if TYPE_CHECKING:
     import pandas
@@ -58,7 +58,7 @@ def plan(short: bool) -> dict[str, Any]:
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     """Run the study."""
-    runs = run_sweep(plan(short), folder, step).table
+    runs = swept(plan(short), folder, step).table
     free = runs[runs["gap_m"] == WIDE].set_index(["scale", "controller"])
     key = list(zip(runs["scale"], runs["controller"], strict=True))
     runs["amplification"] = runs[ACCELERATION] / free.loc[key, ACCELERATION].to_numpy()

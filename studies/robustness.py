@@ -25,7 +25,7 @@ from .study import (
     along_motions,
     far_field,
     published_entry,
-    run_sweep,
+    swept,
 )
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def plan(short: bool) -> dict[str, Any]:
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     """Run the study."""
-    runs = run_sweep(plan(short), folder, step).table
+    runs = swept(plan(short), folder, step).table
     peaks = ["normalised_peak_base_displacement", "normalised_peak_floor_acceleration"]
     runs["score"] = runs[peaks].mean(axis=1)
     over = runs.groupby(["switching", "controller", "delay_s", "nominal_force"])

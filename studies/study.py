@@ -156,7 +156,7 @@ def about(name: str) -> str:
     return said[:1].lower() + said[1:].rstrip(".")
 
 
-def run_sweep(plan: Mapping[str, Any], folder: Path, step: Step) -> Sweep:
+def swept(plan: Mapping[str, Any], folder: Path, step: Step) -> Sweep:
     """Run a study's plan; every run must end well."""
     from isolation_sim.sweeps import sweep
 
