@@ -36,7 +36,8 @@ class Fragility(NamedTuple):
         """
         from scipy.stats import norm
 
-        return norm.cdf(np.log(np.asarray(intensity, float) / self.median) / self.dispersion)
+        with np.errstate(divide="ignore"):  # 0 at no intensity, and for an infinite median
+            return norm.cdf(np.log(np.asarray(intensity, float) / self.median) / self.dispersion)
 
 
 @checked
