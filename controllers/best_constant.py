@@ -12,8 +12,9 @@ from isolation_sim.simulation.control import RunContext
 
 from .constant import Constant
 from .controller import Trial
+from .current_limits import highest_tested, lowest
 from .force_tracking import driven_elements
-from .open_loop import Held, highest_tested, lowest
+from .open_loop import Held
 from .passive_off import PassiveOff
 from .settings import Integer, Number, OneOf, Optional, setting
 

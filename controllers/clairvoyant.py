@@ -18,7 +18,8 @@ from isolation_sim.simulation.control import CoilDriver, RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .controller import Trial
-from .open_loop import OpenLoop, highest_tested, lowest, within_tested
+from .current_limits import coil_table
+from .open_loop import OpenLoop
 from .passive_off import PassiveOff
 from .prescribed import Prescribed
 from .settings import Integer, Number, Optional, setting
@@ -153,28 +154,28 @@ def _bound(
     roughness: float, iterations: int, interval: float | None,
 ) -> Bound:  # fmt: skip
     objective = dict(weights)
-    absolute, solved = _absolute(plant, objective), plant
+    absolute, sampled = _absolute(plant, objective), plant
     if interval is not None and plant.records[0].dt < interval:
-        solved = plant._replace(records=tuple(r.resampled(interval) for r in plant.records))
+        sampled = plant._replace(records=tuple(r.resampled(interval) for r in plant.records))
 
     def problem_of(part: Plant) -> WholeRecord:
         return _problem(part, period, roughness, tuple(objective), iterations)
 
-    def found(part: Plant, run: Run) -> Optimum:
-        """The optimum from a run of a constant current."""
+    def solve(part: Plant, run: Run) -> Optimum:
+        """Solve from a run of a constant current."""
         problem = problem_of(part)
         if problem.n > LONG:
             constant = run.command[-1:]
             half = part._replace(records=tuple(r.cut(0.0, r.duration / 2) for r in part.records))
-            begun = _simulated(half, Prescribed(time=(0.0,), amperes=constant))
-            commands = np.vstack([found(half, begun).current, constant])
+            first = solve(half, _simulate(half, Prescribed(time=(0.0,), amperes=constant)))
+            commands = np.vstack([first.current, constant])
             time = np.arange(len(commands)) * problem.every * problem.dt
-            run = _simulated(part, Prescribed(time=time, amperes=commands))
+            run = _simulate(part, Prescribed(time=time, amperes=commands))
         return problem.solve(run, absolute)
 
-    problem = problem_of(solved)
-    optima = [found(solved, run) for run in _starts(solved, starts)]
-    result = [_certified(plant, problem, objective, optimum) for optimum in optima]
+    problem = problem_of(sampled)
+    optima = [solve(sampled, run) for run in _starts(sampled, starts)]
+    result = [_certify(plant, problem, objective, optimum) for optimum in optima]
     return min(result, key=lambda one: one.score)
 
 
@@ -221,22 +222,22 @@ def pareto(
     }
     result: list[Bound] = []
 
-    def solved(
+    def solve(
         peak: str, run: Run, start: NDArray | None = None, most: float = np.inf
     ) -> tuple[Bound, Run, NDArray]:
         optimum = problem.solve(run, weights[peak], {DISPLACEMENT: most}, start)
-        result.append(_certified(plant, problem, EQUALLY, optimum))
+        result.append(_certify(plant, problem, EQUALLY, optimum))
         return result[-1], run, optimum.variables
 
     stiff, gentle = (
-        min((solved(peak, run) for run in runs), key=lambda one: one[0].certified[peak])
+        min((solve(peak, run) for run in runs), key=lambda one: one[0].certified[peak])
         for peak in (DISPLACEMENT, ACCELERATION)
     )
     least, widest = (one.certified[DISPLACEMENT] for one, *_ in (stiff, gentle))
     limits = np.linspace(least, widest, n)
     for (_, run, start), inner in ((stiff, limits[1:]), (gentle, limits[-2:0:-1])):
         for most in inner:
-            *_, start = solved(ACCELERATION, run, start, float(most))
+            *_, start = solve(ACCELERATION, run, start, float(most))
     front = {}
     for most in limits:
         within = [k for k, b in enumerate(result) if b.certified[DISPLACEMENT] <= most * _WITHIN]
@@ -256,8 +257,7 @@ def causal_bound(
     A controller without preview gives equal commands while it measures the same. Here this is
     all that is asked: once a motion has parted from the first one, all of it is known. The largest
     score over its reference is minimised over the commands of all motions at once. The problem is
-    not convex: the result is the best of the local optima from several constant
-    currents.
+    not convex: the result is the best of the local optima from several constant currents.
 
     Parameters
     ----------
@@ -306,9 +306,8 @@ def causal_bound(
     shared = [math.floor(t / first.dt * (1 + 1e-9)) + 1 for t in apart]
     result = []
     for runs in zip(*(_starts(plant, starts) for plant in plants), strict=False):
-        optima = problem.solve_together(runs, weights, references, shared)
-        solved = zip(plants, optima, strict=True)
-        result.append([_certified(plant, problem, EQUALLY, found) for plant, found in solved])
+        optima = zip(plants, problem.solve_together(runs, weights, references, shared), strict=True)
+        result.append([_certify(plant, problem, EQUALLY, optimum) for plant, optimum in optima])
 
     def worst(bounds: list[Bound]) -> float:
         return max(b.score - r for b, r in zip(bounds, references, strict=True))
@@ -337,28 +336,19 @@ def share_of_gap(score: float, constant: float, clairvoyant: float) -> float:
     return (constant - score) / (constant - clairvoyant)
 
 
-def coil_table(context: RunContext) -> NDArray:
+def _coils(plant: Plant) -> NDArray:
     """Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil."""
-    return _coils(context.driver, lowest(context), highest_tested(context))
-
-
-def _coils(driver: CoilDriver, low: NDArray, high: NDArray) -> NDArray:
-    initial = np.clip(0.0 if driver.initial is None else driver.initial, low, high)
-    return np.column_stack(np.broadcast_arrays(driver.lag, driver.slew, low, high, initial))
-
-
-def _limits(plant: Plant) -> NDArray:
-    ranges = [plant.isolated.current_range(c) for c in range(plant.isolated.n_channels)]
+    isolated, driver = plant.isolated, plant.driver
+    ranges = [isolated.current_range(c) for c in range(isolated.n_channels)]
     low, high = np.array(ranges).reshape(-1, 2).T
-    driver = plant.driver
     low = low if driver.low is None else np.full_like(low, driver.low)
     high = high if driver.high is None else np.full_like(high, driver.high)
-    low = np.where(np.isfinite(low), low, 0.0)
-    tested = np.array([plant.isolated.tested_current(c) for c in range(len(low))])
-    return _coils(driver, low, within_tested(tested, low, high))
+    tested = np.array([isolated.tested_current(c) for c in range(len(low))])
+    dt = plant.records[0].dt
+    return coil_table(RunContext(isolated, dt, 0.0, low, high, tested, (), driver))
 
 
-def _simulated(plant: Plant, controller: OpenLoop) -> Run:
+def _simulate(plant: Plant, controller: OpenLoop) -> Run:
     from isolation_sim.simulation.run import simulate
 
     return simulate(plant.isolated, plant.records, controller, driver=plant.driver)
@@ -366,7 +356,7 @@ def _simulated(plant: Plant, controller: OpenLoop) -> Run:
 
 @lru_cache(maxsize=16)
 def _uncontrolled(plant: Plant) -> Run:
-    return _simulated(plant, PassiveOff())
+    return _simulate(plant, PassiveOff())
 
 
 def _problem(
@@ -374,7 +364,7 @@ def _problem(
     iterations: int,
 ) -> WholeRecord:  # fmt: skip
     """The problem; motions of one length share it, since building its solver takes a minute."""
-    coils = _limits(plant)
+    coils = _coils(plant)
     if not len(coils):
         raise InputError("clairvoyant: no element of the structure is driven by a coil")
     record = plant.records[0]
@@ -397,11 +387,11 @@ def _whole_record(
 
 def _starts(plant: Plant, count: int) -> list[Run]:
     """Runs of constant currents, equally spaced from the lowest up."""
-    coils, result = _limits(plant), []
+    coils, result = _coils(plant), []
     for k in range(count):
         amperes = tuple((coils[:, 2] + k / count * (coils[:, 3] - coils[:, 2])).tolist())
         try:
-            result.append(_simulated(plant, Prescribed(time=(0.0,), amperes=(amperes,))))
+            result.append(_simulate(plant, Prescribed(time=(0.0,), amperes=(amperes,))))
         except Diverged:
             continue
     if not result:
@@ -414,13 +404,13 @@ def _absolute(plant: Plant, weights: Mapping[str, float]) -> dict[str, float]:
     return {q: w / off[f"peak_{q}"] for q, w in weights.items()}
 
 
-def _certified(
+def _certify(
     plant: Plant, problem: WholeRecord, weights: Mapping[str, float], optimum: Optimum
 ) -> Bound:
     """Simulate an optimum's commands in the engine."""
     time = np.arange(len(optimum.current)) * problem.every * problem.dt
     commands = Prescribed(time=time, amperes=optimum.current)
-    run = _simulated(plant, commands)
+    run = _simulate(plant, commands)
     peaks = {q: run.criteria[f"peak_{q}"] for q in optimum.peaks}
     score = sum(w * peaks[q] for q, w in _absolute(plant, weights).items())
     return Bound(time, optimum.current, optimum.peaks, peaks, score, optimum.solved, run)
@@ -430,9 +420,9 @@ class Clairvoyant(OpenLoop):
     """The full-information optimum over the whole ground motion.
 
     It knows the ground motion from the start and minimises the weighted peaks over all commands at
-    once by sparse direct optimal control, with the laws traced from their one
-    definition. The problem is not convex: the bound is the best local optimum found, certified by
-    simulating its commands in the engine.
+    once by sparse direct optimal control, with the laws traced from their one definition. The
+    problem is not convex: the bound is the best local optimum found, certified by simulating its
+    commands in the engine.
 
     Attributes
     ----------

@@ -107,7 +107,7 @@ class ClippedLQG(Estimating, ClippedLQR):
         estimating, tracking = observer.decision(), observer.tracking
         own = self.force_gains(nominal, tracking.reference(self.reference))
         gains = np.zeros((len(nominal.elements), own.shape[1]))
-        gains[[element.channel is not None for element in nominal.elements]] = own
+        gains[nominal.control_devices] = own
         head = [GAINS + gains.size, len(estimating.memory)]
         settings = np.concatenate([head, gains.ravel(), estimating.settings])
         if self.filter == "kalman":

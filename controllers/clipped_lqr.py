@@ -118,7 +118,7 @@ class ClippedLQR(BrysonsRule):
     def force_gains(self, nominal: IsolatedStructure, reference: NDArray) -> NDArray:
         """Target force of each driven element per unit of each displacement and velocity."""
         frequency, linear = linear_model(nominal, reference)
-        driven = [element for element in nominal.elements if element.channel is not None]
+        driven = driven_elements(nominal, self.name)
         passive = []
         for element in driven:
             k = element.device.linearised(float(reference[element.channel or 0]), frequency)
@@ -182,14 +182,15 @@ def designing(controller: CompiledController) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        given = ", ".join(
+        largest = ", ".join(
             f"{name} = {getattr(controller, name):g}"
             for name in controller.settings
             if name.startswith("largest_")
         )
+        reason = str(error).partition(";")[0]
         raise ControllerError(
-            f"{controller.name} cannot be designed with {given} ({str(error).partition(';')[0]}); "
-            "expected: a smaller largest_force, or a larger largest_acceleration"
+            f"{controller.name} cannot be designed with {largest} ({reason}); expected: a smaller "
+            "largest_force, or a larger largest_acceleration"
         ) from None
 
 

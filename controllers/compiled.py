@@ -91,13 +91,14 @@ class Decision:
     @property
     def methods(self) -> list[Callable]:
         """Methods of the devices that the function takes, in order."""
-        return [getattr(self.devices, name) for name in _taken(self.function)]
+        return [getattr(self.devices, name) for name in _function_arguments(self.function)]
 
 
 class CompiledController(Controller):
     """A controller whose decision is compiled; the same function is its form in plain Python."""
 
-    _given: dict[str, Any] | None = None
+    # Of the last design
+    _settings: dict[str, Any] | None = None
     _run_context: RunContext | None = None
 
     @abstractmethod
@@ -106,14 +107,13 @@ class CompiledController(Controller):
 
     def reset(self, context: RunContext) -> None:
         """Assemble the decision and clear the memory."""
-        given = self.to_dict()
+        settings = self.to_dict()
         # runs that differ in the ground motion alone share a design, unless it learns from trials
         learns = type(self).prepare is not Controller.prepare
-        if learns or given != self._given or not _alike(context, self._run_context):
+        if learns or settings != self._settings or not _alike(context, self._run_context):
             self._decision = self.decision(context)
-        self._given, self._run_context = given, context
-        self._memory = self._decision.memory.copy()
-        self._command = np.zeros(len(context.low))
+        self._settings, self._run_context = settings, context
+        self._step = DecisionStep(self._decision, len(context.low))
 
     def compiled(self, context: RunContext) -> CompiledDecision | None:
         """Decision in compiled code."""
@@ -123,16 +123,13 @@ class CompiledController(Controller):
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Decide, by the same function in plain Python."""
-        decision = self._decision
-        arrays = np.array(measurement, dtype=float), decision.settings, self._memory, self._command
-        decision.function(t, *arrays, *decision.methods)
-        return self._command.copy()
+        return self._step(t, measurement)
 
 
 class DecisionStep:
     """A decision that is called from Python, one measurement after another."""
 
-    def __init__(self, decision: Decision, n_measured: int, n_commands: int, name: str = ""):
+    def __init__(self, decision: Decision, n_commands: int):
         self._decision, self.memory = decision, decision.memory.copy()
         self._command = np.zeros(n_commands)
 
@@ -147,7 +144,7 @@ class CompiledStep(DecisionStep):
     """The same, compiled."""
 
     def __init__(self, decision: Decision, n_measured: int, n_commands: int, name: str = ""):
-        super().__init__(decision, n_measured, n_commands)
+        super().__init__(decision, n_commands)
         compiled = compile_decision(decision, n_commands, name)
         pointer, double = ctypes.POINTER(ctypes.c_double), ctypes.c_double
         kind = ctypes.CFUNCTYPE(None, double, *[pointer] * 4, ctypes.POINTER(ctypes.c_int64))
@@ -171,7 +168,9 @@ def decision_step(
     decision: Decision, n_measured: int, n_commands: int, name: str = ""
 ) -> DecisionStep:
     """Compile a decision to call it from Python; with ``NUMBA_DISABLE_JIT=1`` it stays Python."""
-    return (CompiledStep if COMPILED else DecisionStep)(decision, n_measured, n_commands, name)
+    if not COMPILED:
+        return DecisionStep(decision, n_commands)
+    return CompiledStep(decision, n_measured, n_commands, name)
 
 
 def _alike(one: RunContext, other: RunContext | None) -> bool:
@@ -193,10 +192,10 @@ def compile_decision(decision: Decision, n_channels: int, name: str = "") -> Com
     """Compile a decision, or load it from the cache folder; the name is that of the controller."""
     devices = decision.devices
     model: Any = type(devices) if devices else None
-    given = decision.function, model, devices.laws if devices else (), n_channels
-    module = _module(*given, name)
+    source = decision.function, model, devices.laws if devices else (), n_channels
+    module = _module(*source, name)
     return CompiledDecision(
-        module.entry.address, decision.settings, decision.memory, module, partial(_text, *given)
+        module.entry.address, decision.settings, decision.memory, module, partial(_text, *source)
     )
 
 
@@ -211,13 +210,15 @@ def _module(
 
 
 @lru_cache(maxsize=256)
-def _shared(model: Model, laws: tuple[Law, ...], function: Callable, given: tuple[str, ...]) -> str:
-    """Statement that takes a function, given some of the devices', from its own module."""
+def _shared(
+    model: Model, laws: tuple[Law, ...], function: Callable, arguments: tuple[str, ...]
+) -> str:
+    """Statement that takes a function, with the devices' that it calls, from its own module."""
     parts: dict[str, str] = {}
-    collect(function, parts, given, partial(_shared, model, laws))
+    collect(function, parts, arguments, partial(_shared, model, laws))
     name = function.__name__
     parts[name] = parts[name].replace("@plain", "@with_disk_cache", 1)
-    text = _joined(parts, model, laws)
+    text = _module_text(parts, model, laws)
     load_text("shared", text)
     return f"{name} = sys.modules[{module_name('shared', text)!r}].{name}"
 
@@ -228,12 +229,12 @@ def _text(
 ) -> str:  # fmt: skip
     """Source of a decision: whole, or with the parts that controllers share in separate modules."""
     parts: dict[str, str] = {}
-    collect(function, parts, _taken(function), shared)
+    collect(function, parts, _function_arguments(function), shared)
     parts["entry"] = _ENTRY.format(function=function.__name__, n_channels=n_channels)
-    return _joined(parts, model, laws)
+    return _module_text(parts, model, laws)
 
 
-def _joined(parts: Mapping[str, str], model: Model | None, laws: tuple[Law, ...]) -> str:
+def _module_text(parts: Mapping[str, str], model: Model | None, laws: tuple[Law, ...]) -> str:
     """Source of a module, with the functions of the devices that it calls."""
     before: dict[str, str] = {}
     called = set(re.findall(r"\w+(?=\()", "\n".join(parts.values())))
@@ -264,14 +265,15 @@ def _devices(model: Model, laws: tuple[Law, ...]) -> str:
 
 
 def collect(
-    function: Callable, parts: dict[str, str], given: Sequence[str] = (),
+    function: Callable, parts: dict[str, str], arguments: Sequence[str] = (),
     shared: Callable[..., str] | None = None,
 ) -> None:  # fmt: skip
     """Gather the source of a function and of all functions that it uses, in order of use.
 
-    Functions that a function takes as arguments are written into its text by their names: compiled
-    code that passes functions on takes ten times as long to compile, and cannot be kept on disk.
-    ``shared`` says where a function of another file that takes some is found; none: it is gathered.
+    Functions that a function takes as ``arguments`` are written into its text by their names:
+    compiled code that passes functions on takes ten times as long to compile, and cannot be stored
+    on disk. ``shared`` returns the import of a function of another file that takes some; without
+    it, the function is gathered too.
     """
     name = function.__name__
     try:
@@ -279,7 +281,7 @@ def collect(
     except OSError:
         raise InputError(f"{name} cannot be compiled: its source text is not in a file") from None
     used = inspect.getclosurevars(function).globals
-    writer = _Given(dict(zip(_taken(function), given, strict=True)), used)
+    writer = _CallByName(dict(zip(_function_arguments(function), arguments, strict=True)), used)
     text = ast.unparse(writer.visit(parse(source)))
     for needed, value in used.items():
         if isinstance(value, FunctionType):
@@ -300,42 +302,42 @@ def collect(
     _put(parts, name, f"@plain\n{text}")
 
 
-def _taken(function: Callable) -> list[str]:
+def _function_arguments(function: Callable) -> list[str]:
     """Arguments that are functions."""
     return [name for name, kind in function.__annotations__.items() if "Callable" in str(kind)]
 
 
-class _Given(ast.NodeTransformer):
-    """Writes the functions that a function is given into its text."""
+class _CallByName(ast.NodeTransformer):
+    """Replaces the functions that a function takes as arguments by calls of them by name."""
 
-    def __init__(self, given: Mapping[str, str], used: Mapping[str, Any]):
-        self.given, self.used = given, used
-        # By the name of a function that it calls: the functions that it gives on
+    def __init__(self, names: Mapping[str, str], used: Mapping[str, Any]):
+        self.names, self.used = names, used
+        # By the name of a function that it calls: the functions that it passes on
         self.passed: dict[str, tuple[str, ...]] = {}
 
     def visit_arguments(self, node: ast.arguments) -> ast.arguments:
         """Leave out arguments that are functions."""
-        node.args = [a for a in node.args if a.arg not in self.given]
+        node.args = [a for a in node.args if a.arg not in self.names]
         return node
 
     def visit_Name(self, node: ast.Name) -> ast.Name:
         """Name a function by its own name."""
-        node.id = self.given.get(node.id, node.id)
+        node.id = self.names.get(node.id, node.id)
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.Call:
-        """Note what is given on, and leave it out of the call."""
+        """Note the functions that are passed on, and leave them out of the call."""
         self.generic_visit(node)
         callee = self.used.get(node.func.id) if isinstance(node.func, ast.Name) else None
         if isinstance(callee, FunctionType):
-            taken = _taken(callee)
+            functions = _function_arguments(callee)
             pairs = list(zip(inspect.signature(callee).parameters, node.args, strict=False))
-            given = tuple(ast.unparse(value) for name, value in pairs if name in taken)
-            if self.passed.setdefault(callee.__name__, given) != given:
+            passed = tuple(ast.unparse(value) for name, value in pairs if name in functions)
+            if self.passed.setdefault(callee.__name__, passed) != passed:
                 raise InputError(
                     f"{callee.__name__} cannot be compiled: it is given different functions"
                 )
-            node.args = [value for name, value in pairs if name not in taken]
+            node.args = [value for name, value in pairs if name not in functions]
         return node
 
 

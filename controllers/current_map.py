@@ -45,7 +45,7 @@ def crossing(
     force_at: Callable, target: float, low: float, high: float, at_low: float, at_high: float,
     least_slope: float, arguments: Any,
 ) -> tuple[float, float]:  # fmt: skip
-    """Lowest current at which a monotone force is the wanted one.
+    """Lowest current at which a monotone force is the target.
 
     References
     ----------
@@ -78,7 +78,7 @@ def crossing(
 
 
 def excursion(bounds: Range, width: float, at_low: float, at_high: float, target: float) -> float:
-    """How far the force in an interval may come towards the wanted one, and beyond."""
+    """How far the force in an interval may come towards the target, and beyond."""
     lowest, highest, fall, rise = bounds
     if at_low < target:
         # up from the lower end as steeply as may be, then down to the upper end
@@ -92,7 +92,7 @@ def extremum(
     force_at: Callable, range_of: Callable, target: float, low: float, high: float, at_low: float,
     at_high: float, arguments: Any,
 ) -> tuple[float, float]:  # fmt: skip
-    """Where in a short interval the force comes nearest to the wanted one, or past it.
+    """Where in a short interval the force comes nearest to the target, or past it.
 
     References
     ----------
@@ -126,7 +126,7 @@ def nearest_in_piece(
     force_at: Callable, range_of: Callable, target: float, start: float, end: float,
     at_start: float, best: float, force: float, scale: float, arguments: Any,
 ) -> tuple[float, float, float, float, bool]:  # fmt: skip
-    """Lowest current at which a force is the wanted one, or comes nearest to it, between breaks."""
+    """Lowest current at which a force is the target, or comes nearest to it, between breaks."""
     # an interval is known by its place among those of its level, each half as wide as one above
     level = place = looked_at = 0
     low, at_low = start, at_start
@@ -173,7 +173,7 @@ def nearest_in_piece(
 def nearest_current(
     force_at: Callable, range_of: Callable, target: float, low: float, high: float, arguments: Any
 ) -> tuple[float, float, bool]:
-    """Lowest current at which a force is the wanted one, or comes nearest to it.
+    """Lowest current at which a force is the target, or comes nearest to it.
 
     Written so that Numba compiles it too.
     """
@@ -188,7 +188,7 @@ def nearest_current(
         if abs(at_break - target) < abs(force - target):
             best, force = end, at_break
     while True:
-        # from one piece to the next the force may jump, or cross the wanted one by rounding
+        # from one piece to the next the force may jump, or cross the target by rounding
         crosses = at_start == target or (at_end < target) != (at_start < target)
         if crosses and abs(at_start - target) <= TOLERANCE * scale:
             return start, at_start, False

@@ -6,8 +6,8 @@ from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .controller import Controller
+from .current_limits import highest_tested, lowest
 from .observers import ExtendedKalmanFilter, GroundNoise, KalmanFilter, Noise, Observer
-from .open_loop import highest_tested, lowest
 from .settings import Number, Optional, setting
 
 

@@ -71,8 +71,8 @@ class UnitController(Controller):
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Advance the unit by one step."""
-        settings = {name: getattr(measurement, own) for name, own in self._measured.items()}
-        commands = self._unit.step(t, self._period, settings, self._commands)
+        inputs = {name: getattr(measurement, own) for name, own in self._measured.items()}
+        commands = self._unit.step(t, self._period, inputs, self._commands)
         return np.clip(commands, self._low, self._high)
 
 

@@ -16,10 +16,10 @@ from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import Element, IsolatedStructure
 
+from .current_limits import highest_tested, lowest
 from .current_map import nearest_current
 from .device_model import DeviceModel
 from .device_states import SCRATCH, follow_states
-from .open_loop import highest_tested, lowest
 
 # the settings begin with these; then each device's coil (-1 for none) and numbers, and each coil's
 # range

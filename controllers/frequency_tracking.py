@@ -12,9 +12,9 @@ from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .compiled import CompiledController, Decision
+from .current_limits import highest_tested, lowest
 from .force_tracking import driven_elements
 from .observers.observer import ground_outputs
-from .open_loop import highest_tested, lowest
 from .settings import Number, SearchRange, setting
 from .sliding_mode import carried_masses
 

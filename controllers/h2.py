@@ -169,9 +169,9 @@ class H2(CompiledController):
         plant, unit, linear = self.plant(nominal, reference, context.period)
         with designing(self):
             sampled = control.sample_system(plant.controller(), context.period, "bilinear")
-        driven = [element.channel is not None for element in nominal.elements]
         head = [nominal.structure.n_dofs, len(sampled.A), len(tracking.elements)]
-        parts = [sampled.A, sampled.B, unit * sampled.C, unit * sampled.D, linear.passive[driven]]
+        passive = linear.passive[nominal.control_devices]
+        parts = [sampled.A, sampled.B, unit * sampled.C, unit * sampled.D, passive]
         own = np.concatenate([np.ravel(part) for part in parts])
         memory = np.concatenate([np.zeros(2 * len(sampled.A)), tracking.memory])
         settings = np.concatenate([head, own, tracking.settings])
@@ -183,7 +183,7 @@ class H2(CompiledController):
         """Assemble the design model."""
         ground = GroundNoise(self.ground_intensity, self.ground_frequency, self.ground_damping)
         linear = nominal_linear_model(nominal, reference, ground)
-        driven = np.array([element.channel is not None for element in nominal.elements])
+        driven = nominal.control_devices
         unit = self.largest_force * nominal.structure.isolated_mass * STANDARD_GRAVITY
         on_state, on_acceleration = unit * linear.b[:, driven], unit * linear.d[:, driven]
         n_y, (n_x, n_w), n_u = len(linear.c), linear.g.shape, int(driven.sum())

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import CompiledDecision, RunContext
 from isolation_sim.structures import IsolatedStructure
 
-from .clairvoyant import coil_table
 from .compiled import CompiledController, Decision, decision_step
+from .current_limits import coil_table
 from .device_model import FORCE_SCALE
 from .estimating import Estimating
+from .force_tracking import driven_elements
 from .observers.observer import ground_outputs
 from .preview import Preview
 from .settings import Integer, Number, OneOf, Optional, SearchRange, setting
@@ -240,13 +240,12 @@ class MPC(Estimating, CompiledController):
         from .predictive import state_seen
         from .predictive.flat_arrays import flat_arrays
         from .predictive.force_scale import CERTAIN, balance
+        from .predictive.linear_devices import spring_and_dashpot
         from .predictive.memory import Sizes, initial_memory
-        from .predictive.nominal_linear_model import spring_and_dashpot
         from .predictive.prediction import Prediction, growing_blocks
 
         nominal, step = context.nominal, context.period
-        if not nominal.n_channels:
-            raise InputError(f"{self.name}: no element of the nominal model is driven by a coil")
+        driven_elements(nominal, self.name)
         self.coils = coils = np.minimum(coil_table(context), 1e30)
         softest, stiffest = (linear_model(nominal, coils[:, k])[0] for k in (2, 3))
         self.frequency = 2 * np.pi * softest
@@ -318,9 +317,9 @@ class MPC(Estimating, CompiledController):
             at.MARGIN: self.margin, at.LEAST_PEAK: self.least_peak,
             at.FREQUENCY: 2 * np.pi * softest, at.DISPLACEMENT_LEVEL: self.displacement_level,
             at.ACCELERATION_LEVEL: self.acceleration_level, at.LINEARISATIONS: self.iterations,
-            at.LEARNS: self.learning is not None, at.KEPT: decay(self.learning),
+            at.LEARNS: self.learning is not None, at.LEARNING_DECAY: decay(self.learning),
             at.LEARNT_BEFORE: prior, at.PULL: 0.0 if self.settling is None else 1 / self.settling,
-            at.VELOCITY_KEPT: decay(DRIFT), at.FADED: decay(self.fading),
+            at.VELOCITY_DECAY: decay(DRIFT), at.FORECAST_DECAY: decay(self.fading),
             at.SLOW_LIMIT: self.stiff_start / stiffest, at.N_DISPLACEMENTS: p.n_displacements,
             at.N_ACCELERATIONS: p.n_accelerations,
             at.PRESENT: 0, at.JUMPS: bool(np.any((p.coils[:, 0] == 0) & (p.coils[:, 1] >= 1e30))),
@@ -361,23 +360,23 @@ class MPC(Estimating, CompiledController):
         super().reset(context)
         ahead = self._ahead(context)
         n_measured = len(context.outputs) + len(context.nominal.structure.directions) * len(ahead)
-        self.step = decision_step(self._decision, n_measured, len(context.low), self.name)
+        self._step = decision_step(self._decision, n_measured, len(context.low), self.name)
         self._preview = Preview(ahead, context.ground or ())
         self.report = Report()
 
     def compiled(self, context: RunContext) -> CompiledDecision | None:
         """Decision in compiled code, without a deadline."""
-        found = None if self.deadline is not None else super().compiled(context)
-        if found is None:
+        decision = None if self.deadline is not None else super().compiled(context)
+        if decision is None:
             return None
         names = self.measures(context.nominal)[-len(context.nominal.structure.directions) :]
-        return replace(found, inputs=self._preview.names(names))
+        return replace(decision, inputs=self._preview.names(names))
 
     def memory_array(self, which: int) -> NDArray:
         """Array of the decision's memory, by its number in ``predictive.decision``."""
         from .predictive.flat_arrays import array
 
-        return array(self.step.memory, which)
+        return array(self._step.memory, which)
 
     def programme(self) -> tuple[list[NDArray], NDArray]:
         """Hessian, gradient, rows, upper and lower bounds of the last programme; its solution."""
@@ -403,7 +402,7 @@ class MPC(Estimating, CompiledController):
         plan = self.memory_array(at.PLAN)
         previous = plan.copy()
         begun = self.memory_array(at.STATE)[at.BEGUN] == 1.0
-        command = self.step(t, self._preview.known(t, measurement))
+        command = self._step(t, self._preview.known(t, measurement))
         took = perf_counter() - began
         state, report = self.memory_array(at.STATE), self.report
         report.seconds.append(took)

@@ -11,8 +11,8 @@ from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .compiled import CompiledController, Decision
+from .current_limits import highest_tested, lowest
 from .force_tracking import driven_elements
-from .open_loop import highest_tested, lowest
 from .settings import Number, OneOf, Optional, SearchRange, setting
 
 RULES = {

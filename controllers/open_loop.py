@@ -8,32 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import RunContext, Schedule
 
 from .controller import Controller
-
-
-def highest_tested(context: RunContext) -> NDArray:
-    """Highest current within the supply's limits at which the devices were tested."""
-    return within_tested(context.tested, context.low, context.high)
-
-
-def within_tested(tested: NDArray, low: NDArray, high: NDArray) -> NDArray:
-    """As ``highest_tested``, from the tested currents and the supply's limits, A."""
-    highest = np.clip(tested, low, high)
-    if np.isinf(highest).any():
-        raise InputError(
-            f"nothing says how high the current of coil {np.argmax(np.isinf(highest))} may be; "
-            "expected: devices with a tested current or a range of current, or a coil driver with "
-            "a highest current"
-        )
-    return highest
-
-
-def lowest(context: RunContext) -> NDArray:
-    """Lowest current of the supply; 0 where it has no limit."""
-    return np.where(np.isfinite(context.low), context.low, 0.0)
 
 
 class OpenLoop(Controller):

@@ -6,7 +6,8 @@ from typing import Any
 
 from isolation_sim.simulation.control import RunContext
 
-from .open_loop import Held, highest_tested
+from .current_limits import highest_tested
+from .open_loop import Held
 from .settings import Number, Optional, setting
 
 

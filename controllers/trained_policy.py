@@ -18,8 +18,8 @@ from isolation_sim.structures import (
     reference_isolators,
 )
 
-from .clairvoyant import coil_table
 from .compiled import CompiledController, Decision, decision_step
+from .current_limits import coil_table
 from .device_states import SCRATCH
 from .force_tracking import driven_elements
 from .preview import Preview
@@ -162,20 +162,18 @@ class TrainedPolicy(CompiledController):
         self._preview = Preview(self._ahead(context.period), context.ground or ())
         if self.preview:
             n_measured = len(context.outputs) + len(self._preview.times)
-            self.step = decision_step(self._decision, n_measured, len(context.low), self.name)
+            self._step = decision_step(self._decision, n_measured, len(context.low), self.name)
 
     def compiled(self, context: RunContext) -> CompiledDecision | None:
         """Decision in compiled code."""
-        found = super().compiled(context)
-        if found is None:
+        decision = super().compiled(context)
+        if decision is None:
             return None
-        return replace(found, inputs=self._preview.names(self.measures(context.nominal)[-1:]))
+        return replace(decision, inputs=self._preview.names(self.measures(context.nominal)[-1:]))
 
     def current(self, t: float, measurement: Any) -> NDArray:
         """Decide; with preview in compiled code."""
-        if not self.preview:
-            return super().current(t, measurement)
-        return self.step(t, self._preview.known(t, measurement))
+        return self._step(t, self._preview.known(t, measurement))
 
     def _ahead(self, step: float) -> NDArray:
         """Times after a decision at which the ground motion is known, s."""

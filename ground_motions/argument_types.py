@@ -53,7 +53,7 @@ def refuse_wrong_type(place: str, value: Any, kind: Any) -> None:
     wrong = _misfit(place, value, kind)
     if wrong is not None:
         place, value, kind = wrong
-        raise InputError(f"{place} is {shown(value)}; expected: {_described(kind)}")
+        raise InputError(f"{place} is {shown(value)}; expected: {_description(kind)}")
 
 
 def shown(value: Any) -> str:
@@ -79,8 +79,8 @@ def _with_check(function: Any, module: str) -> Any:
     @functools.cache
     def kinds() -> dict[str, Any]:
         names = _Names(module)
-        found = {name: names.kind(text) for name, text in function.__annotations__.items()}
-        return {name: kind for name, kind in found.items() if name != "return"}
+        annotations = function.__annotations__.items()
+        return {name: names.kind(text) for name, text in annotations if name != "return"}
 
     @functools.wraps(function)
     def with_check(*args: Any, **kwargs: Any) -> Any:
@@ -130,10 +130,10 @@ def _misfit(place: str, value: Any, kind: Any) -> tuple[str, Any, Any] | None:
     if _is_array(origin):
         return None if _is_numeric(value) else wrong
     if origin in (Union, UnionType):
-        found = [_misfit(place, value, each) for each in _alternatives(kind)]
-        if None in found:
+        misfits = [_misfit(place, value, each) for each in _alternatives(kind)]
+        if None in misfits:
             return None
-        deepest = max(found, key=lambda each: len(each[0]) if each else 0)
+        deepest = max(misfits, key=lambda each: len(each[0]) if each else 0)
         return deepest if deepest and deepest[0] != place else wrong
     if origin is Annotated:
         # the annotation describes the kind as a whole, and not the parts of a value
@@ -169,8 +169,8 @@ def _misfit_inside(place: str, values: Any, kind: Any) -> tuple[str, Any, Any] |
             return place, values, kind
     else:
         inner = inner[:1] * len(values)
-    found = (_misfit(f"{place}[{k}]", *each) for k, each in enumerate(zip(values, inner)))  # noqa: B905
-    return next((each for each in found if each is not None), None)
+    misfits = (_misfit(f"{place}[{k}]", *each) for k, each in enumerate(zip(values, inner)))  # noqa: B905
+    return next((each for each in misfits if each is not None), None)
 
 
 def _is_a(value: Any, kind: Any, origin: Any) -> bool:
@@ -220,11 +220,11 @@ def _is_numeric(value: Any) -> bool:
         return False
 
 
-def _described(kind: Any) -> str:
+def _description(kind: Any) -> str:
     """A kind in words, led by its article."""
     origin = get_origin(kind) or kind
     if origin in (Union, UnionType):
-        parts = dict.fromkeys(_described(each) for each in _alternatives(kind))
+        parts = dict.fromkeys(_description(each) for each in _alternatives(kind))
         return " or ".join(parts)
     if origin is Annotated:
         return str(get_args(kind)[1])
@@ -232,7 +232,7 @@ def _described(kind: Any) -> str:
         return " or ".join(repr(each) for each in get_args(kind))
     if origin in _LISTS:
         inner = [each for each in get_args(kind) if each is not ...]
-        return f"a list, each {_described(inner[0])}" if inner else "a list"
+        return f"a list, each {_description(inner[0])}" if inner else "a list"
     if _is_array(origin):
         return "an array of numbers"
     if origin in _WORDS:

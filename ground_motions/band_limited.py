@@ -8,7 +8,7 @@ from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, exactly_one, positive, sample_count, within
 from ground_motions.errors import InputError
 from ground_motions.record import Record
-from ground_motions.synthesis import frequencies, random_phases
+from ground_motions.synthesis import call_text, frequencies, random_phases
 
 
 @checked
@@ -143,24 +143,17 @@ def band_limited_noise(
     """
     measure, size = exactly_one(rms=rms, pga=pga)
     series = band_limited_series(
-        low_hz,
-        high_hz,
-        duration,
-        dt,
-        rms=rms,
-        peak=pga,
-        seed=seed,
-        taper=taper,
+        low_hz, high_hz, duration, dt, rms=rms, peak=pga, seed=seed, taper=taper
     )
     return Record(
         series,
         dt,
         name=f"band_limited_{low_hz:g}_{high_hz:g}_Hz_seed_{seed}",
-        source=(
-            f"band_limited_noise(low_hz={low_hz!r}, high_hz={high_hz!r}, duration={duration!r}, "
-            f"dt={dt!r}, {measure}={size!r}, seed={seed!r}, taper={taper!r})"
+        source=call_text(
+            "band_limited_noise", low_hz=low_hz, high_hz=high_hz, duration=duration, dt=dt,
+            **{measure: size}, seed=seed, taper=taper,
         ),
-    )
+    )  # fmt: skip
 
 
 def _taper(count: int, share: float) -> FloatArray:

@@ -15,7 +15,7 @@ _HIGHEST_ORDER = 10
 _POLES = 4
 
 
-def corrected(
+def correct_baseline(
     acceleration: FloatArray, dt: float, order: int, highpass_hz: float | None = None
 ) -> FloatArray:
     """Take a polynomial and, if asked for, low frequencies from an acceleration."""

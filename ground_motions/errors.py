@@ -60,9 +60,9 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     return ", ".join([f"{best} (did you mean it?)", *(n for n in names if n != best)])
 
 
-def unknown_name(kind: str, given: str, accepted: Iterable[str]) -> InputError:
+def unknown_name(kind: str, name: str, accepted: Iterable[str]) -> InputError:
     """Build the error for a name that is not in a registry."""
     names = sorted(accepted)
-    close = difflib.get_close_matches(given, names, n=1)
+    close = difflib.get_close_matches(name, names, n=1)
     hint = f" did you mean {close[0]!r}?" if close else ""
-    return InputError(f"unknown {kind} {given!r};{hint} expected: {', '.join(names)}")
+    return InputError(f"unknown {kind} {name!r};{hint} expected: {', '.join(names)}")

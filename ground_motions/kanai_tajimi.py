@@ -14,7 +14,7 @@ from ground_motions.checks import FloatArray, choice, exactly_one, positive, sam
 from ground_motions.envelopes import JENNINGS_HOUSNER_B, Envelope
 from ground_motions.errors import InputError
 from ground_motions.record import Record
-from ground_motions.synthesis import frequencies, random_phases
+from ground_motions.synthesis import call_text, frequencies, random_phases
 
 
 @checked
@@ -243,8 +243,8 @@ def _motion(
         samples,
         dt,
         name=f"{kind}_{soil_name}_seed_{seed}",
-        source=(
-            f"{kind}_motion(soil={soil!r}, duration={duration!r}, dt={dt!r}, {measure}={size!r}, "
-            f"seed={seed!r}, envelope={envelope!r})"
+        source=call_text(
+            f"{kind}_motion", soil=soil, duration=duration, dt=dt, **{measure: size}, seed=seed,
+            envelope=envelope,
         ),
-    )
+    )  # fmt: skip

@@ -123,15 +123,15 @@ def match_spectrum(
     tolerance = within("tolerance (share)", tolerance, 1e-4, 1.0)
     count = max(2, math.ceil(math.log(high / low) / _SPACING) + 1)
     wavelets = _Wavelets(np.geomspace(low, high, _CHECKS_A_WAVELET * (count - 1) + 1))
-    wanted = target.psa(wavelets.periods)
+    target_psa = target.psa(wavelets.periods)
     spectrum = response_spectrum(record, wavelets.periods).psa
-    (best_factor,), _ = best_factors(spectrum[None], wanted, limits)
+    (best_factor,), _ = best_factors(spectrum[None], target_psa, limits)
     tried = []
     for share, emphasis in _TRIES:
         factor = float(np.clip(share * best_factor, *limits))
         scaled = record.scaled(factor)
         start = _with_room(scaled, wavelets)
-        motion, ratio, steps = wavelets.matched(start, wanted, tolerance, emphasis)
+        motion, ratio, steps = wavelets.match(start, target_psa, tolerance, emphasis)
         tried.append((_misfit(ratio), factor, scaled, motion, ratio, steps))
         if tried[-1][0] <= tolerance:
             break
@@ -174,7 +174,7 @@ class _Wavelets:
         """Length of the longest wavelet before or after its peak in the response, s."""
         return float(np.max(_TAIL * self.width + self.lead))
 
-    def matched(
+    def match(
         self, motion: Record, target: FloatArray, tolerance: float, emphasis: float
     ) -> tuple[Record, FloatArray, int]:
         """Return the matched motion, its spectrum over the target, and the steps tried."""
@@ -187,7 +187,7 @@ class _Wavelets:
                 if steps == _ITERATIONS or damping > _DAMPING[1]:
                     return motion, ratio, steps
                 steps += 1
-                amplitudes = equations.solved(damping, 1.0 + 0.5 * tolerance)
+                amplitudes = equations.solve(damping, 1.0 + 0.5 * tolerance)
                 added = self.acceleration(own, at, amplitudes, motion.time)
                 tried = Record(motion.acceleration + added, motion.dt, motion.name)
                 result = response_spectrum(tried, self.periods).psa / target
@@ -286,7 +286,7 @@ class _Equations:
     weight: FloatArray
     size: float
 
-    def solved(self, damping: float, top: float) -> FloatArray:
+    def solve(self, damping: float, top: float) -> FloatArray:
         """Amplitudes that bring the largest peaks to 1 and keep the others below the top."""
         ridge = damping * self.size * np.eye(self.influence.shape[1])
         lack = np.where(self.is_largest, 1.0, top) - self.response

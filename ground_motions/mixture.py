@@ -80,7 +80,7 @@ def _noise(k: int, draw: np.random.Generator, peaks: tuple[float, float]) -> Rec
     soil = str(draw.choice(list(SOILS)))
     pga, seed = draw.uniform(*peaks), int(draw.integers(2**31))
     made = make(soil, DURATION - 5.0, _STEP, seed=seed, pga=pga)
-    return _named(made.acceleration, f"{k}: {process}, {soil} soil, {pga:.1f} m/s2", made.source)
+    return _record(made.acceleration, f"{k}: {process}, {soil} soil, {pga:.1f} m/s2", made.source)
 
 
 def _pulse(k: int, draw: np.random.Generator) -> Record:
@@ -89,18 +89,20 @@ def _pulse(k: int, draw: np.random.Generator) -> Record:
     velocity = min(draw.uniform(*_PULSE_VELOCITY), strongest)
     cycles, phase = draw.uniform(*_PULSE_CYCLES), draw.uniform(0.0, 2 * math.pi)
     made = mavroeidis_papageorgiou_pulse(velocity, period, cycles, phase, _STEP)
-    return _named(made.acceleration, f"{k}: pulse, {period:.1f} s, {velocity:.2f} m/s", made.source)
+    return _record(
+        made.acceleration, f"{k}: pulse, {period:.1f} s, {velocity:.2f} m/s", made.source
+    )
 
 
 def _pulse_in_noise(k: int, draw: np.random.Generator) -> Record:
     pulse, noise = _pulse(k, draw), _noise(k, draw, _BACKGROUND_PGA)
-    return _named(
+    return _record(
         pulse.acceleration + noise.acceleration, f"{pulse.name}, in noise",
         f"{pulse.source} + {noise.source}",
     )  # fmt: skip
 
 
-def _named(acceleration: FloatArray, name: str, source: str) -> Record:
+def _record(acceleration: FloatArray, name: str, source: str) -> Record:
     """The motion, followed by rest until the end."""
     whole = np.zeros(round(DURATION / _STEP) + 1)
     whole[: len(acceleration)] = acceleration

@@ -17,6 +17,7 @@ from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, choice, number, positive, sample_count, within
 from ground_motions.errors import InputError
 from ground_motions.record import Record
+from ground_motions.synthesis import call_text
 
 MAKRIS_KINDS = ("A", "B", "C1", "C2")
 """Kinds of `makris_pulse`."""
@@ -84,19 +85,12 @@ def mavroeidis_papageorgiou_pulse(
             total += share / ratio * (np.sin(w * ratio * t + nu) + np.sin(w * ratio * half - nu))
         return amplitude / (2.0 * w) * total
 
-    return _record(
-        displacement,
-        2.0 * half,
-        dt,
-        before,
-        after,
-        name="mavroeidis_papageorgiou_pulse",
-        source=(
-            f"mavroeidis_papageorgiou_pulse(peak_velocity={peak_velocity!r}, "
-            f"pulse_period={pulse_period!r}, cycles={cycles!r}, phase={phase!r}, dt={dt!r}, "
-            f"before={before!r}, after={after!r})"
-        ),
-    )
+    name = "mavroeidis_papageorgiou_pulse"
+    source = call_text(
+        name, peak_velocity=peak_velocity, pulse_period=pulse_period, cycles=cycles, phase=phase,
+        dt=dt, before=before, after=after,
+    )  # fmt: skip
+    return _record(displacement, 2.0 * half, dt, before, after, name, source)
 
 
 @checked
@@ -155,18 +149,11 @@ def makris_pulse(
             moved = math.cos(phase) - np.cos(x + phase) - x * math.sin(phase)
         return velocity / w * moved
 
-    return _record(
-        displacement,
-        angle / w,
-        dt,
-        before,
-        after,
-        name=f"makris_pulse_{kind}",
-        source=(
-            f"makris_pulse(kind={kind!r}, peak_velocity={peak_velocity!r}, "
-            f"pulse_period={pulse_period!r}, dt={dt!r}, before={before!r}, after={after!r})"
-        ),
-    )
+    source = call_text(
+        "makris_pulse", kind=kind, peak_velocity=peak_velocity, pulse_period=pulse_period, dt=dt,
+        before=before, after=after,
+    )  # fmt: skip
+    return _record(displacement, angle / w, dt, before, after, f"makris_pulse_{kind}", source)
 
 
 def _type_c_phase(cycles: int) -> float:
@@ -229,18 +216,12 @@ def ricker_pulse(
         result: FloatArray = -peak * period**2 / (2.0 * math.pi**2) * np.exp(-(x**2))
         return result
 
-    return _record(
-        displacement,
-        4.0 * period,
-        dt,
-        before,
-        after,
-        name="ricker_pulse",
-        source=(
-            f"ricker_pulse(peak_velocity={peak_velocity!r}, pulse_period={pulse_period!r}, "
-            f"dt={dt!r}, before={before!r}, after={after!r})"
-        ),
-    )
+    name = "ricker_pulse"
+    source = call_text(
+        name, peak_velocity=peak_velocity, pulse_period=pulse_period, dt=dt, before=before,
+        after=after,
+    )  # fmt: skip
+    return _record(displacement, 4.0 * period, dt, before, after, name, source)
 
 
 def _record(
@@ -249,7 +230,6 @@ def _record(
     dt: float,
     before: float,
     after: float,
-    *,
     name: str,
     source: str,
 ) -> Record:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ground_motions import checks, integration
 from ground_motions.argument_types import checked
-from ground_motions.baseline import corrected
+from ground_motions.baseline import correct_baseline
 from ground_motions.checks import FloatArray
 from ground_motions.errors import InputError
 from ground_motions.resampling import resample
@@ -206,7 +206,7 @@ class Record:
         if math.isclose(dt, self.dt, rel_tol=1e-12):
             return self
         samples = resample(self.acceleration, self.dt, dt)
-        return self._derived(samples, f"resampled from {self.dt:g} s to {dt:g} s", dt=dt)
+        return self._derive(samples, f"resampled from {self.dt:g} s to {dt:g} s", dt=dt)
 
     @checked
     def scaled(self, factor: float) -> Record:
@@ -223,7 +223,7 @@ class Record:
             The scaled motion.
         """
         factor = checks.number("factor", factor, "a finite number")
-        return self._derived(self.acceleration * factor, f"scaled by {factor:.6g}")
+        return self._derive(self.acceleration * factor, f"scaled by {factor:.6g}")
 
     @checked
     def scaled_to_pga(self, pga: float) -> Record:
@@ -247,7 +247,7 @@ class Record:
         pga = checks.positive("pga (m/s2)", pga)
         self._require_motion("scaled_to_pga")
         # Dividing first makes the peak sample exactly one, so that it then hits the target exactly.
-        return self._derived(self.acceleration / self.pga * pga, f"scaled to pga {pga:g} m/s2")
+        return self._derive(self.acceleration / self.pga * pga, f"scaled to pga {pga:g} m/s2")
 
     @checked
     def scaled_to_sa(self, sa: float, period: float, damping: float = 0.05) -> Record:
@@ -275,7 +275,7 @@ class Record:
         sa = checks.positive("sa (m/s2)", sa)
         self._require_motion("scaled_to_sa")
         present = float(self.spectrum([period], damping).psa[0])
-        return self._derived(
+        return self._derive(
             self.acceleration * (sa / present),
             f"scaled to sa {sa:g} m/s2 at {period:g} s, damping {damping:g}",
         )
@@ -310,9 +310,9 @@ class Record:
         Pads as D. M. Boore, Bulletin of the Seismological Society of America 95 (2005) 745-750;
         least velocity as G. V. Berg and G. W. Housner, ibid. 51 (1961) 175-189.
         """
-        samples = corrected(self.acceleration, self.dt, order, highpass_hz)
+        samples = correct_baseline(self.acceleration, self.dt, order, highpass_hz)
         step = f"order {order}" + (f", high-pass {highpass_hz:g} Hz" if highpass_hz else "")
-        return self._derived(samples, f"baseline corrected ({step})")
+        return self._derive(samples, f"baseline corrected ({step})")
 
     @checked
     def padded(self, before: float = 0.0, after: float = 0.0) -> Record:
@@ -341,7 +341,7 @@ class Record:
             for name, value in (("before (s)", before), ("after (s)", after))
         ]
         samples = np.pad(self.acceleration, counts)
-        return self._derived(samples, f"padded by {before:g} s and {after:g} s")
+        return self._derive(samples, f"padded by {before:g} s and {after:g} s")
 
     @checked
     def cut(self, start: float = 0.0, stop: float | None = None) -> Record:
@@ -375,7 +375,7 @@ class Record:
                 f"{start:g} and {stop:g}",
                 f"start < stop with two samples or more between them (dt {self.dt:g} s)",
             )
-        return self._derived(self.acceleration[first : last + 1], f"cut to {start:g}-{stop:g} s")
+        return self._derive(self.acceleration[first : last + 1], f"cut to {start:g}-{stop:g} s")
 
     @checked
     def spectrum(self, periods: npt.ArrayLike, damping: float = 0.05) -> ResponseSpectrum:
@@ -398,7 +398,7 @@ class Record:
 
         return response_spectrum(self, periods, damping)
 
-    def _derived(self, acceleration: FloatArray, step: str, dt: float | None = None) -> Record:
+    def _derive(self, acceleration: FloatArray, step: str, dt: float | None = None) -> Record:
         return replace(
             self,
             acceleration=acceleration,

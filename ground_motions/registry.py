@@ -80,26 +80,26 @@ class Registry(Mapping[str, T]):
     ) -> None:
         self.group, self.kind, self.accepted = group, kind, accepted
         self._usable, self._own_name, self._unit = usable, own_name, unit
-        self._given: dict[str, T] = {}
+        self._registered: dict[str, T] = {}
         self._loaded: dict[str, T] = {}
 
     def __iter__(self) -> Iterator[str]:
         yield from self._entries
-        yield from self._given
+        yield from self._registered
 
     def __len__(self) -> int:
-        return len(self._entries) + len(self._given)
+        return len(self._entries) + len(self._registered)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._entries or name in self._given
+        return name in self._entries or name in self._registered
 
     def __getitem__(self, name: str) -> T:
         if not isinstance(name, str):
             raise InputError(
                 f"{self.kind} is {name!r}; expected: a name, or a place such as file.py:NAME"
             )
-        if name in self._given:
-            return self._given[name]
+        if name in self._registered:
+            return self._registered[name]
         if is_place(name):
             return self._at(name)
         if name not in self._loaded:
@@ -121,17 +121,17 @@ class Registry(Mapping[str, T]):
                 f"{'its own name' if own else 'a name without colon'}"
             )
         if name in self._entries:
-            raise self._twice(name, "register()", *self._entries[name])
-        if name in self._given and not replace:
+            raise self._ambiguous(name, "register()", *self._entries[name])
+        if name in self._registered and not replace:
             raise InputError(
                 f"{self.kind} {name!r} is registered already in this process; expected: another "
                 "name, or replace=True"
             )
-        self._given[name] = part
+        self._registered[name] = part
 
     def called(self, thing: object, default: str) -> str:
         """Return the name or place under which a thing was found."""
-        for name, known in {**self._loaded, **self._given}.items():
+        for name, known in {**self._loaded, **self._registered}.items():
             if known is thing or (isinstance(known, tuple) and thing in known):
                 return name
         return default
@@ -140,11 +140,11 @@ class Registry(Mapping[str, T]):
         """Return where a thing is, without loading it."""
         if is_place(name):
             return name
-        return "" if name in self._given else self._entry(name).place
+        return "" if name in self._registered else self._entry(name).place
 
     def only_here(self) -> tuple[str, ...]:
         """Names that were registered in this process, which no other process knows."""
-        return tuple(self._given)
+        return tuple(self._registered)
 
     @cached_property
     def _entries(self) -> dict[str, tuple[_Entry, ...]]:
@@ -172,10 +172,10 @@ class Registry(Mapping[str, T]):
             raise unknown_name(self.kind, name, self)
         first, *others = self._entries[name]
         if others:
-            raise self._twice(name, first.package, *others)
+            raise self._ambiguous(name, first.package, *others)
         return first
 
-    def _twice(self, name: str, one: str, *others: _Entry) -> InputError:
+    def _ambiguous(self, name: str, one: str, *others: _Entry) -> InputError:
         packages = " and ".join([one, *(entry.package for entry in others)])
         return InputError(
             f"{self.kind} {name!r} is given by {packages}; expected: one of them, or "
@@ -185,7 +185,7 @@ class Registry(Mapping[str, T]):
     def _from_package(self, name: str) -> T:
         entry = self._entry(name)
         label = f"{self.kind} {name!r} of package {entry.package} ({entry.place})"
-        thing = self._checked(_imported(entry.place, label), label)
+        thing = self._checked(_import_place(entry.place, label), label)
         own = self._own_name(thing) if self._own_name else name
         if own != name:
             raise InputError(f"{label} calls itself {own!r}; expected: one name in both places")
@@ -199,9 +199,9 @@ class Registry(Mapping[str, T]):
         if file and file.suffix == UNIT:
             if not self._unit:
                 raise InputError(f"{label} is a functional mock-up unit; expected: {self.accepted}")
-            loaded = _imported(self._unit, label)(file)
+            loaded = _import_place(self._unit, label)(file)
         else:
-            loaded = _from_file(file, name, label) if file else _imported(place, label)
+            loaded = _from_file(file, name, label) if file else _import_place(place, label)
         thing = self._checked(loaded, label)
         # equal things stay one: a tuple may have been put around the same effect anew
         if self._loaded.get(place) != thing:
@@ -307,7 +307,7 @@ def _split(name: str) -> tuple[Path | None, str]:
     return (Path(file), inside) if file.endswith(".py") else (None, inside)
 
 
-def _imported(place: str, label: str) -> Any:
+def _import_place(place: str, label: str) -> Any:
     module, _, inside = place.partition(":")
     check_not_hidden(module.partition(".")[0])
     try:

@@ -137,7 +137,7 @@ def response_spectrum(
     """
     from ground_motions.oscillator import response_peaks
 
-    period, damping = _checked_periods(record, periods), _checked_damping(damping)
+    period, damping = _valid_periods(record, periods), _valid_damping(damping)
     sd, sv, sa = np.zeros((3, len(period)))
     psv, psa = np.zeros((2, len(period)))
     sa[period == 0.0] = psa[period == 0.0] = record.pga
@@ -183,7 +183,7 @@ def oscillator_response(record: Motion, period: float, damping: float = 0.05) ->
     from ground_motions.oscillator import response_history
 
     positive("period (s)", period)
-    (period,), damping = _checked_periods(record, [period]), _checked_damping(damping)
+    (period,), damping = _valid_periods(record, [period]), _valid_damping(damping)
     frequency = 2.0 * math.pi / period
     u, v, a = response_history(record.acceleration, propagator(period, record.dt, damping), damping)
     return OscillatorResponse(
@@ -211,11 +211,11 @@ def propagator(period: float, dt: float, damping: float) -> FloatArray:
     return read_only(expm(generator)[:2])
 
 
-def _checked_damping(damping: float) -> float:
+def _valid_damping(damping: float) -> float:
     return within("damping (ratio)", damping, 0.0, 1.0, open_high=True)
 
 
-def _checked_periods(record: Motion, periods: npt.ArrayLike) -> FloatArray:
+def _valid_periods(record: Motion, periods: npt.ArrayLike) -> FloatArray:
     accepted = f"0, or finite and {_SHORTEST_PERIOD * record.dt:g} s or longer"
     try:
         result = np.atleast_1d(np.array(periods, dtype=np.float64))

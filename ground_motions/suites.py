@@ -110,8 +110,8 @@ def read_folder(
     """
     folder = Path(folder)
     if not folder.is_dir():
-        given = "a file" if folder.is_file() else "a folder that does not exist"
-        raise InputError(str(folder), given, "a folder with files of records")
+        value = "a file" if folder.is_file() else "a folder that does not exist"
+        raise InputError(str(folder), value, "a folder with files of records")
     if (folder / _SEARCH_RESULTS).is_file():
         return _search_results(folder / _SEARCH_RESULTS, lambda name: folder / name)
     suffixes = {f".{name}" for name in READERS} - (set() if unit else _TEXT)
@@ -127,7 +127,7 @@ def read_folder(
         names = ", ".join(path.name for path in others[:_NAMED])
         more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
         warn(f"{folder}: not used: {names}{more}{hint}", UserWarning)
-    return _unique([_record(*each, unit, dt, column) for each in _grouped(files)])
+    return _unique([_record(*each, unit, dt, column) for each in _group_components(files)])
 
 
 @checked
@@ -178,7 +178,7 @@ def _unique(records: list[SuiteRecord]) -> list[SuiteRecord]:
     return records
 
 
-def _grouped(files: list[Path]) -> Iterator[tuple[str, list[Path]]]:
+def _group_components(files: list[Path]) -> Iterator[tuple[str, list[Path]]]:
     """Names and files of records: the components of K-NET and KiK-net together."""
     groups: dict[str, dict[str, Path]] = {}
     for path in files:
@@ -262,23 +262,23 @@ def _components(path: Path, unit: str | None, dt: float | None, column: Columns)
     suffix = path.suffix.lower()
     if suffix in _TEXT:
         return [read(path, unit=unit, dt=dt)]
-    wanted: list[str | None] = [column] if isinstance(column, str) else list(column or ())
-    if len(wanted) > 3:
-        raise InputError("column", f"{len(wanted)} columns", "1 to 3")
+    columns: list[str | None] = [column] if isinstance(column, str) else list(column or ())
+    if len(columns) > 3:
+        raise InputError("column", f"{len(columns)} columns", "1 to 3")
     present: list[str] = []
     if suffix == ".csv":
         present = acceleration_columns(path)
         if not present:
             header = table_cells(path)[0][1]
-            wanted = [each for each in wanted if each in header] or [None]
-            return [read(path, column=each, unit=unit) for each in wanted]
+            columns = [each for each in columns if each in header] or [None]
+            return [read(path, column=each, unit=unit) for each in columns]
     elif suffix in (".v2", ".v2c"):
         present = channels_of(path)
     if len(present) < 2:
         return [read(path)]
     if len(present) == 2:
-        wanted = wanted or [*present]
-    return [read(path, column=each) for each in wanted or [None]]
+        columns = columns or [*present]
+    return [read(path, column=each) for each in columns or [None]]
 
 
 def _only(components: list[Record], path: Path) -> Record:

@@ -1,6 +1,8 @@
-"""Random series with a given power spectral density."""
+"""Random series with a power spectral density, and the source of a synthetic motion."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +28,11 @@ def random_phases(psd: FloatArray, count: int, dt: float, seed: int) -> FloatArr
         amplitude[-1] = 0.0  # at Nyquist a cosine of random phase has no fixed amplitude
     series: FloatArray = np.fft.irfft(0.5 * count * amplitude * np.exp(1j * phase), count)
     return series
+
+
+def call_text(function: str, **arguments: Any) -> str:
+    """Return a call as text, the source of the motion that it makes."""
+    return f"{function}({', '.join(f'{name}={value!r}' for name, value in arguments.items())})"
 
 
 def frequencies(count: int, dt: float) -> FloatArray:

@@ -36,7 +36,8 @@ class Fragility(NamedTuple):
         """
         from scipy.stats import norm
 
-        return norm.cdf(np.log(np.asarray(intensity, float) / self.median) / self.dispersion)
+        with np.errstate(divide="ignore"):  # 0 at no intensity, and for an infinite median
+            return norm.cdf(np.log(np.asarray(intensity, float) / self.median) / self.dispersion)
 
 
 @checked
@@ -80,11 +81,11 @@ def fit_fragility(intensity: ArrayLike, exceeded: ArrayLike, count: ArrayLike = 
 
     start = [np.average(logarithm, weights=runs), np.log(0.4)]
     bounds = [(None, None), (np.log(_LEAST_DISPERSION), np.log(20.0))]
-    found = minimize(
+    solution = minimize(
         minus_likelihood, start, method="Nelder-Mead", bounds=bounds,
         options={"xatol": 1e-8, "fatol": 1e-10, "maxiter": 2000},
     ).x  # fmt: skip
-    return Fragility(float(np.exp(found[0])), float(np.exp(found[1])))
+    return Fragility(*np.exp(solution).tolist())
 
 
 def _counts(

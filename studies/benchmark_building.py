@@ -69,7 +69,7 @@ DESIGN_CURRENT = 1.5
 LINEAR = "linear bearings"
 LEAD_RUBBER = "lead-rubber bearings"
 FRICTION = "friction bearings"
-STRENGTH = 0.05
+CHARACTERISTIC_STRENGTH = 0.05
 """Characteristic strength of the lead-rubber bearings over the weight."""
 YIELD_DEFORMATION = 0.01
 """Yield deformation of the lead, m."""
@@ -146,7 +146,12 @@ def linear_bearing() -> Device:
 
 def lead_rubber_bearing(weight: float) -> Device:
     """Return a bearing with lead in the place of the linear one's damping."""
-    values = {"Q": STRENGTH * weight, "u_y": YIELD_DEFORMATION, "beta": 0.5, "gamma": 0.5}
+    values = {
+        "Q": CHARACTERISTIC_STRENGTH * weight,
+        "u_y": YIELD_DEFORMATION,
+        "beta": 0.5,
+        "gamma": 0.5,
+    }
     return iso.law("park_wen_ang", {"k": BEARING_STIFFNESS, "c": 0.0} | values)
 
 
@@ -283,12 +288,12 @@ def _finding(building: Structure, runs: list[dict[str, Any]], names: tuple[str, 
 
 def _passive(runs: list[dict[str, Any]]) -> str:
     """What the nonlinear bearings do, in a sentence."""
-    told = [
+    medians = [
         f"{name} J1 {_median(runs, name, 'J1'):.2f}, J3 {_median(runs, name, 'J3'):.2f}, "
         f"J5 {_median(runs, name, 'J5'):.2f}"
         for name in (LEAD_RUBBER, FRICTION)
     ]
-    return f"Nonlinear bearings of the same stiffness, over the linear ones: {'; '.join(told)}."
+    return f"Nonlinear bearings of the same stiffness, over the linear ones: {'; '.join(medians)}."
 
 
 def _figure(runs: list[dict[str, Any]], names: tuple[str, ...]) -> Figure:

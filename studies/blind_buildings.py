@@ -16,7 +16,7 @@ from .blind import building_cases as blind
 from .blind.building_model import Building
 from .blind.building_score import BuildingScored, confusion_table, rates
 from .blind.buildings import DAMPING_RATIO, ISOLATOR
-from .blind.study import diagnosed, leave, part, share_from
+from .blind.study import diagnose_cases, part, share_from, write_tables
 
 if TYPE_CHECKING:
     from isolation_sim.discrepancy.tiers.result import Tier
@@ -42,7 +42,7 @@ def engineers(building: Building) -> Any:
     return structure.on(iso.law("bouc_wen", rows | {"F0": 0.0}))
 
 
-def scored(case: blind.BuildingCase) -> BuildingScored:
+def score(case: blind.BuildingCase) -> BuildingScored:
     """Make a case's record, diagnose it, and put the truth beside the outcome."""
     from isolation_sim.discrepancy.building.record import read_building_record
     from isolation_sim.discrepancy.diagnose import diagnose_building
@@ -58,10 +58,10 @@ def scored(case: blind.BuildingCase) -> BuildingScored:
 
 def main(share: float = 1.0) -> None:
     """Diagnose all cases and print the rates."""
-    results, seconds = diagnosed(cases(share), scored)
+    results, seconds = diagnose_cases(cases(share), score)
     lines = [f"- {name}: {rate}" for name, rate in rates(results).items()]
     lines.append(f"- {len(results)} records, {seconds:.1f} s each")
-    leave(lines, confusion_table(results), "building_")
+    write_tables(lines, confusion_table(results), "building_")
 
 
 if __name__ == "__main__":

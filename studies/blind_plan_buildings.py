@@ -14,7 +14,7 @@ from pathlib import Path
 from .blind import plan_buildings as blind
 from .blind.building_score import BuildingScored, answer, confusion_table
 from .blind.score import Rate, named
-from .blind.study import diagnosed, leave, part, share_from
+from .blind.study import diagnose_cases, part, share_from, write_tables
 
 CLEAN = 12
 SIZES = (0.03, 0.1)
@@ -44,16 +44,16 @@ def clean() -> Iterator[PlanCase]:
         yield PlanCase("clean", 31_000 + number)
 
 
-def scored(case: PlanCase) -> BuildingScored:
+def score(case: PlanCase) -> BuildingScored:
     """Make a case's record, diagnose it, and put the truth beside the outcome."""
     import isolation_sim as iso
 
     nominal = blind.nominal_building(case.seed)
     building, bias = nominal, 0.0
     for _, form in case.forms:
-        strength = blind.strength_for(nominal, form, case.size, case.seed)
-        building = blind.faulty(nominal, form, strength, case.seed)
-        bias = strength if form == "constant" else 0.0
+        severity = blind.severity_for(nominal, form, case.size, case.seed)
+        building = blind.faulty(nominal, form, severity, case.seed)
+        bias = severity if form == "constant" else 0.0
     with tempfile.TemporaryDirectory() as folder:
         place = blind.write(nominal, blind.record(building, case.seed, bias=bias), Path(folder))
         diagnosis = iso.diagnose(
@@ -80,10 +80,10 @@ def rates(results: list[BuildingScored]) -> dict[str, Rate]:
 def main(share: float = 1.0) -> None:
     """Diagnose all cases and print the rates."""
     listed = [*part(singles(), share), *part(clean(), share)]
-    results, seconds = diagnosed(listed, scored)
+    results, seconds = diagnose_cases(listed, score)
     lines = [f"- {name}: {rate}" for name, rate in rates(results).items()]
     lines.append(f"- {len(results)} records, {seconds:.1f} s each")
-    leave(lines, confusion_table(results), "plan_")
+    write_tables(lines, confusion_table(results), "plan_")
 
 
 if __name__ == "__main__":

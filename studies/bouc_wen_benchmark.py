@@ -71,11 +71,11 @@ def training(data: Mapping[str, NDArray]) -> Training:
     return Training(force, x, v, a)
 
 
-def linear_model(shown: Training) -> tuple[float, Device]:
+def linear_model(signal: Training) -> tuple[float, Device]:
     """Mass, spring and dashpot by least squares over the excited frequencies."""
     frequency = np.fft.rfftfreq(PERIOD, DT)
     excited = (frequency > BAND[0]) & (frequency < BAND[1])
-    columns = [np.fft.rfft(one)[excited] for one in (shown.a, shown.v, shown.x, shown.force)]
+    columns = [np.fft.rfft(one)[excited] for one in (signal.a, signal.v, signal.x, signal.force)]
     a, v, x, force = (np.concatenate([one.real, one.imag]) for one in columns)
     m, c, k = np.linalg.lstsq(np.column_stack([a, v, x]), force, rcond=None)[0].tolist()
     return m, iso.law(LINEAR, {"k": k, "c": c})
@@ -89,7 +89,7 @@ def response(mass: float, device: Device, force: NDArray) -> NDArray:
     return run.output("base_displacement_m")
 
 
-def refined(mass: float, device: Device, shown: Training) -> tuple[float, Device]:
+def refine(mass: float, device: Device, signal: Training) -> tuple[float, Device]:
     """Fit the mass and the law's parameters to the displacement of the second period."""
     from scipy.optimize import least_squares
 
@@ -103,8 +103,8 @@ def refined(mass: float, device: Device, shown: Training) -> tuple[float, Device
         return m, iso.law(law.name, start | dict(zip(free, values, strict=True)))
 
     def residual(q: NDArray) -> NDArray:
-        moved = response(*model(q), np.tile(shown.force, 2))[PERIOD:]
-        return (moved - shown.x) / np.std(shown.x)
+        moved = response(*model(q), np.tile(signal.force, 2))[PERIOD:]
+        return (moved - signal.x) / np.std(signal.x)
 
     quantities = [next(q for q in law.parameters if q.name == name) for name in free]
     limits = np.array([(0.0, np.inf), *((q.lower, q.upper) for q in quantities)])
@@ -112,13 +112,13 @@ def refined(mass: float, device: Device, shown: Training) -> tuple[float, Device
     return model(least_squares(residual, np.ones(len(scale)), diff_step=1e-4, bounds=bounds).x)
 
 
-def campaign(mass: float, shown: Training) -> Campaign:
+def campaign(mass: float, signal: Training) -> Campaign:
     """Loops of the spring, if the mass is right: half a period to fit, half to judge."""
-    force, time = shown.force - mass * shown.a, DT * np.arange(PERIOD // 2)
+    force, time = signal.force - mass * signal.a, DT * np.arange(PERIOD // 2)
     halves = {"first half": slice(None, PERIOD // 2), "second half": slice(PERIOD // 2, None)}
     runs = [
         TestRun(
-            name, time, shown.x[part], shown.v[part], force[part], np.zeros(len(time)),
+            name, time, signal.x[part], signal.v[part], force[part], np.zeros(len(time)),
             hold_out=part.start is not None, velocity_measured=True,
         )
         for name, part in halves.items()
@@ -141,11 +141,11 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     """Run the study."""
     with np.load(data_folder("bouc_wen_benchmark") / "data.npz") as file:
         data = dict(file)
-    shown = training(data)
+    signal = training(data)
     step("linear model", 0.0)
-    models = {"linear": refined(*linear_model(shown), shown)}
+    models = {"linear": refine(*linear_model(signal), signal)}
     mass = models["linear"][0]
-    loops = campaign(mass, shown)
+    loops = campaign(mass, signal)
     named, best = "", BOUC_WEN
     if not short:
         step("diagnosing the linear law", 0.1)
@@ -163,7 +163,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     fitted = iso.fit(loops, best).device
     models[f"{fitted.law.title}, fitted to the loops"] = mass, fitted
     if best in REFINED:
-        models[f"{fitted.law.title}, refined on the displacement"] = refined(mass, fitted, shown)
+        models[f"{fitted.law.title}, refined on the displacement"] = refine(mass, fitted, signal)
     step("test signals", 0.1)
     rows: list[dict[str, Any]] = [
         {"model": name, "mass, kg": model[0]} | errors(*model, data)

@@ -69,7 +69,7 @@ class Layer:
     responses: dict[str, NDArray]
 
 
-def prepared(folder: Path, name: str) -> BuildingRecord:
+def read_resampled(folder: Path, name: str) -> BuildingRecord:
     """Read a record, bring it to 50 Hz and cut the quiet after its strong part."""
     from scipy.signal import decimate
 
@@ -106,7 +106,7 @@ def floor_accelerations(structure: Structure, base: NDArray, dt: float) -> NDArr
     return lsim(system, base, dt * np.arange(len(base)))[1]
 
 
-def identified(record: BuildingRecord) -> Structure:
+def identify_superstructure(record: BuildingRecord) -> Structure:
     """Fit storey stiffness and damping ratio to the floors' accelerations above the base."""
     base, floors = record.values[:, 0], record.values[:, 1:-1]
 
@@ -114,7 +114,7 @@ def identified(record: BuildingRecord) -> Structure:
         result = floor_accelerations(superstructure(*np.exp(x)), base, record.dt)
         return ((result - floors) / np.linalg.norm(floors, axis=0)).ravel()
 
-    return superstructure(*_fitted(residual, (FLOOR_MASS * (2 * np.pi / 0.2) ** 2, 0.05)))
+    return superstructure(*_fit(residual, (FLOOR_MASS * (2 * np.pi / 0.2) ** 2, 0.05)))
 
 
 def linear_layer(structure: Structure, record: BuildingRecord) -> Device:
@@ -131,10 +131,10 @@ def linear_layer(structure: Structure, record: BuildingRecord) -> Device:
 
     omega = 2 * np.pi / 2.4
     start = (TOTAL_MASS * omega**2, 0.3 * omega * TOTAL_MASS)
-    return layer(np.log(_fitted(residual, start)))
+    return layer(np.log(_fit(residual, start)))
 
 
-def _fitted(residual: Callable[[NDArray], NDArray], start: Sequence[float]) -> NDArray:
+def _fit(residual: Callable[[NDArray], NDArray], start: Sequence[float]) -> NDArray:
     """Least squares over the logarithms of positive numbers."""
     from scipy.optimize import least_squares
 
@@ -175,10 +175,10 @@ def loops(
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     """Run the study."""
     data = data_folder("bncs")
-    records = [prepared(data, name) for name in RECORDS]
+    records = [read_resampled(data, name) for name in RECORDS]
     first = next(record for record in records if record.name == FIRST)
     step("fitting the building at 50 %", 0.0)
-    structure = identified(first)
+    structure = identify_superstructure(first)
     linear = linear_layer(structure, first)
     step("linear layer", 0.1)
     layers = [_layer("linear", (FIRST,), structure, linear, records)]
@@ -232,7 +232,8 @@ def _finding(
     sentences = [
         f"Above the measured base the identified storeys follow the floors within "
         f"{100 * np.linalg.norm(missed) / np.linalg.norm(floors):.0f} % (RMS, {RECORDS[FIRST]}); "
-        f"the linear layer fitted to that record misses it all the same:{_told(table, layers[0])}."
+        "the linear layer fitted to that record misses it all the same:"
+        f"{_errors_text(table, layers[0])}."
     ]
     for diagnosis, layer in zip(diagnoses, layers[1:], strict=True):
         named = ", ".join(
@@ -246,12 +247,12 @@ def _finding(
             f"calls it {diagnosis.verdict.replace('_', ' ')} by {named or 'nothing'}; the force's "
             f"error on the other records goes from {100 * diagnosis.error_before.held_out:.0f} to "
             f"{100 * diagnosis.error_after.held_out:.0f} %. Under the building, the extended "
-            f"layer misses{_told(table, layer)}."
+            f"layer misses{_errors_text(table, layer)}."
         )
     return "\n".join(sentences)
 
 
-def _told(table: Sequence[dict[str, Any]], layer: Layer) -> str:
+def _errors_text(table: Sequence[dict[str, Any]], layer: Layer) -> str:
     rows = [row for row in table if row["isolation layer"] == layer.name]
     return ";".join(
         f" {row['record']} ({row['used']}) by {row['isolator displacement, RMS error %']:.0f} % in "
@@ -262,7 +263,7 @@ def _told(table: Sequence[dict[str, Any]], layer: Layer) -> str:
 
 
 def _figure(records: Sequence[BuildingRecord], linear: Layer, extended: Layer) -> Figure:
-    from isolation_sim.reports.style import DOUBLE_COLUMN, new_figure, style
+    from isolation_sim.reports.style import DOUBLE_COLUMN, legend, new_figure, style
 
     looks = {
         "measured": {"color": "#9a9a9a", "linewidth": 1.4},
@@ -290,8 +291,7 @@ def _figure(records: Sequence[BuildingRecord], linear: Layer, extended: Layer) -
             lower.set_xlabel("time, s")
         panels[0, 0].set_ylabel("force over mass, m/s²")
         panels[1, 0].set_ylabel("isolator displacement, mm")
-        lines, names = panels[0, 0].get_legend_handles_labels()
-        figure.legend(lines, names, loc="outside upper center", ncols=len(names))
+        legend(figure, panels[0, 0], "outside upper center")
     return figure
 
 

@@ -101,9 +101,9 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
             row[own["controller"]] = own["J"]
         rows.append(row)
         step(name, 0.2 / len(records_by_name))
-    found = limit(records_by_name, [row["J_of_constant"] for row in rows], 1 if short else 2)
+    optimum = limit(records_by_name, [row["J_of_constant"] for row in rows], 1 if short else 2)
     step("commands", 0.8)
-    for row, J in zip(rows, found["J"], strict=True):
+    for row, J in zip(rows, optimum["J"], strict=True):
         for one in candidates:
             row[one] -= row["J_of_constant"]
         row["limit"] = J - row["J_of_constant"]
@@ -111,10 +111,10 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         {key: round(value, 3) if isinstance(value, float) else value for key, value in row.items()}
         for row in rows
     ]
-    currents = [np.array(one) for one in found["current"]]
+    currents = [np.array(one) for one in optimum["current"]]
     return Outcome(
         table,
-        finding(table, found["difference"]),
+        finding(table, optimum["difference"]),
         {"causal_limit": figure(records_by_name, currents)},
     )
 

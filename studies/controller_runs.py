@@ -88,8 +88,8 @@ rule."""
 
 
 @dataclass(frozen=True)
-class Judgement:
-    """What all the runs gave.
+class Evaluation:
+    """Scores of controllers in all cases and under all motions.
 
     Attributes
     ----------
@@ -113,9 +113,9 @@ class Judgement:
             "controller": (name, self.candidates),
             **{f"motion {k}": (each, self.constants) for k, each in enumerate(motions)},
         }
-        for kind, (given, names) in known.items():
-            if given not in names:
-                raise unknown_name(kind.partition(" ")[0], str(given), names)
+        for kind, (value, names) in known.items():
+            if value not in names:
+                raise unknown_name(kind.partition(" ")[0], str(value), names)
         result = (self.rows[case, m] for m in motions)
         rows = [next(row for row in some if row["controller"] == name) for some in result]
         return np.array([row.get(key, np.nan) for row in rows])
@@ -224,7 +224,7 @@ def evaluate(
     n_bounds: int | None = None,
     workers: int = 1,
     step: Step = lambda what, share=0.0: None,
-) -> Judgement:
+) -> Evaluation:
     """Run controllers under motions, in every case."""
     tasks: dict[tuple[str, str], Task] = {}
     # what takes longest first, so that no process is left with it at the end
@@ -235,7 +235,7 @@ def evaluate(
         for name, case in CASES.items():
             tasks[name, motion] = run_candidates, (controllers, record, case)
     done = in_processes(tasks, workers, lambda key: step(": ".join(key), 1 / len(tasks)))
-    return Judgement(
+    return Evaluation(
         {(c, m): done[c, m] for c in CASES for m in records},
         {m: done["constants", m] for m in records},
         {m: done["bound", m] for m in list(records)[:n_bounds]},

@@ -25,7 +25,7 @@ from isolation_sim.tuning.intervals import mean_interval
 from isolation_sim.written_names import as_written
 
 from . import controller_runs as runs
-from .controller_runs import HOME, NOMINAL, PASSIVE, Judgement, Rows, evaluate
+from .controller_runs import HOME, NOMINAL, PASSIVE, Evaluation, Rows, evaluate
 from .study import EL_CENTRO, Outcome, Step, far_field, published_entry
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def interval(differences: NDArray) -> tuple[float, float]:
     return mean_interval(differences)[1:]
 
 
-def ranking(result: Judgement, case: str) -> Rows:
+def ranking(result: Evaluation, case: str) -> Rows:
     """Rank the controllers in one case by their mean J over the random motions.
 
     Parameters
@@ -167,7 +167,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     return Outcome(table, finding(result, table), {"pareto": figure(result)})
 
 
-def finding(result: Judgement, table: Rows) -> str:
+def finding(result: Evaluation, table: Rows) -> str:
     """Say what the ranking says."""
     by_case = {case: [row for row in table if row["case"] == case] for case in runs.CASES}
     better = {
@@ -211,7 +211,7 @@ def finding(result: Judgement, table: Rows) -> str:
     return "\n".join(sentences)
 
 
-def _closed(result: Judgement, rows: Rows) -> str:
+def _closed(result: Evaluation, rows: Rows) -> str:
     """Say how much of what is possible ``mpc`` and the best controller achieve."""
     shares = [row for row in rows if row.get("closed") is not None]
     first = max(shares, key=lambda row: row["closed"])
@@ -237,7 +237,7 @@ def _bounds(row: dict[str, Any]) -> str:
     return f" ({100 * row['closed_from']:.0f} to {100 * row['closed_to']:.0f})"
 
 
-def figure(result: Judgement) -> Figure:
+def figure(result: Evaluation) -> Figure:
     """Draw base displacement against floor acceleration, nominal."""
     from isolation_sim.reports.style import DOUBLE_COLUMN, legend, new_figure, style
 
@@ -252,7 +252,7 @@ def figure(result: Judgement) -> Figure:
     return drawing
 
 
-def _draw(axes: Axes, result: Judgement, among: list[str]) -> None:
+def _draw(axes: Axes, result: Evaluation, among: list[str]) -> None:
     from isolation_sim.reports.style import line_styles
 
     line = np.array([[(row["base"], row["floor"]) for row in result.constants[m]] for m in among])

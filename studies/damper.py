@@ -1,10 +1,10 @@
 """Laws fitted to a measured MR fluid damper, evaluated on held-out tests.
 
 Run it with ``python -m studies.damper [FOLDER]``; the folder is the campaign ``mr_damper`` of the
-shared data. Each law is fitted jointly to all currents, its parameters polynomials of the current;
-then again without one condition (amplitude and frequency) at a time, and without one current at a
-time, and each fit is judged by what was left out. Table, verdict and figure go to the terminal and
-to ``results/damper``.
+shared data by default. Each law is fitted jointly to all currents, its parameters polynomials of
+the current; then again without one condition (amplitude and frequency) at a time, and without one
+current at a time. Each fit is evaluated on the runs that were left out. Table, verdict and figure
+go to the terminal and to ``results/damper``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,10 @@ from isolation_sim.identification.campaign import Campaign, TestRun, read_campai
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.fitted import Fit, RunError, pooled
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "mr_damper"
+from .study import data_folder
+
+DATA = "mr_damper"
+"""Folder of the campaign in the shared data."""
 RESULTS = Path("results/damper")
 
 LAWS = ("bouc_wen", "improved_bouc_wen", "lugre")
@@ -69,7 +72,7 @@ def current(run: TestRun) -> str:
     return run.name.rpartition("_")[2].removesuffix("A") + " A"
 
 
-def shortened(run: TestRun, cycles: int = _CYCLES, samples: int = _SAMPLES_A_CYCLE) -> TestRun:
+def shorten(run: TestRun, cycles: int = _CYCLES, samples: int = _SAMPLES_A_CYCLE) -> TestRun:
     """Keep the first cycles of a run, at about so many samples a cycle if it has more."""
     result = re.search(r"_([\d.]+)Hz", run.name)
     assert result is not None
@@ -80,10 +83,12 @@ def shortened(run: TestRun, cycles: int = _CYCLES, samples: int = _SAMPLES_A_CYC
     return replace(run, **{name: getattr(run, name)[keep] for name in names})
 
 
-def prepared(folder: Path, cycles: int = _CYCLES, samples: int = _SAMPLES_A_CYCLE) -> Campaign:
+def read_shortened(
+    folder: Path, cycles: int = _CYCLES, samples: int = _SAMPLES_A_CYCLE
+) -> Campaign:
     """Read the campaign and shorten its runs, so that each condition counts about the same."""
     campaign = read_campaign(folder)
-    return replace(campaign, runs=tuple(shortened(run, cycles, samples) for run in campaign.runs))
+    return replace(campaign, runs=tuple(shorten(run, cycles, samples) for run in campaign.runs))
 
 
 def without(campaign: Campaign, label: str) -> Campaign:
@@ -238,7 +243,7 @@ def figure(outcomes: Sequence[Outcome], labels: Sequence[str]) -> Any:
     """Draw loops of runs at the highest current, measured and by fits that have not seen them."""
     import matplotlib.pyplot as plt
 
-    from isolation_sim.reports.style import DOUBLE_COLUMN, style
+    from isolation_sim.reports.style import DOUBLE_COLUMN, legend, style
 
     with style():
         fig, axes = plt.subplots(
@@ -259,14 +264,13 @@ def figure(outcomes: Sequence[Outcome], labels: Sequence[str]) -> Any:
             axes[1, column].set_xlabel("velocity, mm/s")
         for axis in axes[:, 0]:
             axis.set_ylabel("force, N")
-        lines, names = axes[0, 0].get_legend_handles_labels()
-        fig.legend(lines, names, loc="outside upper center", ncols=len(names))
+        legend(fig, axes[0, 0], "outside upper center")
     return fig
 
 
-def main(folder: Path = DATA, results: Path = RESULTS, **options: Any) -> str:
+def main(folder: Path | None = None, results: Path = RESULTS, **options: Any) -> str:
     """Run the study."""
-    campaign = prepared(folder)
+    campaign = read_shortened(folder or data_folder(DATA))
     by_condition, by_current = conditions(campaign), currents(campaign)
     outcomes = fit_laws(campaign, [*by_condition, *by_current], **options)
     errors = table(outcomes, [*by_condition, *by_current])

@@ -22,7 +22,7 @@ from isolation_sim.discrepancy.diagnosis import Diagnosis, Trace, relative_error
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.fitted import Fit
 
-from .damper import prepared, without
+from .damper import DATA, read_shortened, without
 from .study import Outcome, Step, data_folder
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ SHORT_CYCLES, SHORT_SAMPLES, SHORT_STARTS = 2, 40, 6
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     """Run the study."""
     cycles, samples = (SHORT_CYCLES, SHORT_SAMPLES) if short else (CYCLES, SAMPLES)
-    campaign = prepared(data_folder("mr_damper"), cycles, samples)
+    campaign = read_shortened(data_folder(DATA), cycles, samples)
     labels = list(LEFT_OUT)[:1] if short else list(LEFT_OUT)
     result = {}
     for label in labels:
@@ -52,17 +52,17 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         shown = without(campaign, label)
         starts = SHORT_STARTS if short else STARTS
         alone = fit(shown, LAW, current_degree=DEGREE, starts=starts)
-        found = diagnose(shown, "auto", current_degree=DEGREE, tiers="causes")
-        found.save(folder / f"diagnosis_without_{label.replace(' ', '')}")
-        result[label] = Found(alone, found)
+        diagnosis = diagnose(shown, "auto", current_degree=DEGREE, tiers="causes")
+        diagnosis.save(folder / f"diagnosis_without_{label.replace(' ', '')}")
+        result[label] = HeldOutResult(alone, diagnosis)
         step(f"diagnosing without {LEFT_OUT[label]}", 1 / len(labels))
-    table = [row for label, found in result.items() for row in _rows(label, found)]
+    table = [row for label, fits in result.items() for row in _rows(label, fits)]
     return Outcome(table, _finding(result), {"loops": _figure(result)})
 
 
 @dataclass(frozen=True)
-class Found:
-    """What was found without some of the runs.
+class HeldOutResult:
+    """Fit and diagnosis without some of the runs.
 
     Attributes
     ----------
@@ -80,23 +80,23 @@ class Found:
         return next(e.force for e in self.alone.errors if e.run.name == trace.name)
 
 
-def _rows(label: str, found: Found) -> list[dict[str, Any]]:
+def _rows(label: str, fits: HeldOutResult) -> list[dict[str, Any]]:
     return [
         {
             "left out": LEFT_OUT[label], "run": trace.name,
             "used": "left out" if trace.held_out else "fitted",
-            "Bouc-Wen, RMS error %": 100 * relative_error(trace, found.force(trace)),
+            "Bouc-Wen, RMS error %": 100 * relative_error(trace, fits.force(trace)),
             "best law, %": 100 * relative_error(trace, trace.before),
             "extended, %": 100 * relative_error(trace, trace.after),
         }
-        for trace in sorted(found.diagnosis.traces, key=lambda trace: not trace.held_out)
+        for trace in sorted(fits.diagnosis.traces, key=lambda trace: not trace.held_out)
     ]  # fmt: skip
 
 
-def _finding(result: dict[str, Found]) -> str:
+def _finding(result: dict[str, HeldOutResult]) -> str:
     sentences = []
-    for label, found in result.items():
-        one, alone = found.diagnosis, found.alone
+    for label, fits in result.items():
+        one, alone = fits.diagnosis, fits.alone
         named = "; ".join(
             cause.name
             + (f" ({cause.form})" if cause.form else "")
@@ -123,8 +123,8 @@ def _finding(result: dict[str, Found]) -> str:
     return "\n".join(sentences)
 
 
-def _figure(result: dict[str, Found]) -> Figure:
-    from isolation_sim.reports.style import DOUBLE_COLUMN, new_figure, style
+def _figure(result: dict[str, HeldOutResult]) -> Figure:
+    from isolation_sim.reports.style import DOUBLE_COLUMN, legend, new_figure, style
 
     drawn = [(one, trace) for one in result.values() for trace in _left_out(one.diagnosis)]
     rows = len(result)
@@ -132,10 +132,10 @@ def _figure(result: dict[str, Found]) -> Figure:
     with style():
         figure = new_figure(DOUBLE_COLUMN, 0.5 + 2.1 * rows)
         panels = figure.subplots(rows, across, squeeze=False)
-        for axes, (found, trace) in zip(panels.ravel(), drawn, strict=True):
+        for axes, (fits, trace) in zip(panels.ravel(), drawn, strict=True):
             for name, values, look in (
                 ("measured", trace.measured, {"color": "#9a9a9a", "linewidth": 1.6}),
-                ("Bouc-Wen", found.force(trace), {"color": "#D55E00", "linestyle": "--"}),
+                ("Bouc-Wen", fits.force(trace), {"color": "#D55E00", "linestyle": "--"}),
                 ("best law, extended", trace.after, {"color": "#000000", "linewidth": 0.8}),
             ):
                 axes.plot(trace.across, 1e-3 * values, label=name, **look)
@@ -143,8 +143,7 @@ def _figure(result: dict[str, Found]) -> Figure:
             axes.set(title=words, xlabel="displacement, mm")
         for row in panels:
             row[0].set_ylabel("force, kN")
-        lines, names = panels[0, 0].get_legend_handles_labels()
-        figure.legend(lines, names, loc="outside upper center", ncols=len(names))
+        legend(figure, panels[0, 0], "outside upper center")
     return figure
 
 

@@ -13,10 +13,11 @@ analysis", Earthquake Spectra 31 (2015) 579-599 (analysis truncated at the highe
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from isolation_sim.fragility import Fragility
 from isolation_sim.structures.reference import ISOLATED_PERIOD
 
 from .study import EL_CENTRO, Outcome, Step, along_motions, far_field, published_entry, swept
@@ -37,27 +38,6 @@ LIMITS = {
 SOILS = ("firm", "medium", "soft")
 LEAST_SPREAD = 0.02
 """Lower bound on the lognormal standard deviation: capacities that happen to be equal."""
-
-
-class Lognormal(NamedTuple):
-    """A fragility curve.
-
-    Attributes
-    ----------
-    median : float
-        Level at which half of the motions reach the limit state, g.
-    spread : float
-        Standard deviation of the capacity's logarithm.
-    """
-
-    median: float
-    spread: float
-
-    def probability(self, level: Any) -> Any:
-        """Probability of the limit state at a level, g."""
-        from scipy.stats import norm
-
-        return norm.cdf((np.log(level) - np.log(self.median)) / self.spread)
 
 
 def motions(short: bool) -> dict[str, dict[str, Any]]:
@@ -107,7 +87,7 @@ def capacity(levels: NDArray, demands: NDArray, limit: float) -> float:
     return float(low + (levels[k] - low) * (limit - below) / (demands[k] - below))
 
 
-def fitted(capacities: NDArray, highest: float) -> Lognormal:
+def fit_lognormal(capacities: NDArray, highest: float) -> Fragility:
     """Fit a lognormal distribution by maximum likelihood."""
     from scipy.optimize import minimize
     from scipy.stats import norm
@@ -115,34 +95,34 @@ def fitted(capacities: NDArray, highest: float) -> Lognormal:
     known = np.log(capacities[np.isfinite(capacities)])
     beyond = len(capacities) - len(known)
     if not known.size:
-        return Lognormal(np.inf, 1.0)
+        return Fragility(np.inf, 1.0)
     start = np.array([known.mean(), max(known.std(), LEAST_SPREAD)])
     if not beyond:
-        return Lognormal(float(np.exp(start[0])), float(start[1]))
+        return Fragility(float(np.exp(start[0])), float(start[1]))
 
     def minus_likelihood(parameterisation: NDArray) -> float:
-        mean, spread = parameterisation[0], np.exp(parameterisation[1])
-        above = norm.logsf((np.log(highest) - mean) / spread)
-        return -float(norm.logpdf(known, mean, spread).sum() + beyond * above)
+        mean, dispersion = parameterisation[0], np.exp(parameterisation[1])
+        above = norm.logsf((np.log(highest) - mean) / dispersion)
+        return -float(norm.logpdf(known, mean, dispersion).sum() + beyond * above)
 
     bounds = [(None, np.log(highest) + 5.0), (np.log(LEAST_SPREAD), np.log(5.0))]
     result = minimize(minus_likelihood, [start[0], np.log(start[1])], bounds=bounds).x
-    return Lognormal(float(np.exp(result[0])), float(np.exp(result[1])))
+    return Fragility(float(np.exp(result[0])), float(np.exp(result[1])))
 
 
-def redrawn(capacities: NDArray, highest: float, count: int) -> list[Lognormal]:
+def bootstrap_fits(capacities: NDArray, highest: float, count: int) -> list[Fragility]:
     """Fit again to motions drawn with replacement, by ``scipy.stats.bootstrap``."""
     from scipy.stats import bootstrap
 
     drawn = bootstrap(
         (capacities,),
-        lambda sample: np.array(fitted(sample, highest)),
+        lambda sample: np.array(fit_lognormal(sample, highest)),
         n_resamples=count,
         vectorized=False,
         method="percentile",
         random_state=np.random.default_rng(0),
     )
-    return [Lognormal(*pair) for pair in drawn.bootstrap_distribution.T]
+    return [Fragility(*pair) for pair in drawn.bootstrap_distribution.T]
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
@@ -150,7 +130,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     runs = swept(plan(short), folder, step).table
     highest = float(runs["sa_g"].max())
     names = list(motions(short))
-    curves: dict[tuple[str, str], tuple[Lognormal, list[Lognormal]]] = {}
+    curves: dict[tuple[str, str], tuple[Fragility, list[Fragility]]] = {}
     table = []
     for key, (limit, _) in LIMITS.items():
         for controller in CONTROLLERS:
@@ -158,8 +138,8 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
             demands = rows.pivot(index="motion", columns="sa_g", values=key).loc[names]
             levels = demands.columns.to_numpy()
             capacities = np.array([capacity(levels, row, limit) for row in demands.to_numpy()])
-            fit = fitted(capacities, highest)
-            drawn = redrawn(capacities, highest, 40 if short else 400)
+            fit = fit_lognormal(capacities, highest)
+            drawn = bootstrap_fits(capacities, highest, 40 if short else 400)
             curves[key, controller] = fit, drawn
             # of medians as they are, since some may be infinite
             low, high = np.percentile(
@@ -169,9 +149,9 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
             table.append({
                 "limit": LIMITS[key][1], "controller": controller,
                 "median Sa, g": _known(fit.median),
-                "from": _known(low), "to": _known(high), "spread": fit.spread,
-                "far field": _known(fitted(capacities[~near], highest).median),
-                "near fault": _known(fitted(capacities[near], highest).median),
+                "from": _known(low), "to": _known(high), "spread": fit.dispersion,
+                "far field": _known(fit_lognormal(capacities[~near], highest).median),
+                "near fault": _known(fit_lognormal(capacities[near], highest).median),
                 "not reached": int(np.isinf(capacities).sum()),
             })  # fmt: skip
     return Outcome(table, _finding(table, len(names)), {"fragility": _figure(runs, curves)})
@@ -192,7 +172,7 @@ def _finding(table: list[dict[str, Any]], count: int) -> str:
     for _, what in LIMITS.values():
         rows = [row for row in table if row["limit"] == what]
         best = max(rows, key=lambda row: row["median Sa, g"] or np.inf)
-        told = ", ".join(
+        medians = ", ".join(
             f"{row['controller']} {_said(row['median Sa, g'])} ({_said(row['from'])} to "
             f"{_said(row['to'])}; spread {row['spread']:.2f})"
             for row in rows
@@ -201,7 +181,7 @@ def _finding(table: list[dict[str, Any]], count: int) -> str:
             row["to"] is not None and row["to"] < best["from"] for row in rows if row is not best
         )
         sentences.append(
-            f"Half of the motions reach a {what} at: {told}. {best['controller']} is "
+            f"Half of the motions reach a {what} at: {medians}. {best['controller']} is "
             f"{'clearly ' if clear else ''}best"
             f"{'' if clear else ', within the bounds of another'}; near-fault pulses alone give it "
             f"{_said(best['near fault'])}, far-field motions {_said(best['far field'])}."
@@ -210,7 +190,7 @@ def _finding(table: list[dict[str, Any]], count: int) -> str:
 
 
 def _figure(
-    runs: pandas.DataFrame, curves: dict[tuple[str, str], tuple[Lognormal, list[Lognormal]]]
+    runs: pandas.DataFrame, curves: dict[tuple[str, str], tuple[Fragility, list[Fragility]]]
 ) -> Figure:
     from isolation_sim.reports.style import DOUBLE_COLUMN, legend, new_figure, style
 
@@ -244,7 +224,7 @@ def _draw_analysis(axes: Axes, runs: pandas.DataFrame, key: str, limit: float, t
 
 
 def _draw_fragility(
-    axes: Axes, curves: dict[str, tuple[Lognormal, list[Lognormal]]], highest: float
+    axes: Axes, curves: dict[str, tuple[Fragility, list[Fragility]]], highest: float
 ) -> None:
     from isolation_sim.reports.style import line_styles
 

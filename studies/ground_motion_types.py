@@ -74,13 +74,13 @@ def candidates(short: bool) -> dict[str, tuple[Controller, runs.Case]]:
         "trained policy": (policy, ideal),
         f"trained policy, {warned}": (controller("trained_policy", preview=PREVIEW), ideal),
     } | {
-        f"{one}, {name}": (given, runs.CASES[case])
-        for one, given in (("mpc, observing", observing), ("trained policy", policy))
+        f"{one}, {name}": (control, runs.CASES[case])
+        for one, control in (("mpc, observing", observing), ("trained policy", policy))
         for name, case in DEGRADED.items()
     }
 
 
-def recorded() -> dict[str, Record]:
+def recorded_components() -> dict[str, Record]:
     """Return both components of the benchmark building's records; none without shared data."""
     try:
         folder = data_folder("benchmark_8_storey")
@@ -108,8 +108,8 @@ def pulses(seed: int, count: int) -> dict[str, Record]:
         pulse = mavroeidis_papageorgiou_pulse(
             1.0, period, rng.uniform(1.2, 3.0), phase, before=rng.uniform(0.5, 3.0), after=12.0
         )
-        strength = min(rng.uniform(0.25, 0.7) / pulse.pgv, 0.5 * STANDARD_GRAVITY / pulse.pga)
-        motions[f"pulse of {'+-'[k % 2]}{period:.2f} s"] = pulse.scaled(strength)
+        factor = min(rng.uniform(0.25, 0.7) / pulse.pgv, 0.5 * STANDARD_GRAVITY / pulse.pga)
+        motions[f"pulse of {'+-'[k % 2]}{period:.2f} s"] = pulse.scaled(factor)
     return motions
 
 
@@ -127,7 +127,7 @@ def motions(short: bool) -> dict[tuple[str, str], Record]:
     """Return the ground motions by kind and name."""
     count = 2 if short else COUNT
     kinds = {
-        RECORDED: {} if short else recorded(),
+        RECORDED: {} if short else recorded_components(),
         NEAR_FAULT: pulses(SEED, count),
         FAR_FIELD: far_field(SEED, count),
         HOME: {} if short else {HOME: el_centro_1940()},
@@ -139,7 +139,7 @@ def motions(short: bool) -> dict[tuple[str, str], Record]:
     }
 
 
-def scored(one: Controller, record: Record, case: runs.Case) -> dict[str, float]:
+def score(one: Controller, record: Record, case: runs.Case) -> dict[str, float]:
     """Score one controller under one motion; it is kept in the cache folder."""
 
     def find() -> dict[str, float]:
@@ -154,7 +154,7 @@ def scores(short: bool, step: Step) -> Rows:
     """Run every controller under every motion."""
     controllers, records = candidates(short), motions(short)
     tasks = {
-        (kind, motion, name): (scored, (one, record, case))
+        (kind, motion, name): (score, (one, record, case))
         for name, (one, case) in controllers.items()
         for (kind, motion), record in records.items()
         if case == runs.CASES[runs.NOMINAL] or kind in (RECORDED, HOME)

@@ -119,7 +119,7 @@ def finding(rows: Rows, n_motions: int) -> str:
                 if row is not whole and row["lost_from"] <= 0 <= row["lost_to"]
             ],
         }  # fmt: skip
-        told = "; ".join(
+        losses = "; ".join(
             f"{kind}: "
             + (", ".join(f"{row['without']} ({row['lost']:+.3f})" for row in among) or "nothing")
             for kind, among in kinds.items()
@@ -127,7 +127,7 @@ def finding(rows: Rows, n_motions: int) -> str:
         sentences.append(
             f"With {preview:g} s of preview J is {whole['over_constant']:+.3f} "
             f"({whole['over_constant_from']:+.3f} to {whole['over_constant_to']:+.3f}) from the "
-            f"best constant current's. What the controller loses without each part: {told}."
+            f"best constant current's. What the controller loses without each part: {losses}."
         )
     return " ".join(sentences)
 

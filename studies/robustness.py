@@ -99,7 +99,7 @@ def _finding(maps: Maps, constant: float) -> str:
         here = {name: cells for (of, name), cells in maps.items() if of == rule}
         worst = {name: float(cells.to_numpy().max()) for name, cells in here.items()}
         sturdy = min(worst, key=lambda name: worst[name])
-        told = ", ".join(
+        worst_scores = ", ".join(
             f"{as_written(name)} {cells[1.0].max():.2f} and {cells.loc[0.0].max():.2f}"
             for name, cells in here.items()
         )
@@ -110,7 +110,7 @@ def _finding(maps: Maps, constant: float) -> str:
                 doubled.append(f"{as_written(name)} from {1e3 * late[0]:.0f} ms on")
         sentences.append(
             f"By the {rule} rule the worst scores with delay alone, and with a wrong nominal model "
-            f"alone, are {told}; delay more than doubles the score of "
+            f"alone, are {worst_scores}; delay more than doubles the score of "
             f"{', '.join(doubled) or 'none'}; the least bad worst case is that of "
             f"{as_written(sturdy)}, {worst[sturdy]:.2f}."
         )

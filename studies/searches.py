@@ -28,9 +28,9 @@ from isolation_sim.identification.sensitivities import Motion, Simulator
 from isolation_sim.identification.swarm import available_methods
 from isolation_sim.laws import law
 
-from .damper import DATA, current, prepared
-from .search_courses import LEAST_SQUARES, Course, Problem, searched
-from .study import Outcome, Step
+from .damper import DATA, current, read_shortened
+from .search_convergence import LEAST_SQUARES, Convergence, Problem, run_search
+from .study import Outcome, Step, data_folder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,7 +85,7 @@ def synthetic_loops(seed: int = 0, noise: float = 0.02) -> Problem:
 
 def measured_damper(folder: Path, at: str = "1 A") -> Problem:
     """Runs of the MR damper at one current, for the Bouc-Wen law."""
-    runs = [run for run in prepared(folder).runs if current(run) == at]
+    runs = [run for run in read_shortened(folder).runs if current(run) == at]
     force = np.concatenate([run.force for run in runs])
     name = f"Bouc-Wen, damper at {at}"
     return Problem(name, "bouc_wen", measured_runs(runs).motion, force, HELD, 2)
@@ -105,24 +105,24 @@ class Comparison:
         Evaluations of each search.
     best_known : float
         Least cost that anything found.
-    courses : dict of str to list of Course
-        By method, a course a seed.
+    searches : dict of str to list of Convergence
+        By method, one per seed.
     """
 
     name: str
     n_parameters: int
     budget: int
     best_known: float
-    courses: dict[str, list[Course]]
+    searches: dict[str, list[Convergence]]
 
     def excess(self, method: str) -> NDArray:
         """Final cost over the best known less 1, a seed each."""
-        return np.array([c.best() / self.best_known - 1 for c in self.courses[method]])
+        return np.array([c.best() / self.best_known - 1 for c in self.searches[method]])
 
     def arrivals(self, method: str) -> NDArray:
         """Evaluations and processor time (s) until success, (n_seeds, 2)."""
         goal = (1 + NEAR) * self.best_known
-        return np.array([c.arrival(goal) for c in self.courses[method]])
+        return np.array([c.arrival(goal) for c in self.searches[method]])
 
     def success(self, method: str) -> float:
         """Share of the seeds that succeeded."""
@@ -135,13 +135,13 @@ class Comparison:
 
     def at_equal_time(self, method: str) -> float:
         """Median cost over the best known less 1 when least squares has succeeded."""
-        costs = [c.best(seconds=self.fit_time) for c in self.courses[method]]
+        costs = [c.best(seconds=self.fit_time) for c in self.searches[method]]
         return float(np.median(costs)) / self.best_known - 1
 
     def records(self) -> list[dict[str, Any]]:
         """A row a method."""
         rows = []
-        for method, courses in self.courses.items():
+        for method, searches in self.searches.items():
             excess, arrivals = self.excess(method), self.arrivals(method)
             there = arrivals[np.isfinite(arrivals[:, 0])]
             low, middle, high = np.quantile(excess, [0.25, 0.5, 0.75]).tolist()
@@ -159,26 +159,26 @@ class Comparison:
                     if there.size
                     else "never",
                     "budget_time_ratio": float(
-                        np.median([c.total for c in courses]) / self.fit_time
+                        np.median([c.total for c in searches]) / self.fit_time
                     ),
                 }
             )
         return rows
 
 
-def compared(
+def compare_methods(
     problem: Problem,
     budget: int = BUDGET,
     seeds: int = SEEDS,
     advance: Callable[[], None] = lambda: None,
 ) -> Comparison:
     """Search by every method, over several seeds."""
-    courses: dict[str, list[Course]] = {}
+    searches: dict[str, list[Convergence]] = {}
     for method in (LEAST_SQUARES, *available_methods()):
-        searched(problem, method, WARM, seeds)
-        courses[method] = []
+        run_search(problem, method, WARM, seeds)
+        searches[method] = []
         for seed in range(seeds):
-            courses[method].append(searched(problem, method, budget, seed))
+            searches[method].append(run_search(problem, method, budget, seed))
             advance()
     u = problem.parameterisation
     tight = [
@@ -186,21 +186,21 @@ def compared(
         for start in u.starts(REFERENCE_STARTS, 10_000)
     ]
     costs = [problem.cost(x) for x in tight]
-    costs += [course.best() for keep in courses.values() for course in keep]
-    return Comparison(problem.name, len(u.scale), budget, float(np.nanmin(costs)), courses)
+    costs += [one.best() for each in searches.values() for one in each]
+    return Comparison(problem.name, len(u.scale), budget, float(np.nanmin(costs)), searches)
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     """Run the study."""
     problems, said = [synthetic_loops()], []
     try:
-        problems.append(measured_damper(DATA))
+        problems.append(measured_damper(data_folder(DATA)))
     except InputError as error:
         said.append(f"Without the measured damper: {error}.")
     budget, seeds = (SHORT_BUDGET, SHORT_SEEDS) if short else (BUDGET, SEEDS)
     total = len(problems) * seeds * len(TITLES)
     comparisons = [
-        compared(problem, budget, seeds, lambda: step("searching", 1 / total))
+        compare_methods(problem, budget, seeds, lambda: step("searching", 1 / total))
         for problem in problems
     ]
     return Outcome(
@@ -247,9 +247,9 @@ def figure(comparisons: Sequence[Comparison]) -> Figure:
         axes = result.subplots(1, len(comparisons), squeeze=False, sharey=True)[0]
         for axis, comparison in zip(axes, comparisons, strict=True):
             spent = np.unique(np.geomspace(10, comparison.budget, 60).astype(int))
-            looks = line_styles(len(comparison.courses))
-            for (method, courses), look in zip(comparison.courses.items(), looks, strict=True):
-                costs = np.array([[c.best(n) for n in spent] for c in courses])
+            looks = line_styles(len(comparison.searches))
+            for (method, searches), look in zip(comparison.searches.items(), looks, strict=True):
+                costs = np.array([[c.best(n) for n in spent] for c in searches])
                 ratio = np.median(costs, axis=0) / comparison.best_known - 1
                 axis.loglog(
                     spent, np.maximum(ratio, 1e-6), label=TITLES[method], markevery=7, **look
@@ -260,10 +260,3 @@ def figure(comparisons: Sequence[Comparison]) -> Figure:
         axes[0].set_ylabel("cost over best known - 1, median")
         legend(result, axes[0], "outside upper center")
     return result
-
-
-if __name__ == "__main__":
-    from .study import perform
-
-    outcome, written = perform("searches")
-    print(f"{outcome.finding}\nresults: {written}")

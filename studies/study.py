@@ -122,9 +122,9 @@ def perform(
         result: Outcome = study.outcome(folder.unfinished, short, step)
         write_table(result.table, folder.unfinished / "table.csv")
         code = code_files([name])
-        told = [study.TITLE, result.finding]
-        told += [f"code: {path}, SHA-256 {digest}" for path, digest in code.items()]
-        write_text("\n\n".join(told) + "\n", folder.unfinished / "finding.txt")
+        paragraphs = [study.TITLE, result.finding]
+        paragraphs += [f"code: {path}, SHA-256 {digest}" for path, digest in code.items()]
+        write_text("\n\n".join(paragraphs) + "\n", folder.unfinished / "finding.txt")
         drawn = [
             save(figure, folder.unfinished / "figures", stem)
             for stem, figure in result.figures.items()

@@ -94,7 +94,7 @@ def pulse(draw: np.random.Generator) -> NDArray:
         1.0, period, draw.uniform(1.05, 3.0), draw.uniform(0, 2 * np.pi), DT,
         before=draw.uniform(0.3, 4.0), after=14.0,
     ).acceleration  # fmt: skip
-    return _fitted(made) * min(draw.uniform(0.2, 0.8), 4.5 / np.abs(made).max())
+    return _to_length(made) * min(draw.uniform(0.2, 0.8), 4.5 / np.abs(made).max())
 
 
 def training_motions(count: int, seed: int) -> NDArray:
@@ -114,14 +114,14 @@ def training_motions(count: int, seed: int) -> NDArray:
                 scale = np.exp(draw.uniform(np.log(0.6), np.log(1.6)))
                 times = np.arange(int(len(motion) * scale)) / scale
                 motion = np.interp(times, np.arange(len(motion)), motion)
-            motion = _fitted(motion) * np.exp(draw.uniform(-0.4, 0.3))
+            motion = _to_length(motion) * np.exp(draw.uniform(-0.4, 0.3))
         elif kind < 0.60:
             motion = broadband_motion(draw) * draw.uniform(1.5, 4.5)
         elif kind < 0.75:
             motion = broadband_motion(draw) * draw.uniform(0.7, 3.0)
             motion = motion + pulse(draw) * draw.uniform(0.4, 1.0)
         elif kind < 0.85:
-            motion = _fitted(mixture[k].acceleration) * draw.uniform(0.4, 0.9)
+            motion = _to_length(mixture[k].acceleration) * draw.uniform(0.4, 0.9)
             motion = motion + broadband_motion(draw) * draw.uniform(0.7, 2.5)
         else:
             motion = pulse(draw)
@@ -130,7 +130,7 @@ def training_motions(count: int, seed: int) -> NDArray:
     return result.astype(np.float32)
 
 
-def _fitted(motion: NDArray) -> NDArray:
+def _to_length(motion: NDArray) -> NDArray:
     """Cut to the length of a training motion, or continue by zeros."""
     cut = np.asarray(motion)[:SAMPLES]
     return np.pad(cut, (0, SAMPLES - len(cut)))
@@ -183,7 +183,7 @@ def plant() -> Plant:
     )  # fmt: skip
 
 
-class Trouble(NamedTuple):
+class DegradedSensing(NamedTuple):
     """Degraded conditions of each motion of a batch."""
 
     factor: Any  # (count,): True force of the isolators over the nominal one
@@ -191,14 +191,14 @@ class Trouble(NamedTuple):
     noise: Any  # (n_decisions, count, 7), SI units: Of the measurements behind ``NOISY``
 
 
-def draw_trouble(draw: np.random.Generator, n: int, count: int, share: float) -> Trouble:
+def draw_sensing(draw: np.random.Generator, n: int, count: int, share: float) -> DegradedSensing:
     """Draw conditions: a share of the motions has noise, delay and a wrong nominal force."""
-    troubled = draw.random(count) < share
-    factor = np.where(troubled, draw.uniform(*FACTORS, count), 1.0)
+    degraded = draw.random(count) < share
+    factor = np.where(degraded, draw.uniform(*FACTORS, count), 1.0)
     noise = draw.standard_normal((n, count, len(NOISY)), dtype=np.float32) * np.float32(NOISE)
-    return Trouble(
-        factor.astype(np.float32), troubled & (draw.random(count) < 0.75),
-        noise * troubled[:, np.newaxis],
+    return DegradedSensing(
+        factor.astype(np.float32), degraded & (draw.random(count) < 0.75),
+        noise * degraded[:, np.newaxis],
     )  # fmt: skip
 
 
@@ -343,7 +343,7 @@ class Training:
 
     def run(
         self, network: dict, ground: Any, inputs: Any, x0: Any, a0: Any,
-        trouble: Trouble | None = None,
+        sensing: DegradedSensing | None = None,
     ) -> tuple[Any, Any]:  # fmt: skip
         """Peak base displacement (m) and floor acceleration (m/s^2) with the network."""
         import jax
@@ -355,9 +355,9 @@ class Training:
         if self.n_ahead:
             measured[1 : at.N_GROUND] = measured[at.N_GROUND + at.N_MOTION :] = False
 
-        def advance(carried: tuple, given: tuple) -> tuple[tuple, None]:
+        def advance(carried: tuple, step: tuple) -> tuple[tuple, None]:
             (state, base, floor, acc), hidden, before = carried
-            by_ground, x_unit, a_unit, noise, *both = given
+            by_ground, x_unit, a_unit, noise, *both = step
             motion, y, z, current = state
             by_motion = [
                 motion[:, 0] / x_unit, motion[:, n] / (x_unit * w), acc[:, 0] / a_unit,
@@ -372,17 +372,17 @@ class Training:
             split = by_ground[:, : at.N_GROUND], by_ground[:, at.N_GROUND :]
             now = jnp.concatenate([split[0], jnp.stack(by_motion, -1), split[1]], 1)
             now = jnp.clip(now.at[:, NOISY].add(by_noise), -at.LIMIT, at.LIMIT)
-            late = False if trouble is None else trouble.late[:, None] & measured
+            late = False if sensing is None else sensing.late[:, None] & measured
             seen = jnp.where(late, before, now)
             share, hidden = evaluate(network, seen, hidden)
-            factor = 1.0 if trouble is None else trouble.factor
+            factor = 1.0 if sensing is None else sensing.factor
             current = HIGHEST * share
             moved = self._interval((state, base, floor, acc), current, tuple(both), factor)
             return (moved, hidden, now), None
 
         n_decisions = len(inputs)
         both = [one[:n_decisions] for one in self._intervals(ground)]
-        noise = jnp.zeros((n_decisions, 1, len(NOISY))) if trouble is None else trouble.noise
+        noise = jnp.zeros((n_decisions, 1, len(NOISY))) if sensing is None else sensing.noise
         begin = (
             self._rest(count, jnp.zeros(count)), jnp.zeros((count, len(network["Ug"]))),
             jnp.zeros((count, at.N_GROUND + at.N_MOTION + self.n_ahead)),
@@ -407,13 +407,13 @@ class Training:
         inputs: Any,
         units: tuple,
         best: Any,
-        trouble: Trouble,
+        sensing: DegradedSensing,
         harm: float,
     ) -> tuple[Any, Any]:
         """Mean loss over the motions, and J minus that of the best constant current."""
         import jax.numpy as jnp
 
-        base, floor = self.run(network, ground, inputs, *units, trouble)
+        base, floor = self.run(network, ground, inputs, *units, sensing)
         difference = base / best[1] + floor / best[2] - best[0]
         counted = jnp.minimum(difference, MOST_LOSS)
         return jnp.mean(counted + harm * jnp.maximum(counted, 0.0)), difference
@@ -425,10 +425,10 @@ def evaluate(network: dict, x: Any, hidden: Any) -> tuple[Any, Any]:
     import jax.numpy as jnp
 
     n = hidden.shape[1]
-    given, kept = x @ network["Wg"] + network["bg"], hidden @ network["Ug"]
-    reset = jax.nn.sigmoid(given[:, :n] + kept[:, :n])
-    update = jax.nn.sigmoid(given[:, n : 2 * n] + kept[:, n : 2 * n])
-    candidate = jnp.tanh(given[:, 2 * n :] + reset * kept[:, 2 * n :])
+    from_inputs, from_hidden = x @ network["Wg"] + network["bg"], hidden @ network["Ug"]
+    reset = jax.nn.sigmoid(from_inputs[:, :n] + from_hidden[:, :n])
+    update = jax.nn.sigmoid(from_inputs[:, n : 2 * n] + from_hidden[:, n : 2 * n])
+    candidate = jnp.tanh(from_inputs[:, 2 * n :] + reset * from_hidden[:, 2 * n :])
     hidden = update * hidden + (1 - update) * candidate
     layer = jnp.tanh(jnp.concatenate([x, hidden], 1) @ network["W1"] + network["b1"])
     layer = jnp.tanh(layer @ network["W2"] + network["b2"])
@@ -478,16 +478,16 @@ def train(
     for step in range(1, steps + 1):
         some = draw.choice(len(motions), min(batch, len(motions)), replace=False)
         sign = draw.choice(np.float32([-1.0, 1.0]), len(some))
-        given = inputs[:n, some].astype(np.float32)
-        given[:, :, odd] *= sign[:, np.newaxis]
+        some_inputs = inputs[:n, some].astype(np.float32)
+        some_inputs[:, :, odd] *= sign[:, np.newaxis]
         ground = motions[some][:, : N_SUB * n + 1] * sign[:, np.newaxis]
         (_, differences), slope = gradient(
             network,
             ground,
-            given,
+            some_inputs,
             (x0[:n, some], a0[:n, some]),
             best[:, some],
-            draw_trouble(draw, n, len(some), degraded),
+            draw_sensing(draw, n, len(some), degraded),
         )
         size = float(jnp.sqrt(sum(jnp.sum(g**2) for g in slope.values())))
         if not np.isfinite(size):
@@ -518,27 +518,27 @@ def main() -> None:
     )
     parser.add_argument("--preview", type=float, default=0.0, help="in steps of 0.08 s")
     parser.add_argument("--seed", type=int, default=1)
-    given = parser.parse_args()
-    network = new_network(given.seed, round(given.preview / (at.AHEAD * DECISION)))
-    if given.begin:
-        with np.load(given.begin) as file:
+    options = parser.parse_args()
+    network = new_network(options.seed, round(options.preview / (at.AHEAD * DECISION)))
+    if options.begin:
+        with np.load(options.begin) as file:
             network = {name: file[name] for name in LAYERS}
-    motions = training_motions(given.motions, given.seed)
+    motions = training_motions(options.motions, options.seed)
     began, recent = time.monotonic(), []
     for step, mean, weights in train(
         network,
         motions,
-        given.steps,
-        rate=given.rate,
-        harm=given.harm,
-        degraded=given.degraded,
-        seed=given.seed,
+        options.steps,
+        rate=options.rate,
+        harm=options.harm,
+        degraded=options.degraded,
+        seed=options.seed,
     ):
         recent.append(mean)
-        if step % 100 == 0 or step == given.steps:
+        if step % 100 == 0 or step == options.steps:
             print(f"{step}: {np.mean(recent):+.4f} ({time.monotonic() - began:.0f} s)", flush=True)
             recent.clear()
-            np.savez(given.out, **weights)
+            np.savez(options.out, **weights)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ import numpy as np
 
 import isolation_sim as iso
 from controllers import controller
-from ground_motions import Record
+from ground_motions import STANDARD_GRAVITY, Record
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.scenario import Scenario
 from isolation_sim.simulation.batch import Case, simulate_many
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from isolation_sim.simulation.result import Run
 
 TITLE = "Yielding storeys"
-STRENGTH = 0.15
+YIELD_SHEAR = 0.15
 """Yield shear of a storey over the building's weight."""
 HARDENING = 0.05
 """Stiffness after yielding over that before."""
@@ -39,13 +39,12 @@ SMOOTHNESS = 5.0
 """Bouc and Wen's exponent: a nearly sharp corner."""
 FIXED = "fixed base"
 CONTROLLERS = ("passive_off", "passive_on", "clipped_lqr")
-GRAVITY = 9.80665
 
 
 def yield_drift(structure: Structure) -> float:
     """Drift at which the reference building's storeys yield, m."""
-    weight = GRAVITY * (structure.total_mass - structure.mass[0, 0])
-    return STRENGTH * weight / -structure.stiffness[0, 1]
+    weight = STANDARD_GRAVITY * (structure.total_mass - structure.mass[0, 0])
+    return YIELD_SHEAR * weight / -structure.stiffness[0, 1]
 
 
 def yielding(structure: Structure) -> IsolatedStructure:
@@ -141,7 +140,7 @@ def _worse_at(runs: Sequence[dict[str, Any]], name: str, building: str) -> str:
 
 def _finding(table: Sequence[dict[str, Any]]) -> str:
     sentences = [
-        f"The storeys yield at {100 * STRENGTH:g} % of the weight above the base, a drift of "
+        f"The storeys yield at {100 * YIELD_SHEAR:g} % of the weight above the base, a drift of "
         f"{1e3 * yield_drift(iso.reference_building()):.1f} mm."
     ]
     for name in MOTIONS:

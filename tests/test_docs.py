@@ -142,7 +142,7 @@ def test_commands_named_in_passing_exist():
 )  # fmt: skip
 def test_the_python_of_a_page_runs(page, desk, monkeypatch):
     for registry in (CONTROLLERS, READERS):  # what a page registers is forgotten
-        monkeypatch.setattr(registry, "_given", {})
+        monkeypatch.setattr(registry, "_registered", {})
     blocks = _blocks(TEXTS[page], "python")
     isolated = iso.reference_building().on(iso.reference_isolators())
     ground = el_centro_1940()

@@ -94,7 +94,7 @@ def forget() -> None:
     for registry in REGISTRIES:
         registry.__dict__.pop("_entries", None)
         registry._loaded.clear()
-        registry._given.clear()
+        registry._registered.clear()
 
 
 @pytest.fixture

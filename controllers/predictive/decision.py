@@ -33,19 +33,20 @@ INFEASIBLE = 1e-6
 # the single numbers
 (
     STEP, N_SUB, N_LATE, HOLDS, STOP, MARGIN, LEAST_PEAK, FREQUENCY, DISPLACEMENT_LEVEL,
-    ACCELERATION_LEVEL, LINEARISATIONS, LEARNS, KEPT, LEARNT_BEFORE, PULL, VELOCITY_KEPT, FADED,
-    SLOW_LIMIT, N_DISPLACEMENTS, N_ACCELERATIONS, JUMPS, PRESENT,
+    ACCELERATION_LEVEL, LINEARISATIONS, LEARNS, LEARNING_DECAY, LEARNT_BEFORE, PULL,
+    VELOCITY_DECAY, FORECAST_DECAY, SLOW_LIMIT, N_DISPLACEMENTS, N_ACCELERATIONS, JUMPS, PRESENT,
 ) = range(22)  # fmt: skip
 # arrays of the memory: single numbers, data from one decision to the next, and scratch
 (
-    STATE, FORCE_SCALES, OBSERVER_SETTINGS, OBSERVER_MEMORY, PLAN, GIVEN, Z_THEN, STATES_THEN,
+    STATE, FORCE_SCALES, OBSERVER_SETTINGS, OBSERVER_MEMORY, PLAN, PENDING, Z_THEN, STATES_THEN,
     CURRENT_THEN, Z_NOW, STATES_NOW, CURRENT_NOW, GROUND_MOTION, GROUND_PAST, COEFFICIENTS,
-    COVARIANCE, NOISE, PEAKS_PAST, PEAKS, FREE_Z, FREE_STATES, FREE_PAST, FREE_PEAKS, COURSE,
-    FREE_GROUND, SLOW_SAMPLES, SLOW_RATES, SLOW_STATE, SCALE_SUMS, UNITS,
+    COVARIANCE, NOISE, PEAKS_PAST, PEAKS, FREE_Z, FREE_STATES, FREE_PAST, FREE_PEAKS,
+    PEAK_HISTORY, FREE_GROUND, SLOW_SAMPLES, SLOW_RATES, SLOW_STATE, SCALE_SUMS, UNITS,
 ) = range(30)  # fmt: skip
 (
-    OBSERVED, MOTION_SEEN, Z_SEEN, SAMPLE, BEFORE, TRIAL, FORCES, ACCELERATION_AHEAD, PATH, STRAYS,
-    GROUND_END, GAIN, DRIVES, SHAPE, OUTPUTS, LEVELS, BEARABLE, RESTING, SLOPES, FOLLOWING,
+    OBSERVED, MOTION_SEEN, Z_SEEN, SAMPLE, BEFORE, TRIAL, FORCES, ACCELERATION_AHEAD, PATH,
+    DEVIATIONS, GROUND_END, GAIN, INNOVATIONS, SHAPE, OUTPUTS, LEVELS, REGRET_LEVELS, RESTING,
+    SLOPES, FOLLOWING,
 ) = range(30, 50)  # fmt: skip
 VALUES, DERIVATIVES, SIDE = 50, 60, 70
 RESULTS, FREE_RESULTS, PROGRAMME, SOLUTION, SOLVER = 71, 76, 81, 86, 87
@@ -84,12 +85,12 @@ def decide_by_motion(
     if begun and numbers[JUMPS] == 1.0:
         outputs_now(z, s, plan[0], plant, work, y, device_side)
         change_peaks(y, n_d, n_a, past, peaks)
-    given = array2(memory, GIVEN)
+    pending = array2(memory, PENDING)
     for c in range(n_channels):
         before[c] = plan[0, c]
         if begun:
             for k in range(n_late):
-                given[k, c] = given[k + 1, c] if k < n_late - 1 else before[c]
+                pending[k, c] = pending[k + 1, c] if k < n_late - 1 else before[c]
             for k in range(n_steps - 1):
                 plan[k, c] = plan[k + 1, c]
 
@@ -108,7 +109,7 @@ def decide_by_motion(
     values = work[0]
     if n_late > 0:
         predict(
-            n_late, z_then, s_then, current, given, array1(settings, NO_BLOCK), path,
+            n_late, z_then, s_then, current, pending, array1(settings, NO_BLOCK), path,
             int(numbers[PRESENT]), plant, work, results_at(memory, FREE_RESULTS), device_side,
         )  # fmt: skip
     for m in range(len(z)):
@@ -200,7 +201,7 @@ def learn_force_scale(
         force[e] = side[0] * devices[e, FORCE_SCALE]
     state[FACTOR] = learn_scale(
         accelerations, force, array2(settings, BY_INERTIA), array2(settings, BY_FORCE),
-        numbers[KEPT], numbers[LEARNT_BEFORE], array1(memory, SCALE_SUMS),
+        numbers[LEARNING_DECAY], numbers[LEARNT_BEFORE], array1(memory, SCALE_SUMS),
     )  # fmt: skip
     for e in range(len(force_scales)):
         force_scales[e] = state[FACTOR]
@@ -219,16 +220,16 @@ def forecast(
     model = (
         array2(memory, GROUND_MOTION), array2(memory, GROUND_END), array2(memory, GROUND_PAST),
         array2(memory, COEFFICIENTS), array3(memory, COVARIANCE), array2(memory, NOISE),
-        array1(memory, GAIN), array1(memory, DRIVES), array1(memory, SHAPE),
+        array1(memory, GAIN), array1(memory, INNOVATIONS), array1(memory, SHAPE),
     )  # fmt: skip
-    returning = (numbers[PULL], numbers[STEP], numbers[VELOCITY_KEPT], numbers[FADED])
+    returning = (numbers[PULL], numbers[STEP], numbers[VELOCITY_DECAY], numbers[FORECAST_DECAY])
     look_ahead(
         measured, ahead, n_sub, returning, model, array3(settings, PULSES), acceleration, path,
-        array3(memory, STRAYS),
+        array3(memory, DEVIATIONS),
     )  # fmt: skip
     free = (
         array1(memory, FREE_Z), array2(memory, FREE_STATES), array2(memory, FREE_PAST),
-        array1(memory, FREE_PEAKS), array2(memory, COURSE), array2(memory, FREE_GROUND),
+        array1(memory, FREE_PEAKS), array2(memory, PEAK_HISTORY), array2(memory, FREE_GROUND),
     )  # fmt: skip
     follow_uncontrolled(
         begun, n_known, (int(numbers[N_DISPLACEMENTS]), int(numbers[N_ACCELERATIONS])),
@@ -251,11 +252,12 @@ def improve(n_known: int, settings: NDArray, memory: NDArray) -> bool:
     coils, block = array2(settings, COIL_TABLE), array1(settings, BLOCK)
     along, trial = array2(settings, ALONG), array2(memory, TRIAL)
     acceleration, end = array2(memory, ACCELERATION_AHEAD), array2(memory, GROUND_END)
-    course, peaks, free = array2(memory, COURSE), array1(memory, PEAKS), array1(memory, FREE_PEAKS)
-    levels, bearable = array1(memory, LEVELS), array1(memory, BEARABLE)
+    peak_history = array2(memory, PEAK_HISTORY)
+    peaks, free = array1(memory, PEAKS), array1(memory, FREE_PEAKS)
+    levels, regret_levels = array1(memory, LEVELS), array1(memory, REGRET_LEVELS)
     units, resting, x = array1(memory, UNITS), array1(memory, RESTING), array1(memory, SOLUTION)
     n_d, n_a = int(numbers[N_DISPLACEMENTS]), int(numbers[N_ACCELERATIONS])
-    first, last = int(numbers[N_LATE]), course.shape[0] - 1
+    first, last = int(numbers[N_LATE]), peak_history.shape[0] - 1
     for d in range(acceleration.shape[0]):
         for k in range(n_known):
             state[STRONGEST] = max(state[STRONGEST], abs(acceleration[d, k]), 1e-3)
@@ -264,12 +266,12 @@ def improve(n_known: int, settings: NDArray, memory: NDArray) -> bool:
         least = numbers[LEAST_PEAK] * state[STRONGEST]
         if kind == 0:
             least /= numbers[FREQUENCY] * numbers[FREQUENCY]
-        units[kind] = max(course[last, kind], least)
+        units[kind] = max(peak_history[last, kind], least)
         unavoidable = max(free[kind], least) * numbers[DISPLACEMENT_LEVEL + kind]
         levels[kind] = max(peaks[kind], unavoidable)
         if kind == 1:
-            for k in range(len(bearable)):
-                bearable[k] = max(course[first + k, 1], max(peaks[1], least))
+            for k in range(len(regret_levels)):
+                regret_levels[k] = max(peak_history[first + k, 1], max(peaks[1], least))
     units[2] = units[0] * numbers[FREQUENCY]
     # relative to ground that stops, a free base has the ground velocity in addition to its own
     for o in range(n_d):
@@ -277,7 +279,7 @@ def improve(n_known: int, settings: NDArray, memory: NDArray) -> bool:
         for d in range(along.shape[1]):
             lost += numbers[STOP] * along[o, d] * end[d, 1]
         resting[o], resting[n_d + n_a + o] = -STOPPING * lost, lost
-    margins = (max(n_known - first, 1), numbers[MARGIN], array3(memory, STRAYS), bearable)
+    margins = (max(n_known - first, 1), numbers[MARGIN], array3(memory, DEVIATIONS), regret_levels)
     programme = programme_of(memory)
     n_rows = condense(
         results_at(memory, RESULTS), trial, array1(memory, BEFORE), block, coils, numbers[STEP],

@@ -26,13 +26,13 @@ def balance(nominal: IsolatedStructure) -> tuple[NDArray, NDArray]:
 
 
 def learn_scale(
-    acceleration: NDArray, force: NDArray, by_inertia: NDArray, by_force: NDArray, keep: float,
+    acceleration: NDArray, force: NDArray, by_inertia: NDArray, by_force: NDArray, decay: float,
     prior: float, sums: NDArray,
 ) -> float:  # fmt: skip
     """Update the force over that of the nominal model, 0.3 to 3, by one more instant."""
     # sums: (2,): of squares and of products; ``prior`` each at the start
     for k in range(2):
-        sums[k] = keep * sums[k] + (1.0 - keep) * prior
+        sums[k] = decay * sums[k] + (1.0 - decay) * prior
     for d in range(by_inertia.shape[0]):
         seen, expected = 0.0, 0.0
         for i in range(by_inertia.shape[1]):

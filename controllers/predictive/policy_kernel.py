@@ -241,9 +241,9 @@ def evaluate_network(settings: NDArray, memory: NDArray) -> float:
             sums[3 * n + j] += recurrent[k, j] * hidden[k]
     for j in range(n):
         reset = 1.0 / (1.0 + math.exp(-sums[j] - sums[3 * n + j]))
-        kept = 1.0 / (1.0 + math.exp(-sums[n + j] - sums[4 * n + j]))
+        update = 1.0 / (1.0 + math.exp(-sums[n + j] - sums[4 * n + j]))
         candidate = math.tanh(sums[2 * n + j] + reset * sums[5 * n + j])
-        hidden[j] = kept * hidden[j] + (1.0 - kept) * candidate
+        hidden[j] = update * hidden[j] + (1.0 - update) * candidate
     weights, offsets = array2(settings, FIRST), array1(settings, FIRST_OFFSETS)
     for j in range(len(first)):
         total = offsets[j]

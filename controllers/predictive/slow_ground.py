@@ -26,7 +26,7 @@ FAST = 0.4
 
 
 def slow_lengths(step: float) -> tuple[int, int]:
-    """Samples over which the rate is measured, and rates that are kept."""
+    """Samples over which the rate is measured, and rates in memory."""
     return max(round(SPAN / step), 1), round(GROWTH / step) + 1
 
 

@@ -20,13 +20,13 @@ def follow_uncontrolled(
 ) -> None:  # fmt: skip
     """Integrate to the last known sample of the ground motion, and forecast beyond it."""
     # n_known: known samples after the present one; lowest, (n_ahead + 1, n_channels), A
-    # course, (1 + n_known + n_ahead, 2): largest displacement of a base (m) and acceleration
+    # peak_history, (1 + n_known + n_ahead, 2): largest displacement of a base (m) and acceleration
     # (m/s^2) from the motion's beginning up to each step from now on; step, (n_directions,
     # n_sub + 1): ground from the last call's last known sample on, if it is the only one
-    z, s, past, peaks, course, step = state
+    z, s, past, peaks, peak_history, step = state
     n_displacements, n_accelerations = sizes
     y, values = results[0], work[0]
-    n_ahead = course.shape[0] - 1 - n_known
+    n_ahead = peak_history.shape[0] - 1 - n_known
     # after the first call, only the last step is new
     n_new = 1 if begun else n_known
     if n_known == 0:
@@ -53,11 +53,11 @@ def follow_uncontrolled(
         follow_peaks(y[1], n_displacements, n_accelerations, past, peaks)
         for kind in range(2):
             for j in range(n_known):
-                course[j, kind] = course[j + 1, kind]
-            course[n_known, kind] = peaks[kind]
+                peak_history[j, kind] = peak_history[j + 1, kind]
+            peak_history[n_known, kind] = peaks[kind]
     for d in range(ground.shape[0]):
         step[d, 0] = ground[d, 0]
     for k in range(n_ahead):
         for kind in range(2):
-            course[n_known + k + 1, kind] = course[n_known + k, kind]
-        count_peaks(y[k + 1], n_displacements, n_accelerations, course[n_known + k + 1])
+            peak_history[n_known + k + 1, kind] = peak_history[n_known + k, kind]
+        count_peaks(y[k + 1], n_displacements, n_accelerations, peak_history[n_known + k + 1])

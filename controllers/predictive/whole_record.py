@@ -81,7 +81,7 @@ class WholeRecord:
             "u": i, "first": e, "middle": e, "last": e, "s_middle": s, "s_end": s,
         }  # fmt: skip
         self.n_states = sum(self.sizes[k] for k in _STATES)
-        self.n_given = self.n_states - self.sizes["peaks"]
+        self.n_initial = self.n_states - self.sizes["peaks"]
         self.n_variables = sum(self.sizes.values())
 
     def _device_side(self, z: Any, s: Any, i: Any) -> tuple[list, list]:
@@ -200,27 +200,10 @@ class WholeRecord:
         for name, rule in (("s_middle", _MIDDLE), ("s_end", _END)):
             grown = sum(w * casadi.vertcat(*side[1]) for w, side in zip(rule, sides, strict=True))
             equal.append((at[name] - at["s"] - h * grown) / scale["s"])
-        within: list[Any] = []
         # before a change of current, after the last one, and between them
         instants = [(carried(h), forces[2]), (at["z"], forces[0])]
         instants += [inside(tau) for tau in (0.25, 0.5, 0.75)]
-        for which, quantity in enumerate(self.quantities):
-            on_modes, on_force = self._rows(quantity)
-            for z, force in instants if on_force.any() else instants[:1]:
-                for item in range(len(on_modes)):
-                    value = casadi.mtimes(casadi.DM(on_modes[item]), z)
-                    value += casadi.mtimes(casadi.DM(on_force[item]), force)
-                    value /= unit[which]
-                    peak = raw["peaks"][which]
-                    if len(on_modes[item]) == 1:
-                        within += [peak - value, peak + value]
-                    else:
-                        within.append(peak**2 - casadi.sumsqr(value))
-        for c in np.flatnonzero(np.isfinite(self.coils[:, 1])).tolist():
-            lag, slew = self.coils[c, :2]
-            rate = at["u"][c] - (at["i"] if lag > 0 else at["past"])[c]
-            rate /= largest_gap(lag, slew, h)
-            within += [1.0 - rate, 1.0 + rate]
+        within = [*self._below_peaks(instants, raw["peaks"], unit), *self._slew_limits(at)]
         smooth = self.roughness / self.n * casadi.sumsqr(raw["u"] - raw["past"])
         state, control = (
             casadi.vertcat(*[raw[k] for k in names]) for names in (_STATES, _CONTROLS)
@@ -229,36 +212,64 @@ class WholeRecord:
         results = [following, casadi.vertcat(*equal), casadi.vertcat(*within), smooth]
         return casadi.Function("stage", [state, control, *ground, numbers], results)
 
+    def _below_peaks(self, instants: Sequence[tuple[Any, Any]], peaks: Any, unit: Any) -> list[Any]:
+        """Peaks minus the outputs, which are at least 0, at instants with modes and forces."""
+        import casadi
+
+        within: list[Any] = []
+        for which, quantity in enumerate(self.quantities):
+            on_modes, on_force = self._rows(quantity)
+            for z, force in instants if on_force.any() else instants[:1]:
+                for item in range(len(on_modes)):
+                    value = casadi.mtimes(casadi.DM(on_modes[item]), z)
+                    value += casadi.mtimes(casadi.DM(on_force[item]), force)
+                    value /= unit[which]
+                    if len(on_modes[item]) == 1:
+                        within += [peaks[which] - value, peaks[which] + value]
+                    else:
+                        within.append(peaks[which] ** 2 - casadi.sumsqr(value))
+        return within
+
+    def _slew_limits(self, at: Mapping[str, Any]) -> list[Any]:
+        """Slew rates left, at least 0, of the coils with a limit."""
+        within: list[Any] = []
+        for c in np.flatnonzero(np.isfinite(self.coils[:, 1])).tolist():
+            lag, slew = self.coils[c, :2]
+            rate = at["u"][c] - (at["i"] if lag > 0 else at["past"])[c]
+            rate /= largest_gap(lag, slew, self.dt)
+            within += [1.0 - rate, 1.0 + rate]
+        return within
+
     @cached_property
     def _programme(self) -> tuple[dict[str, Any], NDArray, list[int]]:
         """Programme, which of its constraints are equations, and constraints of each stage."""
         import casadi
 
-        n, n_x, n_given, n_u = self.n, self.n_states, self.n_given, self.sizes["u"]
+        n, n_x, n_initial, n_u = self.n, self.n_states, self.n_initial, self.sizes["u"]
         stages = casadi.MX.sym("stages", self.n_variables, n)
         end = casadi.MX.sym("end", n_x)
         weights = casadi.MX.sym("weights", self.sizes["peaks"])
-        initial = casadi.MX.sym("initial", n_given)
+        initial = casadi.MX.sym("initial", n_initial)
         ground = casadi.MX.sym("ground", len(self.isolated.structure.directions), n + 1)
         units = casadi.MX.sym("units", self.n_variables + self.sizes["peaks"])
         state = stages[:n_x, :]
         following, equal, within, smooth = self._stage.map("stages", "serial", n, [4], [])(
             state, stages[n_x:, :], ground[:, :-1], ground[:, 1:], units
         )
-        changes = stages[n_x : n_x + n_u, :] - state[n_given - n_u : n_given, :]
-        start = state[:n_given, :] - casadi.repmat(initial, 1, n)
+        changes = stages[n_x : n_x + n_u, :] - state[n_initial - n_u : n_initial, :]
+        start = state[:n_initial, :] - casadi.repmat(initial, 1, n)
         carried = casadi.horzcat(state[:, 1:], end) - following
         blocks = (carried, start, changes, equal, within)
         applies = np.ones((sum(block.shape[0] for block in blocks), n), bool)
-        applies[n_x : n_x + n_given, 1:] = False
-        applies[n_x + n_given : n_x + n_given + n_u] = np.arange(n) % self.every != 0
+        applies[n_x : n_x + n_initial, 1:] = False
+        applies[n_x + n_initial : n_x + n_initial + n_u] = np.arange(n) % self.every != 0
         equation = np.ones_like(applies)
         equation[len(applies) - within.shape[0] :] = False
         equation = equation.T[applies.T]
         problem = {
             "x": casadi.vertcat(casadi.vec(stages), end),
             "p": casadi.vertcat(weights, initial, casadi.vec(ground), units),
-            "f": casadi.dot(weights, end[n_given:]) + casadi.sum2(smooth),
+            "f": casadi.dot(weights, end[n_initial:]) + casadi.sum2(smooth),
             "g": casadi.vec(casadi.vertcat(*blocks))[np.flatnonzero(applies.T).tolist()],
         }
         return problem, equation, applies[n_x:].sum(axis=0).tolist()
@@ -297,10 +308,10 @@ class WholeRecord:
     ) -> Optimum:
         """Minimise a weighted sum of peaks under a run's ground motion.
 
-        The run gives the scales too, and the first guess where no variables are given.
+        The run gives the scales too, and the first guess without ``variables``.
         """
         equation = self._programme[1]
-        x0, numbers = self._given(start, weights)
+        x0, numbers = self._guess_and_parameters(start, weights)
         low, high = self._box(start, bounds or {})
         solved = self._solver(
             x0=x0 if variables is None else variables, p=numbers, lbx=low, ubx=high,
@@ -328,7 +339,7 @@ class WholeRecord:
         highest: list[NDArray] = []
         excesses: list[float] = []
         for k, (run, own) in enumerate(zip(starts, weights, strict=True)):
-            x0, numbers = self._given(run, own)
+            x0, numbers = self._guess_and_parameters(run, own)
             w = numbers[: self.sizes["peaks"]].copy()
             numbers[: len(w)] = 0.0
             smooth, equations = one(together[:, k], numbers)
@@ -366,8 +377,8 @@ class WholeRecord:
             lbg=0.0, ubg=np.concatenate(highest),
         )  # fmt: skip
         parts = np.asarray(solved["x"]).ravel()[:-1].reshape(len(starts), -1)
-        given_runs = zip(parts, starts, weights, strict=True)
-        return [self._optimum(x, run, own, solver.stats()) for x, run, own in given_runs]
+        solutions = zip(parts, starts, weights, strict=True)
+        return [self._optimum(x, run, own, solver.stats()) for x, run, own in solutions]
 
     @property
     def _commands(self) -> NDArray:
@@ -375,14 +386,16 @@ class WholeRecord:
         first = np.arange(self.n)[:, np.newaxis] * self.n_variables + self.n_states
         return first + np.arange(self.sizes["u"])
 
-    def _given(self, run: Run, weights: Mapping[str, float]) -> tuple[NDArray, NDArray]:
+    def _guess_and_parameters(
+        self, run: Run, weights: Mapping[str, float]
+    ) -> tuple[NDArray, NDArray]:
         """Scaled variables of a run, and the programme's parameters, the weights first."""
         guess = self.guess(run)
         scale, x0 = self.scale(guess), self.packed(guess)
         ground = np.stack([record.acceleration for record in run.records])
         peaks = self._peaks(run)
         w = np.array([weights.get(q, 0.0) for q in self.quantities]) * peaks
-        return x0, np.concatenate([w, x0[: self.n_given], ground.ravel("F"), scale, peaks])
+        return x0, np.concatenate([w, x0[: self.n_initial], ground.ravel("F"), scale, peaks])
 
     def _peaks(self, run: Run) -> NDArray:
         """Peaks of a run, SI units."""

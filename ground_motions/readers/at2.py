@@ -10,7 +10,13 @@ import numpy as np
 from ground_motions.argument_types import checked
 from ground_motions.checks import positive
 from ground_motions.errors import InputError
-from ground_motions.readers.lines import parse_number, read_lines, require_count, require_two, shown
+from ground_motions.readers.lines import (
+    excerpt,
+    parse_number,
+    read_lines,
+    require_count,
+    require_two,
+)
 from ground_motions.record import Record
 from ground_motions.units import ACCELERATION_UNITS, to_m_s2, unit_name
 
@@ -85,7 +91,7 @@ def _npts_and_dt(lines: list[str], path: str | Path) -> tuple[int, int, float]:
             continue
         place = f"{path}, line {number}"
         if not count["npts"].isdecimal():
-            raise InputError(place, f"NPTS {shown(count['npts'])}", "a whole number")
+            raise InputError(place, f"NPTS {excerpt(count['npts'])}", "a whole number")
         dt = parse_number(step["dt"], f"{place}, DT")
         return number, int(count["npts"]), positive(f"{place}, DT (s)", dt)
     raise InputError(
@@ -116,7 +122,7 @@ def _unit(header: list[str], path: str | Path, accepted: str) -> str:
     for number, text in known or declared:
         name = unit_name(text)
         if name is None:
-            raise InputError(f"{path}, line {number}", f"units {shown(text)}", accepted)
+            raise InputError(f"{path}, line {number}", f"units {excerpt(text)}", accepted)
         units[name] = number
     if len(units) > 1:
         raise InputError(

@@ -9,7 +9,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.errors import InputError, nearest
-from ground_motions.readers.lines import parse_number, require_two, shown, table_cells
+from ground_motions.readers.lines import excerpt, parse_number, require_two, table_cells
 from ground_motions.readers.time_column import uniform_step
 from ground_motions.record import Record
 from ground_motions.units import to_m_s2, unit_name
@@ -61,10 +61,10 @@ def read_csv(path: str | Path, column: str | None = None, unit: str | None = Non
     header_line, names = rows[0]
     place = f"{path}, line {header_line}"
     time_column = _time_column(names, place, unit)
-    units = {name: found for name in names if (found := _unit_of(name))}
+    units = {name: own for name in names if (own := _unit_of(name))}
     if unit is not None:
         to_m_s2(unit, f"{path}, unit")
-        units = _unit_given(units, unit, names, time_column, column, place)
+        units = _with_unit(units, unit, names, time_column, column, place)
     column = _chosen_column(names, list(units), column, place)
     require_two(len(rows) - 1, str(path))
 
@@ -118,7 +118,7 @@ def _time_column(names: list[str], place: str, unit: str | None) -> str:
     if twice:
         raise InputError(place, f"column {twice[0]!r} twice", "different column names")
     brackets = {name: _BRACKETS.fullmatch(name) for name in names}
-    seconds = [n for n, found in brackets.items() if found and found["unit"].lower() in _SECONDS]
+    seconds = [n for n, match in brackets.items() if match and match["unit"].lower() in _SECONDS]
     if unit is not None and not seconds:
         seconds = [name for name in names if name.lower() in ("time", "t")]
     if TIME_COLUMN in names:
@@ -126,13 +126,13 @@ def _time_column(names: list[str], place: str, unit: str | None) -> str:
     if len(seconds) != 1:
         raise InputError(
             place,
-            f"columns {shown(', '.join(names))}",
+            f"columns {excerpt(', '.join(names))}",
             f"a column {TIME_COLUMN} among them, or one with [s]: a heading such as {_EXAMPLES}",
         )
     return seconds[0]
 
 
-def _unit_given(
+def _with_unit(
     units: dict[str, str],
     unit: str,
     names: list[str],
@@ -140,17 +140,17 @@ def _unit_given(
     column: str | None,
     place: str,
 ) -> dict[str, str]:
-    """Return the units of the columns, with one that the caller gives."""
+    """Return the units of the columns, with the caller's unit where a name has none."""
     name = unit_name(unit) or unit
-    wanted = column if column in names else None
-    for each in [wanted] if wanted else units:
+    chosen = column if column in names else None
+    for each in [chosen] if chosen else units:
         if units.get(each, name) != name:
             raise InputError(
                 place, f"unit {unit!r} for column {each!r}", f"{units[each]}, as in its name"
             )
-    if units and wanted in (None, *units):
+    if units and chosen in (None, *units):
         return units
-    return {each: name for each in names if each != time_column and wanted in (None, each)}
+    return {each: name for each in names if each != time_column and chosen in (None, each)}
 
 
 def _chosen_column(names: list[str], candidates: list[str], column: str | None, place: str) -> str:
@@ -167,7 +167,7 @@ def _chosen_column(names: list[str], candidates: list[str], column: str | None, 
     if not candidates:
         raise InputError(
             place,
-            f"columns {shown(', '.join(names))}",
+            f"columns {excerpt(', '.join(names))}",
             f"an acceleration column whose name ends in a unit: {suffixes}, or has one in "
             f"brackets; a heading such as {_EXAMPLES}; or unit=",
         )

@@ -17,7 +17,7 @@ READERS: Registry[Callable[..., Record]] = Registry(
     "ground_motions.readers",
     "reader",
     "a function of a path that returns a Record",
-    lambda found: found if callable(found) else None,
+    lambda loaded: loaded if callable(loaded) else None,
 )
 """Every reader by the suffix of its files, without the dot."""
 

@@ -11,11 +11,11 @@ from ground_motions.argument_types import checked
 from ground_motions.checks import positive
 from ground_motions.errors import InputError
 from ground_motions.readers.lines import (
+    excerpt,
     parse_number,
     read_lines,
     require_count,
     require_two,
-    shown,
 )
 from ground_motions.record import Record
 from ground_motions.units import to_m_s2
@@ -64,8 +64,8 @@ def read_knet(path: str | Path) -> Record:
     header = lines[:_HEADER]
     for number, name in ((1, "Origin Time"), (_HEADER, "Memo.")):
         if len(lines) < number or not lines[number - 1].startswith(name):
-            given = shown(lines[number - 1]) if len(lines) >= number else "no such line"
-            raise InputError(f"{path}, line {number}", given, f"{name!r}, as in K-NET ASCII files")
+            text = excerpt(lines[number - 1]) if len(lines) >= number else "no such line"
+            raise InputError(f"{path}, line {number}", text, f"{name!r}, as in K-NET ASCII files")
     frequency = positive(f"{path}, sampling frequency (Hz)", _entry(header, _FREQUENCY, path)["a"])
     duration = positive(f"{path}, duration (s)", _entry(header, _DURATION, path)["a"])
     scale = _entry(header, _SCALE, path)
@@ -98,7 +98,7 @@ def _entry(
         if line[:_WIDTH].strip() == name:
             match = pattern.match(line[_WIDTH:].strip())
             if match is None:
-                text = shown(line[_WIDTH:].strip())
+                text = excerpt(line[_WIDTH:].strip())
                 raise InputError(f"{path}, line {number}, {name}", text, f"such as {example}")
             return match
     raise InputError(

@@ -37,14 +37,14 @@ def read_lines(path: str | Path) -> list[str]:
 
 def table_lines(path: str | Path) -> list[tuple[int, str]]:
     """Lines of a table's text file, without blank ones and those that begin with ``#``."""
-    keep = [
+    rows = [
         (number, line)
         for number, line in enumerate(read_lines(path), start=1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
-    if not keep:
+    if not rows:
         raise InputError(str(path), "comments only", "a line of column names, then numbers")
-    return keep
+    return rows
 
 
 def table_cells(path: str | Path) -> list[tuple[int, list[str]]]:
@@ -78,12 +78,12 @@ def parse_number(cell: str, place: str) -> float:
     """Return the finite number in a cell."""
     value = float(cell) if is_number(cell) else math.nan
     if not math.isfinite(value):
-        raise InputError(place, shown(cell), "a finite number")
+        raise InputError(place, excerpt(cell), "a finite number")
     return value
 
 
-def shown(text: str) -> str:
-    """Return text as it is to be quoted in an error, cut to 60 characters."""
+def excerpt(text: str) -> str:
+    """Return text in quotation marks for an error, cut to 60 characters."""
     return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
@@ -93,12 +93,12 @@ def require_two(count: int, place: str) -> None:
         raise InputError(place, f"{count} samples", "two samples or more")
 
 
-def require_count(found: int, announced: int, place: str, name: str) -> None:
+def require_count(count: int, announced: int, place: str, name: str) -> None:
     """Refuse a file that is cut off; warn where a few samples are missing or too many."""
-    if abs(found - announced) > FEW * announced:
+    if abs(count - announced) > FEW * announced:
         raise InputError(
-            place, f"{name} {announced} over {found} samples",
+            place, f"{name} {announced} over {count} samples",
             f"equal numbers, or within {FEW:.0%}",
         )  # fmt: skip
-    if found != announced:
-        warn(f"{place}: {name} is {announced}; {found} samples are there and used", UserWarning)
+    if count != announced:
+        warn(f"{place}: {name} is {announced}; {count} samples are there and used", UserWarning)

@@ -12,11 +12,11 @@ from ground_motions.argument_types import checked
 from ground_motions.checks import positive
 from ground_motions.errors import InputError, nearest
 from ground_motions.readers.lines import (
+    excerpt,
     parse_number,
     read_lines,
     require_count,
     require_two,
-    shown,
 )
 from ground_motions.record import Record
 from ground_motions.units import to_m_s2, unit_name
@@ -115,7 +115,7 @@ def channels_of(path: str | Path) -> list[str]:
 
 def _all_series(lines: list[str], path: str | Path) -> list[_Series]:
     if not _FIRST.match(lines[0]):
-        raise InputError(f"{path}, line 1", shown(lines[0].strip()), _EXPECTED)
+        raise InputError(f"{path}, line 1", excerpt(lines[0].strip()), _EXPECTED)
     series: list[_Series] = []
     begin = 0
     for place, line in enumerate(lines):
@@ -126,9 +126,9 @@ def _all_series(lines: list[str], path: str | Path) -> list[_Series]:
         where = f"{path}, line {place + 1}"
         unit, numbers = unit_name(match["unit"]), _FORMAT.search(match["format"])
         if unit is None:
-            raise InputError(where, f"units {shown(match['unit'])}", "cm/sec2 or g")
+            raise InputError(where, f"units {excerpt(match['unit'])}", "cm/sec2 or g")
         if numbers is None and (cosmos or "(" in match["format"]):
-            raise InputError(where, shown(line.strip()), "a format at its end, such as (8f10.3)")
+            raise InputError(where, excerpt(line.strip()), "a format at its end, such as (8f10.3)")
         columns, width = numbers.group("columns", "width") if numbers else _USUAL
         dt = match["dt"] if csmip else _cosmos_step(lines[begin:place], match, where, path)
         series.append(
@@ -175,7 +175,7 @@ def _cosmos_step(header: list[str], heading: re.Match[str], where: str, path: st
     assert match is not None
     if numbers is None or int(match["count"]) < _DT_PLACE:
         raise InputError(
-            f"{path}, {shown(reals.strip())}", f"{match['count']} values",
+            f"{path}, {excerpt(reals.strip())}", f"{match['count']} values",
             f"{_DT_PLACE} or more with their format: number {_DT_PLACE} is the step in ms",
         )  # fmt: skip
     width, cells = int(numbers["width"]), []

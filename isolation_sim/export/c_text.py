@@ -223,7 +223,7 @@ class _Function:
             id(part)
             for call in ast.walk(self.node)
             if isinstance(call, ast.Call)
-            and self.module.external.get(ast.unparse(call.func), ("v", "kept"))[1] == ""
+            and self.module.external.get(ast.unparse(call.func), ("v", "C"))[1] == ""
             for part in ast.walk(call)
         }
         read = {n.id for n in ast.walk(self.node)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Decided:
+class ExportedDecision:
     """A controller's compiled decision in a scenario, and its run context."""
 
     name: str  # Of the controller, as an identifier of C
@@ -38,7 +38,7 @@ class Decided:
         return (*self.context.outputs, *self.compiled.inputs)
 
     @property
-    def entered(self) -> str:
+    def entry(self) -> str:
         """Function of the module that decides."""
         functions = [n for n in parse(self.text).body if isinstance(n, ast.FunctionDef)]
         call = functions[-1].body[-1]
@@ -46,7 +46,7 @@ class Decided:
         return ast.unparse(call.value.func)
 
 
-def decided(job: Job, label: str) -> Decided:
+def prepare_decision(job: Job, label: str) -> ExportedDecision:
     """Prepare a scenario's controller as for a run."""
     if label not in job.controllers:
         raise unknown_name("controller of the scenario", label, job.controllers)
@@ -72,12 +72,16 @@ def decided(job: Job, label: str) -> Decided:
     name = re.sub(r"\W", "_", label)
     name = f"_{name}" if name[0].isdigit() else name
     title = f"{getattr(controller, 'title', '') or label}, {job.isolated.structure.name}"
-    return Decided(name, title, compiled, compiled.text(), lane.context)
+    return ExportedDecision(name, title, compiled, compiled.text(), lane.context)
 
 
 def controller_files(job: Job, label: str) -> dict[str, str]:
     """Write a scenario's controller as C99."""
-    result = decided(job, label)
+    return decision_files(prepare_decision(job, label))
+
+
+def decision_files(result: ExportedDecision) -> dict[str, str]:
+    """Write a decision as C99: header, source, and a program that steps it."""
     return {
         f"{result.name}.h": _header(result),
         f"{result.name}.c": _source(result),
@@ -85,7 +89,7 @@ def controller_files(job: Job, label: str) -> dict[str, str]:
     }
 
 
-def _header(result: Decided) -> str:
+def _header(result: ExportedDecision) -> str:
     name, context = result.name, result.context
     low, high = context.low, context.high
     n_outputs, n_coils = len(result.inputs), len(low)
@@ -122,10 +126,10 @@ def _header(result: Decided) -> str:
     ])  # fmt: skip
 
 
-def _source(result: Decided) -> str:
+def _source(result: ExportedDecision) -> str:
     name, compiled, context = result.name, result.compiled, result.context
     module = CText(result.text, name)
-    decide, _ = module.function(result.entered, ["d", "a", "a", "a", "a"])
+    decide, _ = module.function(result.entry, ["d", "a", "a", "a", "a"])
     n_settings, n_memory, n_coils = len(compiled.settings), len(compiled.memory), len(context.low)
     arrays = {"SETTINGS": compiled.settings, "AT_REST": compiled.memory,
               "LOW": context.low, "HIGH": context.high}  # fmt: skip

@@ -16,7 +16,7 @@ from xml.sax.saxutils import quoteattr
 from ..errors import InputError
 from ..io.atomic_write import atomic_write
 from ..version import __version__
-from .controller import controller_files, decided
+from .controller import decision_files, prepare_decision
 from .part import Part
 
 if TYPE_CHECKING:
@@ -41,8 +41,8 @@ PLATFORMS = {
 
 def controller_part(job: Job, label: str) -> Part:
     """A scenario's controller as a part."""
-    result = decided(job, label)
-    files = {k: v for k, v in controller_files(job, label).items() if not k.endswith("_run.c")}
+    result = prepare_decision(job, label)
+    files = {k: v for k, v in decision_files(result).items() if not k.endswith("_run.c")}
     commands = tuple(f"coil{c}_command_A" for c in range(len(result.context.low)))
     context = result.context
     return Part(result.name, result.title, files, result.inputs, commands, context.period, True)

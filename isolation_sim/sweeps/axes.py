@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .fields import Change, completed
+from .fields import Change, with_defaults
 from .plan import Sample, SweepPlan, Vary
 
 MOST_CASES = 10_000_000
@@ -194,7 +194,10 @@ def _file_axis(path: Path) -> Axis:
                 "heading"
             )
     columns = [
-        [completed(name, value, path.parent) for value in _typed([row[c].strip() for row in rows])]
+        [
+            with_defaults(name, value, path.parent)
+            for value in _typed([row[c].strip() for row in rows])
+        ]
         for c, name in enumerate(names)
     ]
     quantities = tuple(

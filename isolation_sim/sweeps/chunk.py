@@ -16,7 +16,7 @@ from ..simulation.many_warnings import BETWEEN
 from ..simulation.result import cautions_of
 from ..simulation.run import simulate
 from ..simulation.run_files import write_run
-from .design import CaseSpec, validated
+from .design import CaseSpec, scenario_of
 from .rows import Row, energy_record, table_columns
 
 if TYPE_CHECKING:
@@ -38,13 +38,37 @@ class Chunk:
     def __str__(self) -> str:
         return f"cases {self.cases[0].number} to {self.cases[-1].number}"
 
-    def run(self) -> Finished:
-        """Run its cases; see `run_chunk`."""
-        return run_chunk(self)
-
-    def keeps(self, case: int) -> bool:
+    def saves_histories(self, case: int) -> bool:
         """Whether a case's histories are saved."""
         return self.histories if isinstance(self.histories, bool) else case in self.histories
+
+    def run(self) -> Finished:
+        """Run its cases."""
+        # A row does not depend on other rows. Size and order of the chunks therefore do not change
+        # the results, to the last bit.
+        cache: dict[tuple[str, ...], Any] = {}
+        rows = [row for case in self.cases for row in _rows(self, case, cache)]
+        histories: dict[str, bytes] = {}
+        alike: dict[str, list[Row]] = {}
+        for row in rows:
+            if row.job is None:
+                continue
+            if self.energy or self.saves_histories(row.case.number):
+                run = _alone(row)
+                if run is not None and self.energy:
+                    row.energy = energy_record(run)
+                if run is not None and self.saves_histories(row.case.number):
+                    name = history_name(row.case.number, row.controller)
+                    histories[name] = _history(run, self, row)
+            else:
+                options = {key: value for key, value in row.job.options.items() if key != "nominal"}
+                alike.setdefault(repr(options), []).append(row)
+        for group in alike.values():
+            _side_by_side(group)
+        failed = sum(row.status != "ok" for row in rows)
+        names = [entry["name"] for entry in self.base["controller"]]
+        table = columns_bytes(table_columns(rows, self.parameters, names, self.energy))
+        return Finished(self.number, table, len(rows), failed, histories)
 
 
 @dataclass
@@ -57,35 +81,6 @@ class Finished:
     n_runs: int
     n_failed: int
     histories: dict[str, bytes] = field(default_factory=dict)  # netCDF by file name
-
-
-def run_chunk(chunk: Chunk) -> Finished:
-    """Run a chunk."""
-    # A row does not depend on other rows. Size and order of the chunks therefore do not change the
-    # results, to the last bit.
-    cache: dict[tuple[str, ...], Any] = {}
-    rows = [row for case in chunk.cases for row in _rows(chunk, case, cache)]
-    histories: dict[str, bytes] = {}
-    alike: dict[str, list[Row]] = {}
-    for row in rows:
-        if row.job is None:
-            continue
-        if chunk.energy or chunk.keeps(row.case.number):
-            run = _alone(row)
-            if run is not None and chunk.energy:
-                row.energy = energy_record(run)
-            if run is not None and chunk.keeps(row.case.number):
-                name = history_name(row.case.number, row.controller)
-                histories[name] = _history(run, chunk, row)
-        else:
-            options = {key: value for key, value in row.job.options.items() if key != "nominal"}
-            alike.setdefault(repr(options), []).append(row)
-    for group in alike.values():
-        _side_by_side(group)
-    failed = sum(row.status != "ok" for row in rows)
-    names = [entry["name"] for entry in chunk.base["controller"]]
-    table = columns_bytes(table_columns(rows, chunk.parameters, names, chunk.energy))
-    return Finished(chunk.number, table, len(rows), failed, histories)
 
 
 def history_name(case: int, controller: str) -> str:
@@ -104,13 +99,13 @@ def _rows(chunk: Chunk, case: CaseSpec, cache: dict[tuple[str, ...], Any]) -> li
         return rows
     entries = data["controller"]
     try:
-        jobs = [validated(data).build(cache)] * len(rows)
+        jobs = [scenario_of(data).build(cache)] * len(rows)
     except InputError:
         # other controllers may have valid settings
         jobs = []
     for k, row in enumerate(rows):
         try:
-            row.job = jobs[k] if jobs else validated({**data, "controller": [entries[k]]}).build()
+            row.job = jobs[k] if jobs else scenario_of({**data, "controller": [entries[k]]}).build()
             row.control = list(row.job.controllers.values())[k if jobs else 0]
         except Exception as error:
             row.fail(error)
@@ -171,6 +166,6 @@ def _history(run: Run, chunk: Chunk, row: Row) -> bytes:
     """Histories as a netCDF file, with the scenario for `isolation-sim run`."""
     data = row.case.data(chunk.base)
     entry = data["controller"][chunk.controllers.index(row.controller)]
-    scenario = validated({**data, "controller": [entry]}).to_toml()
+    scenario = scenario_of({**data, "controller": [entry]}).to_toml()
     with tempfile.TemporaryDirectory() as folder:
         return write_run(run, Path(folder) / "run.nc", scenario).read_bytes()

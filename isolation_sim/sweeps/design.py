@@ -23,7 +23,7 @@ from ..scenario.job import with_place
 from ..scenario.problems import one_line
 from ..version import __version__
 from .axes import MOST_CASES, Axis, axes_of
-from .fields import Change, changed, with_seed
+from .fields import Change, apply_changes, with_seed
 from .plan import SweepPlan
 
 
@@ -38,7 +38,7 @@ class CaseSpec:
 
     def data(self, base: dict[str, Any]) -> dict[str, Any]:
         """Return the case's scenario, as data."""
-        data = changed(base, self.changes)
+        data = apply_changes(base, self.changes)
         return data if self.seed is None else with_seed(data, self.seed)
 
 
@@ -56,7 +56,7 @@ class Design:
             for each in plan.vary:
                 if each.fields == ("controller",):
                     self.base["controller"] = each.values
-            scenario = validated(self.base)
+            scenario = scenario_of(self.base)
             self.base = scenario.model_dump(mode="json")
             # Labels of the controllers
             self.controllers = tuple(entry.shown for entry in scenario.controller)
@@ -68,7 +68,7 @@ class Design:
                     "plans"
                 )
             self._check_values()
-            validated(self.case(0).data(self.base)).build()
+            scenario_of(self.case(0).data(self.base)).build()
         except InputError as error:
             raise with_place(error, source) from None
 
@@ -153,11 +153,11 @@ class Design:
     def _varied(self, axis: Axis, k: int) -> Scenario:
         """Scenario of an axis's k-th point and the first points of the other axes."""
         others = (c for each in self.axes if each is not axis for c in each.changes(0))
-        return validated(changed(self.base, (*others, *axis.changes(k))))
+        return scenario_of(apply_changes(self.base, (*others, *axis.changes(k))))
 
     def scenarios(self) -> Iterator[Scenario]:
         """Scenarios with all registered names of the cases; axes of numbers are skipped."""
-        yield validated(self.case(0).data(self.base))
+        yield scenario_of(self.case(0).data(self.base))
         for axis in self.axes:
             if not isinstance(axis.points, np.ndarray):
                 for k in range(min(len(axis), 1000)):
@@ -165,7 +165,7 @@ class Design:
                         yield self._varied(axis, k)
 
 
-def validated(data: dict[str, Any]) -> Scenario:
+def scenario_of(data: dict[str, Any]) -> Scenario:
     """Build a scenario from its data."""
     try:
         return Scenario.model_validate(data)

@@ -54,14 +54,14 @@ def steps_of(field: str) -> tuple[Step, ...]:
     return tuple(steps)
 
 
-def changed(data: dict[str, Any], changes: Iterable[Change]) -> dict[str, Any]:
+def apply_changes(data: dict[str, Any], changes: Iterable[Change]) -> dict[str, Any]:
     """Apply changes to a scenario's data."""
     for change in sorted(changes, key=lambda each: len(steps_of(each.field))):
         data = _put(data, steps_of(change.field), change.new, ())
     return data
 
 
-def completed(field: str, value: Any, folder: str | Path) -> Any:
+def with_defaults(field: str, value: Any, folder: str | Path) -> Any:
     """Fill in the defaults of a value, so that its keys can be changed, too."""
     from ..scenario import Scenario
     from ..scenario.fields import NAMING
@@ -112,7 +112,7 @@ def _put(value: Any, steps: tuple[Step, ...], new: Callable[[Any], Any], place: 
         ]
     if not isinstance(value, dict) or isinstance(step, int):
         raise InputError(f"field {_dotted((*place, step))}: {_dotted(place)} has no such part")
-    inner = _opened(value, step, place)
+    inner = _with_default(value, step, place)
     if step not in inner:
         raise unknown_name("field", _dotted((*place, step)), (_dotted((*place, k)) for k in inner))
     put = {**inner, step: _put(inner[step], rest, new, (*place, step))}
@@ -124,7 +124,7 @@ def _put(value: Any, steps: tuple[Step, ...], new: Callable[[Any], Any], place: 
     return put
 
 
-def _opened(value: dict[str, Any], step: str, place: tuple) -> dict[str, Any]:
+def _with_default(value: dict[str, Any], step: str, place: tuple) -> dict[str, Any]:
     """Return a table with the default of a key that the scenario leaves out."""
     if not place and step == "nominal" and value["nominal"] is None:
         from ..scenario.devices import NominalModel

@@ -14,7 +14,7 @@ from ..scenario import Scenario
 from ..scenario.fields import InputPath, Number, Positive, Section, WholeNumber
 from ..scenario.job import with_place
 from ..scenario.problems import one_line
-from .fields import completed
+from .fields import with_defaults
 
 Count = Annotated[int, Field(gt=0)]
 
@@ -43,7 +43,7 @@ class Vary(Section):
             return data
         folder = (info.context or {}).get("folder", ".")
         try:
-            values = [completed(field, value, folder) for value in data["values"]]
+            values = [with_defaults(field, value, folder) for value in data["values"]]
         except ValidationError as error:
             raise InputError(one_line(error, data)) from None
         return data | {"values": values}

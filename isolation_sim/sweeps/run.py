@@ -17,7 +17,7 @@ from ..io.results_folder import file_name, write_contents
 from ..registry import registry
 from ..simulation.batch import LANES
 from ..workers import connected, in_processes, in_this_process, on_cluster, processors
-from .chunk import Chunk, Finished, run_chunk
+from .chunk import Chunk, Finished
 from .design import Design
 from .plan import SweepPlan
 from .result import Sweep
@@ -61,13 +61,13 @@ class Estimate:
 def estimate(design: Design) -> Estimate:
     """Run a few cases to estimate a sweep's time and size."""
     # the first run of a law compiles
-    run_chunk(chunk_of(design, 0, (0,)))
+    chunk_of(design, 0, (0,)).run()
     n = design.n_cases
     most, tried = min(MOST_CASES, n), 1
     while True:
         places = tuple(sorted({k * (n - 1) // max(tried - 1, 1) for k in range(tried)}))
         start = time.perf_counter()
-        finished = run_chunk(chunk_of(design, 0, places))
+        finished = chunk_of(design, 0, places).run()
         spent = time.perf_counter() - start
         if spent > _PILOT_SECONDS or tried >= most:
             break

@@ -44,7 +44,7 @@ def indices(plan: SweepPlan, values: np.ndarray, place: str, label: str) -> pand
         raise InputError(
             f"{place}: {failed} runs of {label} failed; expected: limits within which all succeed"
         )
-    result = _analysed(plan.sample.method, problem, points, values, plan.sample.seed)
+    result = _analyse(plan.sample.method, problem, points, values, plan.sample.seed)
     names = {name: result[name] for name in ("S1", "ST", "mu_star", "sigma") if name in result}
     columns = {}
     for name, numbers in names.items():
@@ -54,7 +54,7 @@ def indices(plan: SweepPlan, values: np.ndarray, place: str, label: str) -> pand
     return pandas.DataFrame(columns, index=pandas.Index(problem["names"], name="quantity"))
 
 
-def _analysed(method: str, problem: dict, points: np.ndarray, values: np.ndarray, seed: int):
+def _analyse(method: str, problem: dict, points: np.ndarray, values: np.ndarray, seed: int):
     try:
         from SALib.analyze import morris, rbd_fast, sobol
     except ImportError:

@@ -14,7 +14,7 @@ import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -72,7 +72,8 @@ class Store:
                 "folder with write permission"
             ) from None
         manifest = {"format": FORMAT, "cases_per_chunk": cases_per_chunk, **content}
-        write_durably(self.manifest, json.dumps(manifest, indent=1).encode())
+        with _durable_file(self.manifest) as file:
+            file.write(json.dumps(manifest, indent=1).encode())
 
     def read_manifest(self) -> dict[str, Any]:
         """Return the data of `begin`."""
@@ -146,24 +147,17 @@ class Store:
         """Save a finished chunk; it is complete when this returns."""
         if finished.histories:
             self.histories.mkdir(exist_ok=True)
-        for name, data in finished.histories.items():
-            write_durably(self.histories / name, data)
         checksum = _checksum(finished.table)
-        write_durably(self.chunks / f"{finished.number:06d}-{checksum}.npz", finished.table)
+        paths = {self.histories / name: data for name, data in finished.histories.items()}
+        paths[self.chunks / f"{finished.number:06d}-{checksum}.npz"] = finished.table
+        for path, data in paths.items():
+            with _durable_file(path) as file:
+                file.write(data)
 
     def close(self) -> None:
         """Join the chunks, some columns at a time, and remove them."""
-        unfinished = self.table.with_name(self.table.name + _LEFT_OVER)
-        paths = sorted(self.chunks.iterdir())
-        try:
-            with unfinished.open("wb") as file:
-                write_columns(_together(paths), file)
-                file.flush()
-                os.fsync(file.fileno())
-            unfinished.replace(self.table)
-        finally:
-            unfinished.unlink(missing_ok=True)
-        _sync_folder(self.folder)
+        with _durable_file(self.table) as file:
+            write_columns(_together(sorted(self.chunks.iterdir())), file)
         self.tidy()
 
     def has_errors(self) -> bool:
@@ -194,7 +188,7 @@ class Store:
         paths = sorted(self.chunks.glob("*.npz"))
         if not paths:
             raise InputError(f"{self.folder}: no chunk is finished yet")
-        return _joined(paths, columns)
+        return _concatenate(paths, columns)
 
 
 def _together(paths: list[Path]) -> Iterator[tuple[str, np.ndarray]]:
@@ -202,12 +196,12 @@ def _together(paths: list[Path]) -> Iterator[tuple[str, np.ndarray]]:
     if not paths:
         return
     names = column_names(paths[0])
-    at_once = max(1, _AT_ONCE // max(1, len(_joined(paths, ["case"])["case"])))
+    at_once = max(1, _AT_ONCE // max(1, len(_concatenate(paths, ["case"])["case"])))
     for first in range(0, len(names), at_once):
-        yield from _joined(paths, names[first : first + at_once]).items()
+        yield from _concatenate(paths, names[first : first + at_once]).items()
 
 
-def _joined(paths: list[Path], names: Sequence[str] | None) -> dict[str, np.ndarray]:
+def _concatenate(paths: list[Path], names: Sequence[str] | None) -> dict[str, np.ndarray]:
     """Concatenated columns of several files."""
     tables = [read_columns(path, names) for path in paths]
     return {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
@@ -222,12 +216,13 @@ def _checksum(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()[:32]
 
 
-def write_durably(path: Path, data: bytes) -> None:
-    """Write a file completely or not at all, even at a power failure."""
+@contextmanager
+def _durable_file(path: Path) -> Iterator[BinaryIO]:
+    """A file to write, which appears completely or not at all, even at a power failure."""
     unfinished = path.with_name(path.name + _LEFT_OVER)
     try:
         with unfinished.open("wb") as file:
-            file.write(data)
+            yield file
             file.flush()
             os.fsync(file.fileno())
         unfinished.replace(path)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from itertools import pairwise
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -63,12 +63,7 @@ def run_candidates(
         _Share(k, scenario, tuple(runs[low:high]))
         for k, (low, high) in enumerate(pairwise(bounds.tolist()))
     )
-    return _joined([batch for _, batch in sorted(processes.run(shares), key=_number)])
-
-
-def processors() -> int:
-    """Default number of workers."""
-    return os.cpu_count() or 1
+    return _concatenate([batch for _, batch in sorted(processes.run(shares), key=itemgetter(0))])
 
 
 def _batch(job: Job, runs: Sequence[CandidateRun], threads: int) -> Batch:
@@ -99,11 +94,7 @@ def _job(scenario: str) -> Job:
     return Scenario.from_toml(scenario).build()
 
 
-def _number(answer: tuple[int, Batch]) -> int:
-    return answer[0]
-
-
-def _joined(parts: Sequence[Batch]) -> Batch:
+def _concatenate(parts: Sequence[Batch]) -> Batch:
     """Join batches; criteria are NaN for a batch without any result."""
     names = dict.fromkeys(name for part in parts for name in part.criteria)
     criteria = {

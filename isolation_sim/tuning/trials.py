@@ -14,8 +14,8 @@ from ..registry import controller
 from ..scenario import Scenario
 from ..simulation.batch import Batch
 from ..simulation.run import simulate
-from ..workers import Processes
-from .candidate_runs import Candidate, CandidateRun, processors, run_candidates
+from ..workers import Processes, processors
+from .candidate_runs import Candidate, CandidateRun, run_candidates
 from .motions import MotionSet
 
 CRITERIA = {"peak_base_displacement_m": 1.0, "peak_floor_acceleration_m_s2": 1.0}
@@ -46,7 +46,7 @@ class Trials:
         processes: Processes | None = None,
     ):
         self.motions, self.criteria = motions, criteria
-        self._processes = processes or Processes(processors())
+        self._processes = processes or Processes(processors(None))
         self._job, self._scenario = scenario.build(), scenario.to_toml()
         off = self._run([Candidate("passive_off", {})] * len(motions.records))
         for name in criteria:

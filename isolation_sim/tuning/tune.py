@@ -16,14 +16,15 @@ from ground_motions.registry import code_files
 from ..errors import InputError, unknown_name
 from ..registry import CONTROLLERS, controller
 from ..scenario import Scenario
+from ..scenario.job import Job
 from ..search_range import SearchRange
 from ..version import __version__
-from ..workers import Processes
-from .candidate_runs import Candidate, processors
-from .motions import MIXTURE, Motions, motion_set
+from ..workers import Processes, processors
+from .candidate_runs import Candidate
+from .motions import MIXTURE, Motions, MotionSet, motion_set
 from .search import Settings, Trial, search
 from .trials import CRITERIA, Trials
-from .tuning import Judgement, Tuning, begin
+from .tuning import Evaluation, Tuning, begin
 
 EVALUATIONS = 400
 _PROFILE = 7
@@ -118,14 +119,9 @@ def tune(
     weights = dict(CRITERIA if criteria is None else criteria)
     _check(weights, evaluations, seed, workers)
     ranges, present = search_space(name, settings, held)
-    tuned_on = motion_set(motions, job, 2 * seed, pga_g)
     groups = unseen if isinstance(unseen, Mapping) else {"": unseen}
-    sets = {tuned_on.name: tuned_on}
-    for key, each in groups.items():
-        group = motion_set(each, job, 2 * seed + 1, pga_g)
-        if group.digest == tuned_on.digest:
-            raise InputError(f"unseen motions, {key or group.name}", "those tuned on", "others")
-        sets[f"unseen: {key or group.name}"] = group
+    sets = _motion_sets(motions, groups, job, seed, pga_g)
+    tuned_on = next(iter(sets.values()))
     declared = CONTROLLERS[name].settings  # type: ignore[attr-defined]
     tuning = begin(out, {
         "isolation_sim": __version__,
@@ -141,7 +137,7 @@ def tune(
         "code": code_files([name]),
     }, resume)  # fmt: skip
     progress("constant currents", 0)
-    with Processes(processors() if workers is None else workers) as processes:
+    with Processes(processors(workers)) as processes:
         trials = Trials(scenario, tuned_on, weights, processes)
 
         def evaluate(candidates: Sequence[Settings], on: Trials = trials) -> NDArray:
@@ -166,10 +162,24 @@ def tune(
             on = trials if group is tuned_on else Trials(scenario, group, weights, processes)
             before, after = evaluate([{}, best], on).tolist()
             current, constant = (values.tolist() for values in on.constant)
-            tuning.judged.append(Judgement(key, group.names, current, constant, before, after))
+            tuning.judged.append(Evaluation(key, group.names, current, constant, before, after))
     if out is not None:
         tuning.save(out, overwrite=True)
     return tuning
+
+
+def _motion_sets(
+    motions: Motions, unseen: Mapping[str, Motions], job: Job, seed: int, pga_g: float | None
+) -> dict[str, MotionSet]:
+    """The motions to tune on, then the unseen ones, by the names to print."""
+    tuned_on = motion_set(motions, job, 2 * seed, pga_g)
+    sets = {tuned_on.name: tuned_on}
+    for key, each in unseen.items():
+        group = motion_set(each, job, 2 * seed + 1, pga_g)
+        if group.digest == tuned_on.digest:
+            raise InputError(f"unseen motions, {key or group.name}", "those tuned on", "others")
+        sets[f"unseen: {key or group.name}"] = group
+    return sets
 
 
 def search_space(

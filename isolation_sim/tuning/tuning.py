@@ -27,7 +27,7 @@ _AT_BOUND = 0.01
 
 
 @dataclass(frozen=True)
-class Judgement:
+class Evaluation:
     """Scores on one set of motions, one number per motion."""
 
     name: str  # Name of the set
@@ -64,14 +64,14 @@ class Tuning(Printed):
         controller.
     sensitivity : dict of str to tuple
         By setting: values over its range, and their mean scores; the other settings are tuned.
-    judged : list of Judgement
+    judged : list of Evaluation
         Scores on the tuning motions, then on the unseen ones; empty before the end of the search.
     """
 
     content: dict[str, Any]
     trials: list[Trial] = field(default_factory=list)
     sensitivity: dict[str, tuple[list[float], list[float]]] = field(default_factory=dict)
-    judged: list[Judgement] = field(default_factory=list)
+    judged: list[Evaluation] = field(default_factory=list)
 
     @property
     def controller(self) -> str:
@@ -235,7 +235,7 @@ class Tuning(Printed):
 
     def _records(self) -> dict[str, list[dict[str, Any]]]:
         """Trials, sensitivity and scores by motion, as rows of tables."""
-        judged = [
+        scores = [
             {"motions": each.name, "motion": motion, "best_constant_A": current,
              "best_constant_score": constant, "score_before": before, "score_after": after}
             for each in self.judged
@@ -253,7 +253,7 @@ class Tuning(Printed):
                 for name, (values, scores) in self.sensitivity.items()
                 for value, score in zip(values, scores, strict=True)
             ],
-            "scores": judged,
+            "scores": scores,
         }
 
     def save_state(self, folder: str | Path) -> Path:
@@ -310,7 +310,7 @@ class Tuning(Printed):
                 data["content"],
                 [Trial(*each) for each in data["trials"]],
                 {name: (x, y) for name, (x, y) in data["sensitivity"].items()},
-                [Judgement(**each) for each in data["judged"]],
+                [Evaluation(**each) for each in data["judged"]],
             )
         except (FileNotFoundError, NotADirectoryError):
             raise InputError(
@@ -347,7 +347,7 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
     return new
 
 
-def _sentences(evaluated: Judgement) -> str:
+def _sentences(evaluated: Evaluation) -> str:
     """Gain on one set of motions, in one or two sentences."""
     before, after, gain = evaluated.means.values()
     name = evaluated.name[:1].upper() + evaluated.name[1:]

@@ -25,8 +25,8 @@ ALONE = {
     "end": 0.25, "horizon": 0.6, "blocks": 30,
 }  # fmt: skip
 """Settings of ``mpc`` for the problem that both can be given."""
-_GIVEN = ("ground", "ground_after", "displacement_unit", "acceleration_unit")
-"""What do-mpc is told at every step of the horizon."""
+_PARAMETERS = ("ground", "ground_after", "displacement_unit", "acceleration_unit")
+"""Time-varying parameters of do-mpc at every step of the horizon."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class DoMPC:
         model = do_mpc.model.Model("discrete", "SX")
         x = model.set_variable("_x", "x", (2 * n + len(element.device.law.states) + 1, 1))
         u = model.set_variable("_u", "u")
-        now, then, long, hard = (model.set_variable("_tvp", name) for name in _GIVEN)
+        now, then, long, hard = (model.set_variable("_tvp", name) for name in _PARAMETERS)
 
         def parts(state: Any) -> tuple:
             """Displacements, velocities, and what the device's law is given."""
@@ -170,7 +170,7 @@ class DoMPC:
         def ahead(_: float) -> Any:
             for k in range(self.steps + 1):
                 values = (*self._ahead[k : k + 2], *self._units)
-                for name, value in zip(_GIVEN, values, strict=True):
+                for name, value in zip(_PARAMETERS, values, strict=True):
                     template["_tvp", k, name] = value
             return template
 

@@ -7,7 +7,6 @@ Times are the best of several; ratios are what to compare between machines.
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Callable
 
 import numpy as np
@@ -29,21 +28,12 @@ from isolation_sim.structures import (
 )
 
 from .peers import FirstOrder, load_opensees, opensees_analysis
+from .timing import shortest_time
 
 CURRENT = 1.5
-WANTED = 1e-6
+LARGEST_ERROR = 1e-6
 """Largest error of any state, relative to its peak; SciPy's solvers are timed at the engine's."""
 console = Console()
-
-
-def best(action: Callable[[], object], repetitions: int) -> float:
-    """Shortest time of several, s."""
-    times = []
-    for _ in range(repetitions):
-        start = time.perf_counter()
-        action()
-        times.append(time.perf_counter() - start)
-    return min(times)
 
 
 def error(states: NDArray, reference: NDArray) -> float:
@@ -68,7 +58,7 @@ def at_error(
         if errors[-1] <= target:
             break
     for tolerance in tolerances[-2:]:
-        times.append(best(lambda tolerance=tolerance: solve(tolerance), repetitions))
+        times.append(shortest_time(lambda tolerance=tolerance: solve(tolerance), repetitions))
     at = np.log(errors[-2:])[::-1]
     tolerance, spent = (
         float(np.exp(np.interp(np.log(target), at, np.log(values[-2:])[::-1])))
@@ -85,9 +75,9 @@ def one_run() -> None:
     n = plant.structure.n_dofs
     for tolerance in (3e-5, 1e-5, 3e-6, 1e-6):
         ours = error(states_of(simulate(plant, record, held, tolerance=tolerance)), exact)
-        if ours <= WANTED:
+        if ours <= LARGEST_ERROR:
             break
-    seconds = best(lambda: simulate(plant, record, held, tolerance=tolerance), 500)
+    seconds = shortest_time(lambda: simulate(plant, record, held, tolerance=tolerance), 500)
     table = Table(title=f"One run, {record.duration:.0f} s of El Centro, 6 storeys, {CURRENT} A")
     for column in ("tool", "largest error", "ms a run", "this engine is faster by"):
         table.add_column(column, justify="left" if column == "tool" else "right")
@@ -117,7 +107,7 @@ def one_run() -> None:
         spent = []
         for _ in range(5):
             run, output = opensees_analysis(ops, plant, record, CURRENT)
-            spent.append(best(run, 1))
+            spent.append(shortest_time(run, 1))
             ops.wipe()
             displacement = np.loadtxt(output)[:, 1:]
             output.unlink()
@@ -137,7 +127,9 @@ def many_runs(n_runs: int = 1024) -> None:
     currents = np.linspace(0.0, 3.0, n_runs)
     cases = [Case(plant, record, controller("constant", amperes=float(i))) for i in currents]
     simulate_many(cases[:16])
-    single = best(lambda: [simulate(c.isolated, c.ground, c.controller).criteria for c in cases], 1)
+    single = shortest_time(
+        lambda: [simulate(c.isolated, c.ground, c.controller).criteria for c in cases], 1
+    )
     table = Table(title=f"{n_runs} runs of El Centro with their criteria")
     for column in ("threads", "ms a run", "faster than a loop of single runs by"):
         table.add_column(column, justify="right")
@@ -145,7 +137,7 @@ def many_runs(n_runs: int = 1024) -> None:
     for threads in (1, 2):
         if threads > (os.cpu_count() or 1):
             break
-        spent = best(lambda threads=threads: simulate_many(cases, threads=threads), 5)
+        spent = shortest_time(lambda threads=threads: simulate_many(cases, threads=threads), 5)
         table.add_row(str(threads), f"{spent / n_runs * 1e3:.4f}", f"{single / spent:.1f}")
     console.print(table)
 
@@ -165,8 +157,8 @@ def storeys() -> None:
         def whole(plant=plant) -> None:
             simulate(plant, record, held).criteria  # noqa: B018
 
-        spent = best(whole, 30)
-        inner = best(lambda plant=plant: simulate(plant, record, held), 30)
+        spent = shortest_time(whole, 30)
+        inner = shortest_time(lambda plant=plant: simulate(plant, record, held), 30)
         points.append((n, spent))
         table.add_row(str(n), f"{spent * 1e3:.2f}", f"{spent / n * 1e6:.0f}", f"{inner * 1e3:.2f}")
     console.print(table)
@@ -189,7 +181,9 @@ def isolators_in_plan() -> None:
         building.on(device).with_element(spring, np.eye(12)[2], name="rotation"),
         building.on(device, biaxial=True),
     )
-    few, many = (best(lambda plant=plant: simulate(plant, records, off), 20) for plant in plants)
+    few, many = (
+        shortest_time(lambda plant=plant: simulate(plant, records, off), 20) for plant in plants
+    )
     console.print(f"four biaxial isolators take {many / few:.1f} times as long as two elements")
 
 
@@ -197,8 +191,10 @@ def spectrum() -> None:
     """Print the cost of a response spectrum over that of the oscillators' histories."""
     record = Record(np.random.default_rng(0).standard_normal(60001), 0.005)
     periods = np.geomspace(0.1, 10.0, 20)
-    histories = best(lambda: [oscillator_response(record, period) for period in periods], 3)
-    peaks = best(lambda: record.spectrum(periods), 3)
+    histories = shortest_time(
+        lambda: [oscillator_response(record, period) for period in periods], 3
+    )
+    peaks = shortest_time(lambda: record.spectrum(periods), 3)
     console.print(f"a spectrum takes {peaks / histories:.1f} times as long as the histories")
 
 
@@ -212,7 +208,7 @@ def environments() -> None:
         for action in actions:
             many.step(action)
 
-    console.print(f"environments: {actions.size / best(steps, 10):.3g} steps a second")
+    console.print(f"environments: {actions.size / shortest_time(steps, 10):.3g} steps a second")
 
 
 def main() -> None:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 import isolation_sim as iso
+from controllers.best_constant import weighted_peak
 from controllers.clairvoyant import Plant, bound, share_of_gap
 from controllers.mpc import MPC
 from controllers.predictive.condense_kernel import largest_gap
@@ -23,11 +24,11 @@ from ground_motions import Record, el_centro_1940
 from isolation_sim.simulation.control import CoilDriver
 
 from .do_mpc_peer import ALONE, DoMPC, Recorder
+from .timing import shortest_time
 
 DRIVER = CoilDriver(lag=0.05, slew=60.0, high=3.0)
 EVERY = 25
 """Decisions from one programme that is solved again to the next."""
-PEAKS = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2")
 
 
 class Watched(MPC):
@@ -103,12 +104,7 @@ def violated(run: Any, period: float) -> int:
 def calibration(repetitions: int = 200) -> float:
     """Time of a fixed calculation, the solution of 120 linear equations, at best, s."""
     matrix = np.random.default_rng(0).normal(size=(120, 120)) + 120 * np.eye(120)
-    times = []
-    for _ in range(repetitions):
-        began = perf_counter()
-        np.linalg.solve(matrix, matrix[0])
-        times.append(perf_counter() - began)
-    return min(times)
+    return shortest_time(lambda: np.linalg.solve(matrix, matrix[0]), repetitions)
 
 
 def against_do_mpc(isolated: Any, record: Record, first: int = 200, count: int = 60) -> None:
@@ -159,13 +155,11 @@ def main() -> None:
         for name in ("passive_off", "best_constant")
     )
 
-    def weighted(run: Any) -> float:
-        return sum(run.criteria[key] / off.criteria[key] for key in PEAKS)
-
     for preview in (0.0, 0.8):
         run = iso.simulate(isolated, record, MPC(preview=preview), driver=plant.driver)
-        share = share_of_gap(weighted(run), weighted(constant), best.score)
-        print(f"mpc, preview {preview} s: weighted peaks {weighted(run):.3f}, gap {share:.0%}")
+        peaks = weighted_peak(run, off)
+        share = share_of_gap(peaks, weighted_peak(constant, off), best.score)
+        print(f"mpc, preview {preview} s: weighted peaks {peaks:.3f}, gap {share:.0%}")
 
 
 if __name__ == "__main__":

@@ -25,11 +25,12 @@ from isolation_sim.structures import reference_building
 from isolation_sim.structures.reference import FORCE_SCALE, LENGTH_SCALE
 from isolation_sim.sweeps import SweepPlan, sweep
 from isolation_sim.sweeps.chunk import Chunk
-from isolation_sim.sweeps.design import Design, validated
+from isolation_sim.sweeps.design import Design, scenario_of
 from isolation_sim.sweeps.run import MOST_CASES, chunk_of
 from isolation_sim.workers import in_processes, in_this_process
 
 from .peers import load_opensees, opensees_analysis
+from .timing import wall_time
 
 console = Console()
 
@@ -63,13 +64,6 @@ def plan(per_axis: int, controller: str = "constant") -> SweepPlan:
         },
         "vary": vary if controller == "constant" else vary[:3],
     })  # fmt: skip
-
-
-def timed(action: Callable[[], object]) -> float:
-    """Wall time of an action, s."""
-    start = time.perf_counter()
-    action()
-    return time.perf_counter() - start
 
 
 @contextmanager
@@ -116,22 +110,22 @@ def ten_thousand(per_axis: int) -> None:
         rows.append(
             (
                 "chunks one after another, nothing stored",
-                timed(lambda: list(in_this_process(chunks_of(design)))),
+                wall_time(lambda: list(in_this_process(chunks_of(design)))),
             )
         )
     rows.append(("  of which in compiled code", sum(spent)))
     with tempfile.TemporaryDirectory() as folder:
         for workers in (1, 2):
-            seconds = timed(lambda k=workers: sweep(design.plan, f"{folder}/{k}", workers=k))
+            seconds = wall_time(lambda k=workers: sweep(design.plan, f"{folder}/{k}", workers=k))
             rows.append((f"sweep, everything, {workers} process{'es' * (workers > 1)}", seconds))
         size = sum(path.stat().st_size for path in Path(folder, "2").rglob("*"))
     whole = rows[-1][1]
     some = range(0, n, max(1, n // 200))
-    single = timed(lambda: [one_run(design, k) for k in some]) / len(some)
+    single = wall_time(lambda: [one_run(design, k) for k in some]) / len(some)
     rows.append((f"loop over single runs (from {len(some)})", single * n))
     ops = load_opensees()
     if ops is not None:
-        seconds = sum(timed(lambda k=k: opensees_run(ops, design, k)) for k in some[:10]) / 10
+        seconds = sum(wall_time(lambda k=k: opensees_run(ops, design, k)) for k in some[:10]) / 10
         rows.append(("loop over OpenSeesPy (from 10)", seconds * n))
     for name, seconds in rows:
         ratio = "" if name.startswith("  ") else f"{seconds / whole:.2f}"
@@ -142,7 +136,7 @@ def ten_thousand(per_axis: int) -> None:
 
 def one_run(design: Design, number: int) -> dict[str, float]:
     """Criteria of one case as a user's loop would have them."""
-    job = validated(design.case(number).data(design.base)).build()
+    job = scenario_of(design.case(number).data(design.base)).build()
     (controller,) = job.controllers.values()
     return simulate(job.isolated, job.records, controller, **job.options).criteria
 
@@ -150,7 +144,7 @@ def one_run(design: Design, number: int) -> dict[str, float]:
 def opensees_run(ops, design: Design, number: int) -> None:
     """One case in OpenSeesPy, displacements to a file, on the nearest isolator that it has."""
     case = design.case(number)
-    job = validated(case.data(design.base)).build()
+    job = scenario_of(case.data(design.base)).build()
     run, output = opensees_analysis(ops, job.isolated, job.records[0], case.shown["current"])
     run()
     ops.wipe()
@@ -208,7 +202,7 @@ def memory(per_axis: tuple[int, ...]) -> None:
 def measured(per_axis: int) -> None:
     """Run a sweep and print this process's peak memory, a worker's, and the time."""
     with tempfile.TemporaryDirectory() as folder:
-        seconds = timed(lambda: sweep(plan(per_axis), f"{folder}/sweep", workers=2))
+        seconds = wall_time(lambda: sweep(plan(per_axis), f"{folder}/sweep", workers=2))
     peaks = [
         resource.getrusage(who).ru_maxrss / 1024
         for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)

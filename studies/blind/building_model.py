@@ -63,7 +63,7 @@ class Building:
 
         Without a command the on-off rule sets the current: high while the isolators load.
         """
-        given = command is not None
+        has_command = command is not None
         scalars = np.array(
             [
                 self.base_mass,
@@ -93,8 +93,8 @@ class Building:
         )
         currents, accelerations, deformation = _integrate(
             ground,
-            np.array(command) if given else np.zeros(ground.size),
-            given,
+            np.array(command) if has_command else np.zeros(ground.size),
+            has_command,
             self.masses,
             self.stiffnesses,
             self.isolator,
@@ -211,7 +211,7 @@ def _supplied(current, begin, end, duration, lag, slew):
 
 
 @njit(cache=True)
-def _integrate(ground, command, given, m, k, isolator, scalars, storey, delay):
+def _integrate(ground, command, has_command, m, k, isolator, scalars, storey, delay):
     n, samples = m.size, ground.size
     size = 2 * (n + 3) + 1
     h = 1 / (RATE * SUBSTEPS)
@@ -225,7 +225,7 @@ def _integrate(ground, command, given, m, k, isolator, scalars, storey, delay):
     for j in range(samples):
         x = s[0] - s[n + 1] - HEIGHT * s[n + 2]
         xv = s[v0] - s[v0 + n + 1] - HEIGHT * s[v0 + n + 2]
-        if not given and j + 1 < samples:
+        if not has_command and j + 1 < samples:
             if j % CONTROL == 0:
                 target = scalars[3] if x * xv > 0 else 0.0
             move = RAMP / RATE

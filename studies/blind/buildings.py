@@ -173,7 +173,7 @@ class Record:
     current: np.ndarray
     nominal: Building
     faults: tuple[Fault, ...]
-    strengths: tuple[float, ...]
+    severities: tuple[float, ...]
     size: float
 
     def write(self, folder: Path) -> Path:
@@ -225,23 +225,23 @@ def make_record(
     """
     nominal, ground = nominal or nominal_building(seed), ground_motion(seed)
 
-    def run(faults: Sequence[Fault], strengths: Sequence[float]) -> tuple[Response, np.ndarray]:
+    def run(faults: Sequence[Fault], severities: Sequence[float]) -> tuple[Response, np.ndarray]:
         building = nominal
-        for fault, strength in zip(faults, strengths, strict=True):
-            building = fault.change(building, strength)
+        for fault, severity in zip(faults, severities, strict=True):
+            building = fault.change(building, severity)
         response = building.respond(ground)
         channels = response.channels
-        for fault, strength in zip(faults, strengths, strict=True):
+        for fault, severity in zip(faults, severities, strict=True):
             if fault.name == SENSOR:
-                channels = fault.reading(response, strength)
+                channels = fault.reading(response, severity)
         return response, channels
 
-    def reached(fault: Fault, strength: float) -> float:
-        response, channels = run([fault], [strength])
+    def misfit_of(fault: Fault, severity: float) -> float:
+        response, channels = run([fault], [severity])
         return misfit(nominal, ground, response.current, channels)
 
-    strengths = tuple(_force_scale(partial(reached, fault), size, fault.limit) for fault in hidden)
-    response, channels = run(hidden, strengths)
+    severities = tuple(_severity(partial(misfit_of, fault), size, fault.limit) for fault in hidden)
+    response, channels = run(hidden, severities)
     rng = np.random.default_rng([seed, 43])
     level = np.sqrt(np.mean(channels**2, axis=1, keepdims=True))
     return Record(
@@ -251,19 +251,19 @@ def make_record(
         current=response.current,
         nominal=nominal,
         faults=tuple(hidden),
-        strengths=strengths,
+        severities=severities,
         size=misfit(nominal, ground, response.current, channels),
     )
 
 
-def _force_scale(attained: Callable[[float], float], size: float, limit: float) -> float:
-    """Smallest strength on a ladder that reaches the size, refined; the limit if none does."""
+def _severity(misfit_of: Callable[[float], float], size: float, limit: float) -> float:
+    """Smallest severity on a ladder that reaches the size, refined; the limit if none does."""
     ladder = limit * np.geomspace(1e-3, 1.0, 9)
     below = 0.0
-    for strength in ladder:
-        if attained(strength) >= size:
+    for severity in ladder:
+        if misfit_of(severity) >= size:
             return float(
-                brentq(lambda s: attained(s) - size, below, strength, xtol=1e-2 * strength)
+                brentq(lambda s: misfit_of(s) - size, below, severity, xtol=1e-2 * severity)
             )
-        below = float(strength)
+        below = float(severity)
     return limit

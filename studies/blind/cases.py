@@ -47,7 +47,7 @@ class Truth:
     base: str
     effects: tuple[str, ...]
     forms: tuple[str, ...]
-    strengths: tuple[float, ...]
+    severities: tuple[float, ...]
     sizes: tuple[float, ...]
     changes: tuple[float, ...]
     depends_on: frozenset[str]
@@ -106,7 +106,7 @@ class Case:
             base=self.base,
             effects=tuple(f.effect for f in forms),
             forms=tuple(f.name for f in forms),
-            strengths=tuple(h.strength for h in result),
+            severities=tuple(h.severity for h in result),
             sizes=tuple(sizes),
             changes=tuple(changes),
             depends_on=frozenset().union(*(f.depends_on for f in forms)),
@@ -125,7 +125,7 @@ class Case:
 
     @property
     def hidden(self) -> tuple[Hidden, ...]:
-        """The effects with their strengths."""
+        """The effects with their severities."""
         return self._calibrated[0]
 
     @property

@@ -3,12 +3,13 @@
 An effect acts at one stage of the device's response:
 
 ``current``   what the material sees of the measured current;
-``material``  factors on the device's stiffness and loss parameters, from the motion's history;
+``material``  factor on the device's stiffness and loss parameters, or a pair of factors, from the
+              motion's history;
 ``force``     an added force;
 ``sensor``    what the force channel makes of the force.
 
 A form is built from a generator of random numbers, which perturbs its shape, and returns a function
-of the strength; strength 0 is no effect.
+of the severity; severity 0 is no effect.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ CURRENT, MATERIAL, FORCE, SENSOR = STAGES = ("current", "material", "force", "se
 
 @dataclass(frozen=True, eq=False)
 class RunContext:
-    """What a form may look at besides its strength.
+    """What a form may look at besides its severity.
 
     ``force`` (N) and ``power`` (dissipated, N mm/s) are those of the device with the effects of
     earlier stages; in the material stage they are of the last iterate.
@@ -68,7 +69,7 @@ def form(
 ) -> Callable:
     """Enter a builder into ``FORMS``.
 
-    ``limit`` is the strength beyond which the form is no longer physical; ``heats`` says that it
+    ``limit`` is the severity beyond which the form is no longer physical; ``heats`` says that it
     needs the dissipated power; ``depends_on`` names the variables of an effect outside the
     catalogue, and ``tolerated`` those that may be named besides, for they come in through the force
     that the effect changes.

@@ -44,7 +44,7 @@ def _bristles(rng):
 
 @form("inertia_force", FORCE)
 def _plate(rng):
-    """A top plate between load cell and device; strength in kg."""
+    """A top plate between load cell and device; severity in kg."""
     return lambda s, q: s * 1e-3 * q.motion.a
 
 
@@ -57,7 +57,7 @@ def _plate_on_bolts(rng):
 
 @form("sensor_delay", SENSOR, limit=0.04)
 def _late_channel(rng):
-    """The force channel is sampled late; strength in s."""
+    """The force channel is sampled late; severity in s."""
 
     def act(s, q):
         t = q.motion.time
@@ -68,7 +68,7 @@ def _late_channel(rng):
 
 @form("sensor_delay", SENSOR, limit=0.04)
 def _anti_aliasing(rng):
-    """Bessel filter of fourth order in the force channel; strength is its delay in s."""
+    """Bessel filter of fourth order in the force channel; severity is its delay in s."""
 
     def act(s, q):
         if s <= 0:
@@ -82,7 +82,7 @@ def _anti_aliasing(rng):
 
 @form("extra_relaxation", FORCE)
 def _stretched(rng):
-    """Stretched exponential relaxation beside the device; strength in N/mm."""
+    """Stretched exponential relaxation beside the device; severity in N/mm."""
     tau, power = about(rng, 0.8), about(rng, 0.6, 0.1)
 
     def act(s, q):
@@ -94,7 +94,7 @@ def _stretched(rng):
 
 @form("extra_relaxation", FORCE)
 def _two_arms(rng):
-    """Two Maxwell arms, a fast and a slow one, field dependent; strength in N/mm."""
+    """Two Maxwell arms, a fast and a slow one, field dependent; severity in N/mm."""
     fast, slow, field = about(rng, 0.12), about(rng, 2.0), about(rng, 0.3)
 
     def act(s, q):
@@ -127,7 +127,7 @@ def _power_of_velocity(rng):
 
 @form("end_stop", FORCE)
 def _hertz(rng):
-    """Rubber buffer touched as Hertz has it; strength in N/mm^1.5."""
+    """Rubber buffer touched as Hertz has it; severity in N/mm^1.5."""
     gap = about(rng, 9.5, 0.06)
 
     def act(s, q):
@@ -139,7 +139,7 @@ def _hertz(rng):
 
 @form("end_stop", FORCE)
 def _locking(rng):
-    """Chains that lock: exponential beyond a gap, no corner; strength in N."""
+    """Chains that lock: exponential beyond a gap, no corner; severity in N."""
     gap, depth = about(rng, 10.0, 0.05), about(rng, 0.7)
 
     def act(s, q):

@@ -12,13 +12,12 @@ from .signals import fading_peak, integral, lag, running_max, travel, two_nodes
 
 @form("stress_softening", MATERIAL, limit=0.8)
 def _hill_of_largest(rng):
-    """Hill's curve of the largest past deformation; strength is the share lost at the end."""
+    """Hill's curve of the largest past deformation; severity is the share lost at the end."""
     half, power = about(rng, 4.0), about(rng, 2.0)
 
     def act(s, q):
         u = (running_max(q.motion.x) / half) ** power
-        g = 1 - s * u / (1 + u)
-        return g, g
+        return 1 - s * u / (1 + u)
 
     return act
 
@@ -31,8 +30,7 @@ def _pseudo_elastic(rng):
     def act(s, q):
         x = q.motion.x
         missing = running_max(x) ** 2 - x**2
-        g = 1 - s * missing / (missing + depth)
-        return g, g
+        return 1 - s * missing / (missing + depth)
 
     return act
 
@@ -44,8 +42,7 @@ def _kraus(rng):
 
     def act(s, q):
         amplitude = fading_peak(lag(q.motion.x, q.motion.step, 0.01), q.motion.step, tau)
-        g = 1 - s + s / (1 + (amplitude / critical) ** power)
-        return g, g
+        return 1 - s + s / (1 + (amplitude / critical) ** power)
 
     return act
 
@@ -66,7 +63,7 @@ def _power_of_moving_rms(rng):
 
 @form("self_heating", MATERIAL, limit=0.1, heats=True)
 def _rubber_and_plates(rng):
-    """Two thermal nodes, exponential softening; strength is kelvin for a joule times 1 %/K."""
+    """Two thermal nodes, exponential softening; severity is kelvin for a joule times 1 %/K."""
     inner, cooling, outer = about(rng, 0.15), about(rng, 0.08), about(rng, 0.05)
 
     def act(s, q):
@@ -83,8 +80,7 @@ def _one_node(rng):
 
     def act(s, q):
         rise = s * 1e-3 * tau * lag(np.concatenate(([0.0], q.power[1:])), q.motion.step, tau)
-        g = 1 / (1 + rise)
-        return g, g
+        return 1 / (1 + rise)
 
     return act
 
@@ -104,18 +100,17 @@ def _wlf(rng):
 
 @form("ambient_temperature", MATERIAL, limit=5.0)
 def _arrhenius(rng):
-    """Arrhenius' law, stiffness and loss alike; strength in thousands of kelvin."""
+    """Arrhenius' law, stiffness and loss alike; severity in thousands of kelvin."""
 
     def act(s, q):
-        g = np.exp(1e3 * s * (1 / (q.motion.temperature + 273.15) - 1 / (AMBIENT + 273.15)))
-        return g, g
+        return np.exp(1e3 * s * (1 / (q.motion.temperature + 273.15) - 1 / (AMBIENT + 273.15)))
 
     return act
 
 
 @form("weak_rate_dependence", MATERIAL, limit=1.0)
 def _thinning(rng):
-    """Dashpots thin with the velocity (Carreau); strength is the exponent."""
+    """Dashpots thin with the velocity (Carreau); severity is the exponent."""
     corner = about(rng, 4.0)
 
     def act(s, q):
@@ -128,37 +123,26 @@ def _thinning(rng):
 def _logarithm_of_travel(rng):
     """Softening with the logarithm of the path travelled."""
     start = about(rng, 60.0)
-
-    def act(s, q):
-        g = 1 / (1 + s * np.log1p(travel(q.motion.x) / start))
-        return g, g
-
-    return act
+    return lambda s, q: 1 / (1 + s * np.log1p(travel(q.motion.x) / start))
 
 
 @form("cyclic_degradation", MATERIAL, limit=0.8, heats=True)
 def _damage_by_work(rng):
-    """Stretched exponential of the energy dissipated, to a floor; strength is the share lost."""
+    """Stretched exponential of the energy dissipated, to a floor; severity is the share lost."""
     scale, power = about(rng, 1.5e4), about(rng, 0.7, 0.15)
 
     def act(s, q):
         work = np.maximum(integral(q.power, q.motion.step), 0.0)
-        g = 1 - s * (1 - np.exp(-((work / scale) ** power)))
-        return g, g
+        return 1 - s * (1 - np.exp(-((work / scale) ** power)))
 
     return act
 
 
 @form("tension_compression_asymmetry", MATERIAL, limit=0.6)
 def _stiffer_one_way(rng):
-    """Parameters higher for positive deformation; strength is half the difference."""
+    """Parameters higher for positive deformation; severity is half the difference."""
     corner = about(rng, 1.5)
-
-    def act(s, q):
-        g = 1 + s * np.tanh(q.motion.x / corner)
-        return g, g
-
-    return act
+    return lambda s, q: 1 + s * np.tanh(q.motion.x / corner)
 
 
 @form("tension_compression_asymmetry", MATERIAL, limit=1.0)

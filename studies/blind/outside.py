@@ -45,11 +45,7 @@ def _mains_modulation(rng):
     phase = rng.uniform(0, 2 * np.pi, 64)
     omega = 2 * np.pi * FREQUENCIES["outside:mains_modulation"]
 
-    def act(s, q):
-        g = 1 + s * np.sin(omega * q.motion.time + phase[q.motion.number])
-        return g, g
-
-    return act
+    return lambda s, q: 1 + s * np.sin(omega * q.motion.time + phase[q.motion.number])
 
 
 @form("outside:linkage_backlash", FORCE, depends_on="x", tolerated="v history")
@@ -73,8 +69,7 @@ def _wandering_stiffness(rng):
     def act(s, q):
         angle = 2 * np.pi * np.outer(q.motion.time, rates[q.motion.number])
         angle += phases[q.motion.number]
-        g = np.exp(s * np.sin(angle).sum(axis=1))
-        return g, g
+        return np.exp(s * np.sin(angle).sum(axis=1))
 
     return act
 
@@ -89,11 +84,7 @@ def _squared_acceleration(rng):
 def _quantised_current(rng):
     """The driver's converter has few levels; the measured current is the command. Step in A."""
     offset = rng.uniform(0, 1)
-
-    def act(s, q):
-        return np.maximum(s * (np.floor(q.current / s + offset) + 0.5 - offset), 0.0)
-
-    return act
+    return lambda s, q: np.maximum(s * (np.floor(q.current / s + offset) + 0.5 - offset), 0.0)
 
 
 @form("outside:current_rate", FORCE, depends_on="I", tolerated="t history")

@@ -193,39 +193,39 @@ def storey_of(seed: int) -> int:
     return int(np.random.default_rng([seed, 51]).integers(1, N_STOREYS + 1))
 
 
-def faulty(building: PlanBuilding, form: str, strength: float, seed: int) -> PlanBuilding:
+def faulty(building: PlanBuilding, form: str, severity: float, seed: int) -> PlanBuilding:
     """A building with a fault; a biased sensor is none of its own."""
     a, b = building.sides
-    storey, mass = storey_of(seed), strength * building.base_mass
+    storey, mass = storey_of(seed), severity * building.base_mass
     changes: dict[str, dict] = {
-        "along_x": {"lost": (storey, "x", strength)},
-        "along_y": {"lost": (storey, "y", strength)},
-        "one_frame": {"lost": (storey, "x", strength), "one_frame": True},
+        "along_x": {"lost": (storey, "x", severity)},
+        "along_y": {"lost": (storey, "y", severity)},
+        "one_frame": {"lost": (storey, "x", severity), "one_frame": True},
         "centred": {"added_mass": mass, "added_at": building.eccentricity},
         "eccentric": {"added_mass": mass, "added_at": (0.3 * a, 0.3 * b)},
-        "smooth": {"friction": strength * building.bearing["q"]},
-        "viscous": {"bearing": building.bearing | {"c": (1 + strength) * building.bearing["c"]}},
+        "smooth": {"friction": severity * building.bearing["q"]},
+        "viscous": {"bearing": building.bearing | {"c": (1 + severity) * building.bearing["c"]}},
         "constant": {},
     }
     return replace(building, **changes[form])
 
 
-def strength_for(building: PlanBuilding, form: str, size: float, seed: int) -> float:
-    """Strength at which a fault makes a misfit, RMS over RMS, mean over the channels."""
+def severity_for(building: PlanBuilding, form: str, size: float, seed: int) -> float:
+    """Severity at which a fault makes a misfit, RMS over RMS, mean over the channels."""
     nominal = signals(building, seed)
     measured = [name for name in nominal if not name.startswith("ground")]
     if form == "constant":
         return size * len(measured)
-    strength = size
+    severity = size
     for _ in range(4):
-        there = signals(faulty(building, form, strength, seed), seed)
+        there = signals(faulty(building, form, severity, seed), seed)
         errors = [
             np.linalg.norm(there[n] - nominal[n]) / np.linalg.norm(there[n]) for n in measured
         ]
-        strength = min(
-            strength * size / float(np.mean(errors)), 0.45 if form == "one_frame" else 3.0
+        severity = min(
+            severity * size / float(np.mean(errors)), 0.45 if form == "one_frame" else 3.0
         )
-    return strength
+    return severity
 
 
 def signals(building: PlanBuilding, seed: int, duration: float = DURATION) -> dict[str, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Force of a device with hidden effects, and the strength that gives an effect a size."""
+"""Force of a device with hidden effects, and the severity that gives an effect a size."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Hidden:
 
     form: Form
     action: Action
-    strength: float = 0.0
+    severity: float = 0.0
 
     @classmethod
     def draw(cls, effect: str, rng: np.random.Generator, form: str | None = None) -> Hidden:
@@ -35,12 +35,12 @@ class Hidden:
 
     def __call__(self, context: RunContext):
         """Apply the effect."""
-        return self.action(self.strength, context)
+        return self.action(self.severity, context)
 
 
 def respond(device: Device, motion: Motion, hidden: Sequence[Hidden] = ()) -> np.ndarray:
     """Noise-free force on the motion's grid, N."""
-    active = [h for h in hidden if h.strength != 0.0]
+    active = [h for h in hidden if h.severity != 0.0]
     nothing = np.zeros(motion.time.size)
     now = RunContext(motion, motion.current, nothing, nothing)
     for h in active:
@@ -50,8 +50,9 @@ def respond(device: Device, motion: Motion, hidden: Sequence[Hidden] = ()) -> np
     for _ in range(HEATING_SWEEPS if any(h.form.heats for h in material) else 1):
         stiffness, loss = 1.0, 1.0
         for h in material:
-            more_stiffness, more_loss = h(now)
-            stiffness, loss = stiffness * more_stiffness, loss * more_loss
+            factors = h(now)
+            of_stiffness, of_loss = factors if isinstance(factors, tuple) else (factors, factors)
+            stiffness, loss = stiffness * of_stiffness, loss * of_loss
         force, power = device.respond(motion, now.current, stiffness, loss)
         now = replace(now, force=force, power=power)
     added = sum((h(now) for h in active if h.form.stage == FORCE), nothing)
@@ -114,16 +115,16 @@ class Gauge:
     def largest(self, hidden: Hidden) -> float:
         """Visible part at the form's limit; infinite where it has none."""
         limit = hidden.form.limit
-        return self.visible(replace(hidden, strength=limit)) if np.isfinite(limit) else np.inf
+        return self.visible(replace(hidden, severity=limit)) if np.isfinite(limit) else np.inf
 
     def at_size(self, hidden: Hidden, size: float) -> Hidden:
-        """The effect with the strength that makes its visible part ``size``.
+        """The effect with the severity that makes its visible part ``size``.
 
-        Raises ``Unreachable`` where no strength within the form's limit does.
+        Raises ``Unreachable`` where no severity within the form's limit does.
         """
 
         def excess(logarithm: float) -> float:
-            return self.visible(replace(hidden, strength=float(np.exp(logarithm)))) / size - 1
+            return self.visible(replace(hidden, severity=float(np.exp(logarithm)))) / size - 1
 
         end = np.log(min(hidden.form.limit, 1e4))
         low = high = np.log(1e-5)
@@ -131,7 +132,7 @@ class Gauge:
             if high == end:
                 raise Unreachable(f"{hidden.form.effect} ({hidden.form.name}) has no size {size}")
             low, high = high, min(high + 1.0, end)
-        return replace(hidden, strength=float(np.exp(brentq(excess, low, high, xtol=1e-3))))
+        return replace(hidden, severity=float(np.exp(brentq(excess, low, high, xtol=1e-3))))
 
     def _difference(self, hidden: Hidden) -> np.ndarray:
         return self.force(self.device, (*self.before, hidden)) - self.clean
@@ -141,4 +142,4 @@ class Gauge:
 
 
 class Unreachable(ValueError):
-    """No strength of this effect changes the force of this device visibly enough."""
+    """No severity of this effect changes the force of this device visibly enough."""

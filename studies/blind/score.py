@@ -26,7 +26,7 @@ _ALIASES = {
 }
 _CANONICAL = {alias: name for name, aliases in _ALIASES.items() for alias in aliases}
 
-# forms whose strength is a physical parameter that any right form must have: unit in SI
+# forms whose severity is a physical parameter that any right form must have: unit in SI
 _MEASURABLE = {
     ("force_offset", "same_everywhere"): "N",
     ("inertia_force", "plate"): "kg",
@@ -122,7 +122,7 @@ def covered(result: Scored) -> bool | None:
     """Whether the interval of the parameter with a physical meaning holds the true value.
 
     None if the form has no such parameter or the effect is not named. Signs are not compared: the
-    truth's strength is a magnitude.
+    truth's severity is a magnitude.
     """
     (effect, *_), (form, *_) = result.truth.effects, result.truth.forms
     unit = _MEASURABLE.get((effect, form))
@@ -132,7 +132,7 @@ def covered(result: Scored) -> bool | None:
     fitting = [p for p in causes[0]["parameters"].values() if p["unit"] == unit]
     if len(fitting) != 1:
         return None
-    (value,), low, high = result.truth.strengths, fitting[0]["low"], fitting[0]["high"]
+    (value,), low, high = result.truth.severities, fitting[0]["low"], fitting[0]["high"]
     return any(low <= side * value <= high for side in (1, -1))
 
 

@@ -142,7 +142,7 @@ class SecondCase:
 
     @cached_property
     def _calibrated(self) -> list[tuple[SecondForm, float, float, float]]:
-        """Form, strength, visible size and whole change of each effect, one after another."""
+        """Form, severity, visible size and whole change of each effect, one after another."""
         motions = [test.signals(COARSE) for test in self.tests]
         result: list[tuple[SecondForm, float, float, float]] = []
         for number, (cause, name) in enumerate(self.hidden):
@@ -163,8 +163,8 @@ class SecondCase:
             reach, sizes, _ = np.linalg.svd(matrix / np.linalg.norm(matrix, axis=0), False)
             reach = reach[:, sizes > 1e-7 * sizes[0]]
 
-            def shares(strength, form=form, before=before, clean=clean, reach=reach, answer=answer):
-                change = answer(self.device, form.at(strength, before)) - clean
+            def shares(severity, form=form, before=before, clean=clean, reach=reach, answer=answer):
+                change = answer(self.device, form.at(severity, before)) - clean
                 rest = change - reach @ (reach.T @ change)
                 return np.linalg.norm([rest, change], axis=1) / np.linalg.norm(clean)
 
@@ -177,8 +177,8 @@ class SecondCase:
             def excess(logarithm, size=size, shares=shares):
                 return shares(np.exp(logarithm))[0] / size - 1
 
-            strength = np.exp(brentq(excess, np.log(low), np.log(min(10 * low, end)), xtol=1e-2))
-            result.append((form, float(strength), *map(float, shares(strength))))
+            severity = np.exp(brentq(excess, np.log(low), np.log(min(10 * low, end)), xtol=1e-2))
+            result.append((form, float(severity), *map(float, shares(severity))))
         return result
 
     @property
@@ -256,7 +256,7 @@ def second_pairs(count: int, seed: int = 22000) -> Iterator[SecondCase]:
             cause = str(rng.choice(sorted(SECOND_FORMS)))
             form = str(rng.choice(sorted(SECOND_FORMS[cause])))
             if cause not in {one[0] for one in pair.values()} and not _unseen(form, law):
-                pair[SECOND_FORMS[cause][form].strength] = cause, form
+                pair[SECOND_FORMS[cause][form].severity] = cause, form
         yield SecondCase("pair", law, tuple(pair.values()), seed + number, PAIR_SIZE)
 
 

@@ -30,8 +30,8 @@ class Effects(NamedTuple):
     saturation: float = 0.0  # 1/A
     preisach: float = 0.0  # share
     coercive: float = 0.5  # A
-    kept: float = 0.0  # A, of a field that trails the current
-    kept_width: float = 1.0  # A
+    trailing: float = 0.0  # A, of a field that trails the current
+    trailing_width: float = 1.0  # A
     gap: float = 0.0  # share lost at gap_reach
     gap_reach: float = 1.0  # m
     heat: float = 0.0  # kelvin for a joule, times the softening for a kelvin
@@ -95,9 +95,9 @@ def _rates(k, s, relay, largest, u, bouc_wen, c, e, out):
     x, v, current = u.x[k], u.v[k], u.current[k]
     # field
     sought = np.arctan(e.saturation * current) / e.saturation if e.saturation > 0 else current
-    sought += e.preisach * (relay - sought) - e.kept * s[15]
+    sought += e.preisach * (relay - sought) - e.trailing * s[15]
     slope = (u.current[min(k + 1, u.x.size - 1)] - u.current[max(k - 1, 0)]) / (2 * u.step)
-    out[15] = (slope - abs(slope) * s[15]) / e.kept_width
+    out[15] = (slope - abs(slope) * s[15]) / e.trailing_width
     sought *= 1 - e.gap * np.sin(min(abs(x) / e.gap_reach, 1.0) * np.pi / 2) ** 2
     field = sought
     out[2], out[3] = 0.0, 0.0
@@ -242,9 +242,9 @@ def second_device(law: str, rng: np.random.Generator) -> SecondDevice:
 
 
 class SecondForm(NamedTuple):
-    """The number of ``Effects`` that is the strength, its limit, and the shape's numbers."""
+    """The number of ``Effects`` that is the severity, its limit, and the shape's numbers."""
 
-    strength: str
+    severity: str
     limit: float
     shape: dict[str, float]
 
@@ -254,13 +254,13 @@ class SecondForm(NamedTuple):
             shape={name: value * rng.uniform(0.8, 1.2) for name, value in self.shape.items()}
         )
 
-    def at(self, strength: float, effects: Effects) -> Effects:
+    def at(self, severity: float, effects: Effects) -> Effects:
         """Add the effect to others."""
-        return effects._replace(**{self.strength: strength}, **self.shape)
+        return effects._replace(**{self.severity: severity}, **self.shape)
 
 
-def _form(strength: str, limit: float = np.inf, **shape: float) -> SecondForm:
-    return SecondForm(strength, limit, shape)
+def _form(severity: str, limit: float = np.inf, **shape: float) -> SecondForm:
+    return SecondForm(severity, limit, shape)
 
 
 SECOND_FORMS: dict[str, dict[str, SecondForm]] = {
@@ -271,7 +271,7 @@ SECOND_FORMS: dict[str, dict[str, SecondForm]] = {
     "field_saturation": {"arctan": _form("saturation", 3.0)},
     "magnetic_remanence": {
         "preisach": _form("preisach", 0.9, coercive=2.0),
-        "trailing": _form("kept", 0.6, kept_width=0.4),
+        "trailing": _form("trailing", 0.6, trailing_width=0.4),
     },
     "field_gap_coupling": {"cosine": _form("gap", 0.9, gap_reach=0.045)},
     "self_heating": {
@@ -314,8 +314,8 @@ SECOND_FORMS: dict[str, dict[str, SecondForm]] = {
 
 
 def with_effects(forms: Sequence[tuple[SecondForm, float]]) -> Effects:
-    """The numbers of several effects with their strengths."""
+    """The numbers of several effects with their severities."""
     effects = Effects()
-    for form, strength in forms:
-        effects = form.at(strength, effects)
+    for form, severity in forms:
+        effects = form.at(severity, effects)
     return effects

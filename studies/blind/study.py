@@ -51,18 +51,18 @@ def part(kind: Iterable[Any], share: float) -> list[Any]:
     return list(kind)[:: max(1, round(1 / share))]
 
 
-def diagnosed(listed: Sequence[Any], scored: Callable[[Any], Any]) -> tuple[list[Any], float]:
+def diagnose_cases(listed: Sequence[Any], score: Callable[[Any], Any]) -> tuple[list[Any], float]:
     """Diagnose cases on all processors."""
     from rich.progress import track
 
     begin = time.perf_counter()
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        results = list(track(pool.map(scored, listed), "diagnosing", total=len(listed)))
+        results = list(track(pool.map(score, listed), "diagnosing", total=len(listed)))
     return results, (time.perf_counter() - begin) / len(listed)
 
 
-def scored(case: Case) -> Scored:
+def score(case: Case) -> Scored:
     """Make a case's data, diagnose them, and put the truth beside the outcome."""
     from isolation_sim.discrepancy.diagnose import diagnose
 
@@ -75,7 +75,7 @@ def scored(case: Case) -> Scored:
     return Scored(case.kind, case.truth, diagnosis.to_dict(), least)
 
 
-def leave(lines: Sequence[str], table: str, stem: str = "") -> None:
+def write_tables(lines: Sequence[str], table: str, stem: str = "") -> None:
     """Print rates and write them beside the confusion matrix."""
     from isolation_sim.io.atomic_write import write_text
 
@@ -89,12 +89,12 @@ def leave(lines: Sequence[str], table: str, stem: str = "") -> None:
 def main(share: float = 1.0) -> None:
     """Diagnose all cases of both families and print the rates."""
     for stem, listed in (("", second_family(share)), ("first_", first_family(share))):
-        results, seconds = diagnosed(listed, scored)
+        results, seconds = diagnose_cases(listed, score)
         lines = [f"- {name}: {rate}" for name, rate in rates(results).items() if rate.cases]
         ratio = median_held_out_ratio(results)
         lines.append(f"- held-out error over that of the true form, median: {ratio:.3f}")
         lines.append(f"- {len(results)} campaigns, {seconds:.1f} s each")
-        leave(lines, confusion_table(results), stem)
+        write_tables(lines, confusion_table(results), stem)
 
 
 def share_from(module: str, description: str) -> float:

@@ -10,7 +10,7 @@ from isolation_sim.identification.sinusoidal import Motion, sinusoidal
 from isolation_sim.laws import law
 from isolation_sim.laws.published import TAO_COMPLEX_MODULUS, TAO_CURRENTS_A
 
-from .table import Outlier, Verdict, how, outlier
+from .table import Outlier, Verdict, how
 
 STEADY_CYCLES = 2
 POINTS = 1000
@@ -81,7 +81,7 @@ def departures(current_A: float) -> dict[int, float]:
 def sources(current_A: float) -> dict[int, Outlier]:
     """Judge Table 3's 0.5 Hz rows by their departures of phase."""
     return {
-        scheme: outlier(
+        scheme: Outlier(
             f"departure of phase, scheme {scheme}, {current_A:g} A",
             "Table 3",
             departure,

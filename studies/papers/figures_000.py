@@ -8,7 +8,7 @@ from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws.published import CURRENTS_A
 
 from .loops import draw_loops
-from .paper_000 import AMPLITUDES_MM, STUDY, STUDY_MM, changed, generalised
+from .paper_000 import AMPLITUDES_MM, STUDY, STUDY_MM, base_model, generalised
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,7 +19,7 @@ _SIGNS = {"alpha": r"$\alpha$"}
 
 def figures() -> dict[str, Figure]:
     """Draw the figures that text and tables determine."""
-    element = changed("four_parameter", k1=0.0)
+    element = base_model("four_parameter", k1=0.0)
     x = 1e-3 * STUDY_MM / 2
     drawn = {
         "000_fig13_element": draw_loops(
@@ -30,7 +30,7 @@ def figures() -> dict[str, Figure]:
     for number, (name, values, others) in STUDY.items():
         loops = {
             f"{_SIGNS.get(name, name)} = {value:g} {_UNITS[name]}": sinusoidal(
-                changed(**others, **{name: value}), [1e-3 * STUDY_MM], 0.0, 1.0, 8, 1024
+                base_model(**others, **{name: value}), [1e-3 * STUDY_MM], 0.0, 1.0, 8, 1024
             ).last_cycle(0)
             for value in values
         }

@@ -13,7 +13,7 @@ from isolation_sim.reports.style import line_styles, new_figure, style
 
 from .conditions_001 import ENDS_A, POINTS, table_4
 from .loops import draw_loops, finish
-from .models_001 import complex_modulus, improved, traditional
+from .models_001 import complex_modulus, improved_loop, traditional
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -129,7 +129,7 @@ def _loops_of_three() -> Figure:
     """Figure 22: the improved model's loops, and the other two fitted to them."""
     rows = []
     for current in ENDS_A:
-        x, v, force = improved(current)
+        x, v, force = improved_loop(current)
         loops = {"improved Bouc-Wen, Table 4": (x, v, force)} | {
             f"{name}, fitted to it": (x, v, model(current).force) for name, model in MODELS.items()
         }

@@ -12,7 +12,7 @@ from isolation_sim.laws.published import CURRENTS_A
 from isolation_sim.reports.style import line_styles, new_figure, style
 
 from .loops import draw_loops, finish
-from .paper_002 import PRINTED, TABLES, means, refitted
+from .paper_002 import PRINTED, TABLES, means, refit_polynomial
 from .search_002 import FAST, GLOBAL, ITERATIONS, LOCAL, POPULATION, cosine, minimum
 
 if TYPE_CHECKING:
@@ -148,7 +148,7 @@ def _parameters() -> Figure:
             panel.plot(CURRENTS_A, means(name), "ko", ms=4, label="mean")
             for label, row, line in (
                 ("Eqs 26-29 as printed", [float(c) for c in PRINTED[name]], lines[1]),
-                ("refitted", refitted(name), lines[2]),
+                ("refitted", refit_polynomial(name), lines[2]),
             ):
                 panel.plot(fine, np.polynomial.polynomial.polyval(fine, row), **line, label=label)
             panel.set(xlabel="current (A)", ylabel=f"{name.replace('_', ' ')} ({unit})")

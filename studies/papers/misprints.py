@@ -14,9 +14,9 @@ from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws import hybrid, law
 from isolation_sim.laws import linearised_bouc_wen as lbw
 
-from .paper_000 import changed
+from .paper_000 import base_model
 from .search_002 import FAST
-from .table import Check, Verdict, equation, note, read, reading
+from .table import Check, Equation, Verdict, note, read, reading
 
 
 def yu() -> Iterator[Check]:
@@ -26,7 +26,7 @@ def yu() -> Iterator[Check]:
     upper, lower = (device.force(x, v, (), 1.0) for v in (FAST, -FAST))
     mean = (upper + lower) / 2
     printed = np.sum(upper + lower) / len(x)
-    yield equation(
+    yield Equation(
         "mean of the loop at 8 mm, printed over meant",
         "Eq 1",
         100 * (printed / mean[-1] - 1),
@@ -35,7 +35,7 @@ def yu() -> Iterator[Check]:
     )
     thickness = np.abs(upper - mean) + np.abs(lower - mean)
     middle = len(x) // 2
-    yield equation(
+    yield Equation(
         "thickness of the loop at 0 mm, printed over meant",
         "Eq 3",
         100 * (np.mean(thickness) / (thickness[middle] / 2) - 1),
@@ -43,7 +43,7 @@ def yu() -> Iterator[Check]:
         read("1/N and a sum over the samples are printed for 1/2 at every displacement"),
     )
     printed, meant = identifiable_lugre_parameters()
-    yield equation(
+    yield Equation(
         "LuGre force, parameters lost",
         "Eq 21",
         2 - printed,
@@ -51,10 +51,10 @@ def yu() -> Iterator[Check]:
         note("beta and epsilon both multiply y; with a dot on the last y {} of 2 count", meant),
     )
     peaks = [
-        float(np.max(sinusoidal(changed(name), [8e-3]).last_cycle(0)[2]))
+        float(np.max(sinusoidal(base_model(name), [8e-3]).last_cycle(0)[2]))
         for name in ("four_parameter", "strain_stiffening")
     ]
-    yield equation(
+    yield Equation(
         "strain-stiffening force, peak at 8 mm, printed over meant",
         "Eq 23",
         100 * (peaks[0] / peaks[1] - 1),
@@ -81,7 +81,7 @@ def linearised_bouc_wen() -> Iterator[Check]:
     printed = [
         sign * v - abs(sign * v) * abs(sign * z) - sign * v * (sign * z) ** 2 for sign in (1, -1)
     ]
-    yield equation(
+    yield Equation(
         "dz/dt at (v, z) plus dz/dt at (-v, -z)",
         "Eq 2",
         sum(printed),
@@ -133,10 +133,10 @@ def _transfer_function() -> Iterator[Check]:
         ("G_eq", "Eq 12", exact.real + exact.imag, exact, "lacks i"),
     ):
         off = 100 * np.max(np.abs(printed - meant) / np.abs(meant))
-        yield equation(f"{name} as printed, largest error of 48", place, off, "%", read(why))
+        yield Equation(f"{name} as printed, largest error of 48", place, off, "%", read(why))
     force = np.sin(np.linspace(0, 2 * np.pi, 100, endpoint=False)) + 0.5
     scale = float(np.linalg.norm(force - np.mean(force)))
-    yield equation(
+    yield Equation(
         "denominator of the fitness, printed over meant",
         "Eq 13",
         100 * (float(np.linalg.norm(force - force)) / scale - 1),

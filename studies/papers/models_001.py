@@ -19,7 +19,7 @@ from isolation_sim.laws import law
 from isolation_sim.laws.published import TAO_COMPLEX_MODULUS, TAO_CURRENTS_A, TAO_IMPROVED
 
 from .conditions_001 import ENDS_A, complex_stiffness, corrupt, meant, table_4
-from .table import Check, claim, compare, follows, how, note, read
+from .table import Check, Claim, Consequence, compare, how, note, read
 
 AMPLITUDE, FREQUENCY = 1e-3, 0.5
 """Scheme 2: m, Hz."""
@@ -56,7 +56,7 @@ class Fitted(NamedTuple):
     error: float
 
 
-def improved(current_A: float) -> Loop:
+def improved_loop(current_A: float) -> Loop:
     """Loop of Table 4's model at one of its currents."""
     columns = table_4(FREQUENCY).last_cycle(0, TAO_CURRENTS_A.index(current_A))
     return Loop(*(column[:-1] for column in columns))
@@ -65,7 +65,7 @@ def improved(current_A: float) -> Loop:
 @cache
 def complex_modulus(current_A: float) -> Fitted:
     """Fit the complex modulus (Eqs 12-18) to the improved model."""
-    x, v, reference = improved(current_A)
+    x, v, reference = improved_loop(current_A)
     stiffness, damping = (float(reference @ y / (y @ y)) for y in (x, v))
     force = stiffness * x + damping * v
     return Fitted(stiffness, damping, force, 100 * half_range_error(reference, force))
@@ -100,7 +100,7 @@ def traditional(current_A: float) -> Fitted:
     """Fit the traditional Bouc-Wen model (Eq 19, n = 2) to the improved one by least squares."""
     from scipy.optimize import minimize, nnls
 
-    x, v, reference = improved(current_A)
+    x, v, reference = improved_loop(current_A)
 
     def fitted(parameterisation: NDArray) -> tuple[NDArray, NDArray]:
         slope, shape = np.exp(parameterisation[0]) / AMPLITUDE, np.tanh(parameterisation[1])
@@ -146,7 +146,7 @@ def checks() -> Iterator[Check]:
 def _units() -> Iterator[Check]:
     for unit, factor in (("m", 1.0), ("mm", 1e3)):
         x, _, force = in_millimetres(2.0, factor)
-        yield follows(
+        yield Consequence(
             f"stiffness of scheme 2, 2 A, {unit} in z's equation",
             "Eqs 16, 21",
             force @ x / (x @ x),
@@ -162,7 +162,7 @@ def _distances() -> Iterator[Check]:
             ("complex modulus", complex_modulus),
             ("traditional Bouc-Wen", traditional),
         ):
-            yield follows(
+            yield Consequence(
                 f"{name} off the improved model, {current:g} A",
                 "Section 3.4",
                 model(current).error,
@@ -176,7 +176,7 @@ def _distances() -> Iterator[Check]:
             ("traditional Bouc-Wen", traditional),
         ):
             implied = own_error / (1 - printed[name] / 100)
-            yield follows(
+            yield Consequence(
                 f"error of the {name}, {current:g} A",
                 "Section 3.4",
                 implied,
@@ -184,7 +184,7 @@ def _distances() -> Iterator[Check]:
                 note("of the printed {:g} %, {:g} % below", own_error, printed[name]),
             )
             # a measured loop at both errors lies no farther from either model
-            yield claim(
+            yield Claim(
                 f"printed errors suit the distance of the {name}, {current:g} A",
                 "Section 3.4",
                 model(current).error,
@@ -202,14 +202,14 @@ def _order() -> Iterator[Check]:
     for j, (what, name, unit) in enumerate((("stiffness", "k", "N/m"), ("damping", "c", "N s/m"))):
         weak, strong = (TAO_IMPROVED[name][end] for end in ends)
         for current, values in zip(ENDS_A, fitted, strict=True):
-            yield follows(
+            yield Consequence(
                 f"{what} of the traditional Bouc-Wen model, {current:g} A",
                 "Figure 21",
                 values[j],
                 unit,
                 how("fitted to the improved model's loop"),
             )
-        yield follows(
+        yield Consequence(
             f"{what} by Table 3 over Table 4's, 0 A",
             "Figure 21",
             table_3[3 + 2 * j] / weak,
@@ -220,7 +220,7 @@ def _order() -> Iterator[Check]:
             ("row as printed", table_3[4 + 2 * j]),
             ("mean of its neighbours", neighbours[j]),
         ):
-            yield claim(
+            yield Claim(
                 f"complex modulus has more {what} than the improved model, 2 A, {which}",
                 "Section 3.4",
                 value / strong,
@@ -245,7 +245,7 @@ def first_harmonic_error(scheme: int, current_A: float) -> float:
 def _table_5() -> Iterator[Check]:
     for scheme, row in TABLE_5.items():
         for current, printed in zip(ENDS_A, row, strict=True):
-            yield claim(
+            yield Claim(
                 f"Table 4's model leaves Table 5's error, scheme {scheme}, {current:g} A",
                 "Table 5",
                 first_harmonic_error(scheme, current),
@@ -268,7 +268,7 @@ def _table_5() -> Iterator[Check]:
         ("preload", errors[13], errors[2]),
         ("current", *np.array(list(TABLE_5.values())).T[::-1]),
     ):
-        yield claim(
+        yield Claim(
             f"errors rise with {what}",
             "Section 3.4 by Table 5",
             float(np.min(more / less)),

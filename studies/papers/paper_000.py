@@ -24,7 +24,7 @@ from isolation_sim.laws.published import (
 )
 
 from .refit_000 import refit
-from .table import Check, Verdict, claim, compare, follows, how, note, read, reading
+from .table import Check, Claim, Consequence, Verdict, compare, how, note, read, reading
 
 TITLE = LI_LI
 AMPLITUDES_MM = tuple(LI_LI_STIFFNESS_N_PER_MM)
@@ -49,7 +49,7 @@ of Figures 16-18 are not in the text: half, once and twice the base model's are 
 which hardly shows at that, 1, 25 and 100 times."""
 
 
-def changed(name: str = "strain_stiffening", /, **values: float) -> Device:
+def base_model(name: str = "strain_stiffening", /, **values: float) -> Device:
     """Build the base model of Section 4.1 with some parameters changed."""
     si = {key: SI_LI_LI[key] * value for key, value in values.items()}
     return law(name, "base_model").with_parameters(**si)
@@ -89,7 +89,7 @@ def _table_1() -> Iterator[Check]:
     model = np.array([[stiffness_and_ratio(motion, i, j) for j in range(4)] for i in range(3)])
     measured = np.array(list(LI_LI_STIFFNESS_N_PER_MM.values()))
     for j, current in enumerate(CURRENTS_A):
-        yield follows(
+        yield Consequence(
             f"static stiffness, {current:g} A",
             "Table 2",
             static[j],
@@ -119,7 +119,7 @@ def _table_1() -> Iterator[Check]:
                 within=5,
             )
     rms = 100 * np.sqrt(np.mean((model[..., 0] / measured - 1) ** 2))
-    yield follows(
+    yield Consequence(
         "K_eff missed by, rms of 12",
         "Table 1 by Table 2",
         rms,
@@ -174,7 +174,7 @@ def _frequency() -> Iterator[Check]:
             for i in range(len(AMPLITUDES_MM))
         ]
         for name, extreme in (("least", min), ("largest", max)):
-            yield follows(
+            yield Consequence(
                 f"K_eff at 4 Hz over 1 Hz, {current:g} A, {name} of 3 amplitudes",
                 "Table 2",
                 extreme(model),
@@ -195,12 +195,12 @@ def _refits() -> Iterator[Check]:
         fit = refit(degree, softening)
         remark = note("{} numbers fitted to {} measured", fit.parameters, 24)
         for name, value in (("K_eff", fit.stiffness), ("damping ratio", fit.damping)):
-            yield follows(
+            yield Consequence(
                 f"{name} missed by a refit, {title}", "Table 1 by Eqs 11-14", value, "%", remark
             )
         for name, value in zip(("e0", "e1"), fit.softening, strict=False):
             unit = "1/A" if name == "e1" else ""
-            yield follows(
+            yield Consequence(
                 f"{name} of a refit, {title}",
                 "Table 1 by Eqs 11-14",
                 value,
@@ -222,18 +222,18 @@ def _section_4_1() -> Iterator[Check]:
             k0, c0 = (SI_LI_LI[key] * LI_LI_BASE_MODEL[key] for key in ("k0", "c0"))
             device = law(name, {"k": k0, "c": c0})
         else:
-            device = changed(name)
+            device = base_model(name)
         motion = sinusoidal(device, 1e-3 * np.array(AMPLITUDES_MM), 0.0, 1.0, CYCLES)
         linear = name in ("standard_solid", "kelvin_voigt")
         for i, amplitude in list(enumerate(AMPLITUDES_MM))[: 1 if linear else 3]:
             stiffness, ratio = stiffness_and_ratio(motion, i)
             at = "any amplitude" if linear else f"{amplitude:g} mm"
-            yield follows(f"K_eff, {title}, {at}", "Section 4.1", stiffness, "N/mm", remark)
-            yield follows(f"damping ratio, {title}, {at}", "Section 4.1", ratio, "", remark)
+            yield Consequence(f"K_eff, {title}, {at}", "Section 4.1", stiffness, "N/mm", remark)
+            yield Consequence(f"damping ratio, {title}, {at}", "Section 4.1", ratio, "", remark)
         if name == "standard_solid":
             measured = motion.measured(0, skip=STEADY_CYCLES)
             modulus = complex(measured.storage_stiffness.value, measured.loss_stiffness.value)
-            yield follows(
+            yield Consequence(
                 "integrated over closed complex stiffness",
                 "Eqs 9-10",
                 abs(modulus / device.linearised(0.0, 1.0)),
@@ -244,7 +244,7 @@ def _section_4_1() -> Iterator[Check]:
 
 def peak_of_lower_branch() -> float:
     """Largest effective stiffness of the lower branch over c1 ω, at any amplitude."""
-    device = changed(k1=0.0)
+    device = base_model(k1=0.0)
     amplitudes = np.linspace(10e-3, 16e-3, 25)
     motion = sinusoidal(device, amplitudes, 0.0, 1.0, CYCLES)
     stiffness = [stiffness_and_ratio(motion, i)[0] for i in range(len(amplitudes))]
@@ -259,30 +259,32 @@ def decay_rate(device: Device, amplitude: float, current: float, frequency: floa
 
 
 def _limits() -> Iterator[Check]:
-    yield follows("largest K of the lower branch over c1 ω", "Eqs 11-14", peak_of_lower_branch())
+    yield Consequence(
+        "largest K of the lower branch over c1 ω", "Eqs 11-14", peak_of_lower_branch()
+    )
     for name in ("alpha", "c0"):
         value, slope = LI_LI_GENERALISED[name]
-        yield follows(
+        yield Consequence(
             f"current at which {name} is 0",
             "Table 2",
             -value / slope,
             "A",
             read("tested to 3 A"),
         )
-    yield follows(
+    yield Consequence(
         "decay rate of z, 8 mm, 4 Hz, 0 A",
         "Table 2",
         decay_rate(law("strain_stiffening"), 8e-3, 0.0, 4.0),
         "1/s",
     )
-    yield follows(
+    yield Consequence(
         "decay rate of z, alpha 3, c1 0.1, 8 mm, 4 Hz",
         "Figure 15",
-        decay_rate(changed(alpha=3.0, c1=0.1), 8e-3, 0.0, 4.0),
+        decay_rate(base_model(alpha=3.0, c1=0.1), 8e-3, 0.0, 4.0),
         "1/s",
     )
     lost = EPSILON_FINITE_ELEMENTS * 8e-3
-    yield claim(
+    yield Claim(
         "field lost at 8 mm is below 0.01 T",
         "Section 4.2",
         FIELD_T * lost,
@@ -306,7 +308,7 @@ def turning_frequency() -> float:
     from scipy.optimize import brentq
 
     k0 = LI_LI_BASE_MODEL["k0"]
-    less, more = (changed("standard_solid", k0=k0 * factor) for factor in (1 - 1e-4, 1 + 1e-4))
+    less, more = (base_model("standard_solid", k0=k0 * factor) for factor in (1 - 1e-4, 1 + 1e-4))
 
     def slope(frequency: float) -> float:
         return abs(more.linearised(0.0, frequency)) - abs(less.linearised(0.0, frequency))
@@ -316,7 +318,7 @@ def turning_frequency() -> float:
 
 def _text() -> Iterator[Check]:
     turn = turning_frequency()
-    yield claim(
+    yield Claim(
         "more k0 raises the peak force",
         "Section 4.1",
         turn,
@@ -327,12 +329,12 @@ def _text() -> Iterator[Check]:
     amplitudes = 1e-3 * np.array(AMPLITUDES_MM)
     forces, heights = [], []
     for alpha in STUDY[14][1]:
-        motion = sinusoidal(changed(alpha=alpha), amplitudes, 0.0, 1.0, CYCLES)
+        motion = sinusoidal(base_model(alpha=alpha), amplitudes, 0.0, 1.0, CYCLES)
         forces.append(motion.force[-1])  # x = 0, largest velocity
         heights.append(np.max(motion.force[-motion.points :], axis=0))
     spread = 100 * np.ptp(forces, axis=0) / np.max(forces, axis=0)
     for amplitude, share in zip(AMPLITUDES_MM, spread, strict=True):
-        yield claim(
+        yield Claim(
             f"loops meet at largest velocity, {amplitude:g} mm",
             "Section 4.1",
             share,
@@ -343,11 +345,11 @@ def _text() -> Iterator[Check]:
     for name in ("c0", "k1"):
         small, large = (
             stiffness_and_ratio(
-                sinusoidal(changed(**{name: value}), [1e-3 * STUDY_MM], 0.0, 1.0, CYCLES), 0
+                sinusoidal(base_model(**{name: value}), [1e-3 * STUDY_MM], 0.0, 1.0, CYCLES), 0
             )[0]
             for value in (LI_LI_BASE_MODEL[name], 2 * LI_LI_BASE_MODEL[name])
         )
-        yield claim(
+        yield Claim(
             f"more {name} raises K_eff",
             "Section 4.1",
             large / small,
@@ -357,7 +359,7 @@ def _text() -> Iterator[Check]:
         )
     force = np.sin(np.linspace(0, 2 * np.pi, 100))
     opposite = squared_force_error(force, -force)
-    yield claim(
+    yield Claim(
         "objective |F_exp² - F_mod²| measures the error",
         "Eq 16",
         opposite,

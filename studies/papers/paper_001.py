@@ -18,11 +18,11 @@ from . import models_001
 from .conditions_001 import ENDS_A, corrupt, meant, modulus, peaks, sources
 from .table import (
     Check,
+    Claim,
+    Consequence,
     Verdict,
     alternatives,
-    claim,
     compare,
-    follows,
     how,
     note,
     read,
@@ -103,7 +103,7 @@ def _phase() -> Iterator[Check]:
         for name, value, unit in zip(
             ("stiffness", "damping"), meant(scheme), ("N/m", "N s/m"), strict=True
         ):
-            yield follows(
+            yield Consequence(
                 f"{name} meant, scheme {scheme}, 2 A",
                 "Table 3",
                 value,
@@ -134,7 +134,7 @@ def _table_3() -> Iterator[Check]:
                 )
 
     for current, k in ((0.0, 5), (2.0, 6)):
-        yield follows(
+        yield Consequence(
             f"damping at 10 Hz over Table 3's, {current:g} A",
             "Table 3 by Table 4",
             modulus(1.0, 10.0, current)[1] / TAO_COMPLEX_MODULUS[5][k],
@@ -193,10 +193,10 @@ def _gains() -> Iterator[Check]:
 def _trends() -> Iterator[Check]:
     currents = np.array(TAO_CURRENTS_A)
     slopes = {name: np.polyfit(currents, TAO_IMPROVED[name], 1)[0] for name in ("d", "W")}
-    yield claim("d rises with the current", "Section 3.4", slopes["d"], "1/A", above=0.0)
-    yield claim("W falls with the current", "Section 3.4", slopes["W"], "mm/A", below=0.0)
+    yield Claim("d rises with the current", "Section 3.4", slopes["d"], "1/A", above=0.0)
+    yield Claim("W falls with the current", "Section 3.4", slopes["W"], "mm/A", below=0.0)
     for which, value in (("least", min), ("largest", max)):
-        yield claim(
+        yield Claim(
             f"O between 6000 and 12000, {which}",
             "Section 3.4",
             value(TAO_IMPROVED["O"]),

@@ -22,13 +22,13 @@ from . import misprints, search_002
 from .search_002 import FAST
 from .table import (
     Check,
+    Claim,
+    Consequence,
+    Outlier,
     Verdict,
-    claim,
     compare,
-    follows,
     how,
     note,
-    outlier,
     read,
     reading,
 )
@@ -85,7 +85,7 @@ def means(name: str) -> np.ndarray:
     return np.mean(list(TABLES[name][0].values()), axis=0)
 
 
-def refitted(name: str) -> np.ndarray:
+def refit_polynomial(name: str) -> np.ndarray:
     """Fit a parameter's means by the paper's polynomial."""
     return np.polyfit(CURRENTS_A, means(name), TABLES[name][1])[::-1]
 
@@ -94,8 +94,10 @@ def _polynomials() -> Iterator[Check]:
     for k, (name, (_, _, unit)) in enumerate(TABLES.items()):
         for current, value in zip(CURRENTS_A, means(name), strict=True):
             what = f"mean {name}, {current:g} A"
-            yield follows(what, f"Table {k + 1}", value, unit, read("drawn in Figure 15"))
-        for power, (published, value) in enumerate(zip(PRINTED[name], refitted(name), strict=True)):
+            yield Consequence(what, f"Table {k + 1}", value, unit, read("drawn in Figure 15"))
+        for power, (published, value) in enumerate(
+            zip(PRINTED[name], refit_polynomial(name), strict=True)
+        ):
             yield compare(
                 f"{name}, power {power} of the current",
                 f"Eq {26 + k}",
@@ -109,9 +111,9 @@ def _polynomials() -> Iterator[Check]:
             )
     for what, row in (
         ("printed", [float(c) for c in PRINTED["gamma"]]),
-        ("refitted", refitted("gamma")),
+        ("refitted", refit_polynomial("gamma")),
     ):
-        yield follows(
+        yield Consequence(
             f"current of the largest gamma, {what}",
             "Eq 28",
             -row[1] / (2 * row[2]),
@@ -154,11 +156,11 @@ def _against_000() -> Iterator[Check]:
             ("least", stiffness[:, columns].min()),
             ("largest", stiffness[:, columns].max()),
         ):
-            yield follows(
+            yield Consequence(
                 f"K_eff over that of Li & Li, {what}, {name}", "Li & Li by Tables 1-2", ratio
             )
     for name, ratios in (("least", energy.min()), ("largest", energy.max())):
-        yield follows(
+        yield Consequence(
             f"energy of a loop over that of Li & Li, {name} of 12",
             "Tables 3-4",
             ratios,
@@ -167,7 +169,7 @@ def _against_000() -> Iterator[Check]:
         )
     for i, amplitude in ((0, 2), (2, 8)):
         for name, ratio in (("least", general[i, 1:].min()), ("largest", general[i, 1:].max())):
-            yield follows(
+            yield Consequence(
                 f"K_eff of Eq 30 over that of Li & Li, {amplitude} mm, {name}",
                 "Eqs 26-30",
                 ratio,
@@ -195,7 +197,7 @@ def _tables() -> Iterator[Check]:
     for key, j in _OUTLIERS:
         k = keys.index(key)
         where = f"{key[0]} mm, {key[1]} Hz, {j} A"
-        yield outlier(
+        yield Outlier(
             f"K_eff over that at the other frequencies, {where}",
             "Tables 1-2",
             ratio[k, j],
@@ -220,21 +222,21 @@ def _tables() -> Iterator[Check]:
             scale = np.linalg.norm(slopes[0]) * np.linalg.norm(slopes[1])
             correlations.append(-(slopes[0] @ slopes[1]) / scale)
             heights.append(np.exp(-(largest**2) / (2 * sigma2)))
-    yield follows(
+    yield Consequence(
         "correlation of estimated ln alpha, ln beta, median",
         "Eq 2",
         np.median(correlations),
         "",
         how("near -1: K_eff is determined, alpha and beta alone are not"),
     )
-    yield follows("half jump at reversal over gamma, least", "Table 4", min(heights))
-    yield follows("half jump at reversal over gamma, largest", "Table 4", max(heights))
+    yield Consequence("half jump at reversal over gamma, least", "Table 4", min(heights))
+    yield Consequence("half jump at reversal over gamma, largest", "Table 4", max(heights))
 
 
 def _text() -> Iterator[Check]:
     """Statements of the text, by Tables 1-4 and Eqs 19-25."""
     stiffness, energy = loops_of_tables()
-    yield claim(
+    yield Claim(
         "the stiffness falls with amplitude",
         "Figure 13a, Tables 1-2",
         float(np.max(stiffness[2, :, 2:] / stiffness[0, :, 2:])),
@@ -248,7 +250,7 @@ def _text() -> Iterator[Check]:
     sound = np.ones_like(growth, dtype=bool)
     for key, j in _OUTLIERS:
         sound[keys.index(key), max(j - 1, 0) : j + 1] = False
-    yield claim(
+    yield Claim(
         "the stiffness grows with current",
         "Figure 13b, Tables 1-2",
         float(np.min(growth[sound])),
@@ -262,7 +264,7 @@ def _text() -> Iterator[Check]:
     )
     for name, values in (("effective stiffness", stiffness), ("energy of a loop", energy)):
         ratios = values[:, 2, 2:] / values[:, 0, 2:]
-        yield claim(
+        yield Claim(
             f"the loops do not depend on frequency: {name}",
             "Figure 12, Tables 1-4",
             float(np.max(ratios)),
@@ -272,7 +274,7 @@ def _text() -> Iterator[Check]:
             below=1.1,
         )
     for name in ("alpha", "beta"):
-        yield claim(
+        yield Claim(
             f"{name} is linear in the current",
             "Figure 15",
             np.corrcoef(CURRENTS_A, means(name))[0, 1] ** 2,
@@ -282,7 +284,7 @@ def _text() -> Iterator[Check]:
         )
     sigma = means("sigma_squared")
     every = np.array(list(YU_SIGMA_SQUARED_MM2.values()))
-    yield claim(
+    yield Claim(
         "sigma² does not depend on the current",
         "Figure 15",
         100 * float(np.ptp(sigma) / np.mean(sigma)),
@@ -292,7 +294,7 @@ def _text() -> Iterator[Check]:
         below=10.0,
     )  # fmt: skip
     counts = {name: len({*LAWS[name].parameter_names} - {"F0", "v_s"}) for name in _COMPARED}
-    yield claim(
+    yield Claim(
         "the hybrid model has the fewest parameters",
         "Section 5",
         counts["hybrid"] - min(n for name, n in counts.items() if name != "hybrid"),

@@ -22,14 +22,13 @@ from . import misprints
 from .loops import finish
 from .table import (
     Check,
+    Claim,
+    Consequence,
     Outlier,
     Verdict,
-    claim,
     compare,
-    follows,
     how,
     note,
-    outlier,
     reading,
 )
 
@@ -100,17 +99,17 @@ def _regression() -> Iterator[Check]:
                 how("all 48 columns, ω = 2πf"),
                 within=0.2,
             )
-        yield follows(f"R² of {_PARTS[part]}", "Table 1", share)
+        yield Consequence(f"R² of {_PARTS[part]}", "Table 1", share)
     slopes, share = sound["storage"]
-    yield follows(
+    yield Consequence(
         "G_real, A, without the corrupt column",
         "Table 1",
         slopes["A"],
         _UNITS["A"],
         note("with it {:.4f}", every["storage"][0]["A"]),
     )
-    yield follows("R² of G_real without it", "Table 1", share)
-    yield claim(
+    yield Consequence("R² of G_real without it", "Table 1", share)
+    yield Claim(
         "storage grows with amplitude",
         "Discussion",
         slopes["A"],
@@ -118,7 +117,7 @@ def _regression() -> Iterator[Check]:
         note("slope without the corrupt column; with it {:.4f}", every["storage"][0]["A"]),
         above=0.0,
     )
-    yield claim("storage grows with field", "Discussion", slopes["B"], _UNITS["B"], above=0.0)
+    yield Claim("storage grows with field", "Discussion", slopes["B"], _UNITS["B"], above=0.0)
     storage = every["storage"][0]
     yield compare(
         "amplitude's slope over frequency's",
@@ -136,7 +135,7 @@ def _corrupt_stiffness() -> Outlier:
     at = keys.index(lbw.CORRUPT)
     others = [k for k, key in enumerate(keys) if key[0] == lbw.CORRUPT[0] and k != at]
     median = float(np.median(table["k1"][others]))
-    return outlier(
+    return Outlier(
         "K1, 0.2 T, 0.1 mm, 20 Hz, over the median of its field",
         "Table 1",
         table["k1"][at] / median,
@@ -159,7 +158,7 @@ def _table_1() -> Iterator[Check]:
         if count < 2:  # one entry may be equal by chance
             continue
         where = "{:g} T, {:g} mm, {:g} Hz"
-        yield outlier(
+        yield Outlier(
             f"entries of {where.format(*keys[a])} equal to another column's",
             "Table 1",
             count,
@@ -168,7 +167,7 @@ def _table_1() -> Iterator[Check]:
             highest=1,
         )
     for B, A, f in sorted(set(keys) - TESTS):
-        yield outlier(
+        yield Outlier(
             f"tests listed of {B:g} T, {A:g} mm, {f:g} Hz",
             "Table 1",
             (B, A, f) in TESTS,
@@ -176,7 +175,7 @@ def _table_1() -> Iterator[Check]:
             note("{} tests are listed, {} columns printed", len(TESTS), len(keys)),
             lowest=1,
         )
-    yield claim(
+    yield Claim(
         "z is stable in time",
         "Eq 3, Table 1",
         float(np.max(table["k_e"])),
@@ -204,7 +203,7 @@ def fitness_of_regression() -> dict[tuple[float, float], float]:
 
 def _table_3() -> Iterator[Check]:
     values = np.array([float(value) for row in FITNESS.values() for value in row.values()])
-    yield claim(
+    yield Claim(
         "fitness of nearly 97 %",
         "Conclusion, Table 3",
         float(np.mean(values)),
@@ -213,7 +212,7 @@ def _table_3() -> Iterator[Check]:
         above=96.0,
     )
     estimated = {f for _, _, f in TESTS}
-    yield claim(
+    yield Claim(
         "validated at other frequencies than estimated",
         "Verification, Table 3",
         len(estimated & set(FITNESS)),
@@ -239,7 +238,7 @@ def _causality() -> Iterator[Check]:
     """A constant loss lets the storage of a linear material grow with the log of the frequency."""
     low, high = LINEARISED_FREQUENCIES_HZ[0], LINEARISED_FREQUENCIES_HZ[-1]
     loss = LINEARISED_REGRESSION_PRINTED["loss"]["constant"]
-    yield follows(
+    yield Consequence(
         f"growth of storage from {low:g} to {high:g} Hz if linear and causal",
         "Eq 11 (second)",
         2 / np.pi * loss * np.log(high / low),
@@ -262,7 +261,7 @@ def _uncheckable() -> Iterator[Check]:
 
 def figures() -> dict[str, Figure]:
     """Draw the stiffness against frequency, and the regression."""
-    return {"003_stiffness": _stiffness(), "003_regression": _regressed()}
+    return {"003_stiffness": _stiffness(), "003_regression": _regression_figure()}
 
 
 def _stiffness() -> Figure:
@@ -303,7 +302,7 @@ def _stiffness() -> Figure:
     return figure
 
 
-def _regressed() -> Figure:
+def _regression_figure() -> Figure:
     table, result = lbw.columns(), lbw.regression()
     inputs = {"A": "amplitude_mm", "B": "field_T", "f": "frequency_Hz"}
     corrupt = np.all(

@@ -11,7 +11,7 @@ from isolation_sim.identification.swarm import force_objective, search
 from isolation_sim.identification.swarm.fruit_fly import START, Flight, fly
 from isolation_sim.laws import hybrid
 
-from .table import Check, Verdict, claim, compare, follows, how, note, reading
+from .table import Check, Claim, Consequence, Verdict, compare, how, note, reading
 
 RUNS, SHORT_RUNS = 20_000, 500
 POPULATION, ITERATIONS = 10, 50
@@ -44,7 +44,7 @@ def flights(
     return fly(cosine, starts, step, ITERATIONS, POPULATION, rng, adaptive)
 
 
-def shown(values: np.ndarray, number: float) -> float:
+def share_that_prints(values: np.ndarray, number: float) -> float:
     """Share of runs that print a number to three decimals."""
     return float(np.mean(np.round(values, 3) == number))
 
@@ -68,10 +68,10 @@ def checks(short: bool = False) -> list[Check]:
 def _function() -> Iterator[Check]:
     value, at = minimum(*GLOBAL)
     yield compare("least value of the test function", "Section 4.3", "-21.143", value)
-    yield follows("its place", "Eq 18", at)
+    yield Consequence("its place", "Eq 18", at)
     value, at = minimum(*LOCAL)
-    yield follows("next minimum", "Eq 18", value)
-    yield follows("its place", "Eq 18", at)
+    yield Consequence("next minimum", "Eq 18", value)
+    yield Consequence("its place", "Eq 18", at)
 
 
 def _searches(short: bool) -> Iterator[Check]:
@@ -82,24 +82,27 @@ def _searches(short: bool) -> Iterator[Check]:
     small = flights(2.0, False, runs=runs).values
     centre = flights(2.0, False, starts=np.zeros((runs, 1, 2))).values
     yield compare("adaptive step, value found", "Figure 7", "-21.143", np.median(adaptive), "", why)
-    yield follows(
-        "adaptive step, runs that show -21.143", "Figure 7", 100 * shown(adaptive, -21.143), "%"
+    yield Consequence(
+        "adaptive step, runs that show -21.143",
+        "Figure 7",
+        100 * share_that_prints(adaptive, -21.143),
+        "%",
     )
-    yield follows("adaptive step, worst run", "Figure 7", float(np.max(adaptive)))
+    yield Consequence("adaptive step, worst run", "Figure 7", float(np.max(adaptive)))
     yield compare("fixed step 20, value found", "Figure 8", "-21.142", np.median(coarse), "", why)
-    yield follows(
+    yield Consequence(
         "fixed step 20, runs that show -21.143",
         "Figure 8",
-        100 * shown(coarse, -21.143),
+        100 * share_that_prints(coarse, -21.143),
         "%",
-        note("adaptive step: {:.1f} %", 100 * shown(adaptive, -21.143)),
+        note("adaptive step: {:.1f} %", 100 * share_that_prints(adaptive, -21.143)),
     )
     yield compare(
         "fixed step 2, value found", "Figure 9", "-6.694", np.median(small), "", why, within=0.5
     )
     for what, values in (("starts within ±10", small), ("starts at the origin", centre)):
         caught = np.abs(values - minimum(*LOCAL)[0]) < 0.1
-        yield follows(
+        yield Consequence(
             f"fixed step 2, runs at -6.705, {what}", "Figure 9", 100 * float(np.mean(caught)), "%"
         )
     largest = fly(
@@ -110,7 +113,7 @@ def _searches(short: bool) -> Iterator[Check]:
         POPULATION,
         np.random.default_rng(4),
     ).values
-    yield claim(
+    yield Claim(
         "the best fly has the largest S",
         "Eq 13",
         -float(np.median(largest)),
@@ -120,7 +123,7 @@ def _searches(short: bool) -> Iterator[Check]:
         above=-21.1435,
         below=-21.1425,
     )  # fmt: skip
-    yield claim(
+    yield Claim(
         "rand lies between 0 and 1",
         "Eqs 8-9, Figure 8",
         20.0 * (1 - 0),
@@ -166,7 +169,7 @@ def _identification(short: bool) -> Iterator[Check]:
     runs = SHORT_IDENTIFICATIONS if short else IDENTIFICATIONS
     starts = rng.uniform(-START, START, (runs, 4, 2))
     printed = fly(rms, starts, 20.0, 500, 50, rng).values
-    yield follows(
+    yield Consequence(
         "RMS left by p = 1/D, as printed",
         "Eqs 8-17",
         float(np.median(printed)),
@@ -190,4 +193,6 @@ def _identification(short: bool) -> Iterator[Check]:
             search("fruit_fly", objective, BOUNDS, 25_000, seed, scale=scale).value
             for seed in range(1 if short else 3)
         ]
-        yield follows(f"RMS left by {what}", "Eqs 8-17", float(np.median(left)), "N", how(method))
+        yield Consequence(
+            f"RMS left by {what}", "Eqs 8-17", float(np.median(left)), "N", how(method)
+        )

@@ -2,7 +2,7 @@
 
 A row is one of the classes below. None of them takes a verdict, except `Reading`, which tells what
 only the paper's text can show and quotes it. A row's remark says how its number was computed
-(`how`), tells further computed numbers (`found`), or is a reading of the paper's text (`read`).
+(`how`), tells further computed numbers (`note`), or is a reading of the paper's text (`read`).
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
@@ -42,7 +42,7 @@ class Basis(StrEnum):
 
 
 class Remark(NamedTuple):
-    """A remark on a row; made by `how`, `found` or `read`."""
+    """A remark on a row; made by `how`, `note` or `read`."""
 
     text: str
     basis: Basis
@@ -92,24 +92,28 @@ class Check(ABC):
         The number or statement.
     where : str
         Table, equation or section.
-    published : str
-        As printed; empty where it is not.
     computed : float or None
         By the library, in ``unit``; None for readings only.
     unit : str
         Of both.
     remark : Remark
         One line on it.
+    published : str
+        As printed; empty where it is not.
     """
 
     what: str
     where: str
-    published: str
     computed: float | None
     unit: str = ""
     remark: Remark = NO_REMARK
+    published: str = field(default="", kw_only=True)
 
     basis: ClassVar[Basis] = Basis.COMPUTED
+
+    def __post_init__(self) -> None:
+        if self.computed is not None:
+            object.__setattr__(self, "computed", float(self.computed))
 
     @property
     @abstractmethod
@@ -316,50 +320,9 @@ def compare(
 ) -> Comparison:
     """Compare a printed number with the computed one; arguments as of `Comparison`."""
     return Comparison(
-        what, where, published, float(computed), unit, remark, within, meant, meant_within, source
-    )
-
-
-def follows(
-    what: str, where: str, computed: float, unit: str = "", remark: Remark = NO_REMARK
-) -> Consequence:
-    """Tell a number that follows from the paper and is not printed."""
-    return Consequence(what, where, "", float(computed), unit, remark)
-
-
-def claim(
-    what: str,
-    where: str,
-    computed: float,
-    unit: str = "",
-    remark: Remark = NO_REMARK,
-    *,
-    above: float = -float("inf"),
-    below: float = float("inf"),
-) -> Claim:
-    """Judge a statement of the text by a number that must be between two bounds."""
-    return Claim(what, where, "", float(computed), unit, remark, above, below)
-
-
-def outlier(
-    what: str,
-    where: str,
-    computed: float,
-    unit: str = "",
-    remark: Remark = NO_REMARK,
-    *,
-    lowest: float = -float("inf"),
-    highest: float = float("inf"),
-) -> Outlier:
-    """Judge a table's entry by a measure that must be in a range."""
-    return Outlier(what, where, "", float(computed), unit, remark, lowest, highest)
-
-
-def equation(
-    what: str, where: str, computed: float, unit: str = "", remark: Remark = NO_REMARK
-) -> Equation:
-    """Judge an equation by how far its printed form is from the one meant."""
-    return Equation(what, where, "", float(computed), unit, remark)
+        what, where, computed, unit, remark, within, meant, meant_within, source,
+        published=published,
+    )  # fmt: skip
 
 
 def alternatives(
@@ -368,7 +331,7 @@ def alternatives(
     """Tell a number under every reading of the paper, a row each."""
     return [
         Alternative(
-            what, where, "", float(value), unit, remark,
+            what, where, value, unit, remark,
             tuple(other for key, other in values.items() if key != what),
         )
         for what, value in values.items()
@@ -379,7 +342,9 @@ def reading(
     what: str, where: str, evaluated: Verdict, text: str, quote: str, published: str = ""
 ) -> Reading:
     """Tell what only the paper's text shows, with the words that show it."""
-    return Reading(what, where, published, None, "", read(text), evaluated, quote)
+    return Reading(
+        what, where, None, "", read(text), evaluated, quote, published=published
+    )  # fmt: skip
 
 
 def layout(title: str, checks: Iterable[Check]) -> Table:

@@ -15,21 +15,21 @@ from studies.blind.building_score import (
     storey_right,
 )
 from studies.blind.score import NOTHING
-from studies.blind_buildings import scored
+from studies.blind_buildings import score
 
 
 def test_the_storey_that_lost_stiffness_is_named_first():
     case = next(singles())
     # the study asks other processes
-    result = pickle.loads(pickle.dumps(scored(case)))
+    result = pickle.loads(pickle.dumps(score(case)))
     assert answer(result.diagnosis) == case.forms[0][0] == "storey_stiffness_loss"
     assert storey_right(result)
     loss = result.diagnosis["causes"][0]["parameters"]["loss"]
-    assert loss["value"] == pytest.approx(case.record.strengths[0], rel=0.1)
+    assert loss["value"] == pytest.approx(case.record.severities[0], rel=0.1)
 
 
 def test_nothing_is_named_where_nothing_is_hidden():
-    result = scored(next(clean(1)))
+    result = score(next(clean(1)))
     assert answer(result.diagnosis) == NOTHING and not result.diagnosis["causes"]
 
 
@@ -45,7 +45,7 @@ def test_a_pair_is_more_than_either_alone():
     case = next(pairs(1))
     alone = [BuildingCase("single", case.seed, (form,), case.size) for form in case.forms]
     assert case.record.size > max(one.record.size for one in alone) > 0.5 * case.size
-    assert case.record.strengths == tuple(one.record.strengths[0] for one in alone)
+    assert case.record.severities == tuple(one.record.severities[0] for one in alone)
 
 
 def diagnosis(*causes, verdict="explained", storey=None):

@@ -50,7 +50,7 @@ def test_an_equation_describes_a_squeeze_film_of_the_isolators(tmp_path):
     assert term.text == "x^2 v" and found.ladder.offered == "equation"
     (coefficient,) = term.numbers.values()
     assert coefficient.unit == "N s/m^3"
-    assert coefficient.value == pytest.approx(hidden.strengths[0], rel=0.03)
+    assert coefficient.value == pytest.approx(hidden.severities[0], rel=0.03)
     law, equation = found.ladder.rungs[0], found.ladder.rungs[-1]
     assert equation.held_out < 0.25 * law.held_out
     assert found.verdict == "explained"

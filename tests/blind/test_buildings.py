@@ -116,11 +116,11 @@ def test_every_name_has_two_forms(every_fault):
 
 
 @pytest.mark.parametrize("k", range(N_FAULTS))
-def test_fault_reaches_its_size_and_is_nothing_at_strength_zero(every_fault: list[Fault], k: int):
+def test_fault_reaches_its_size_and_is_nothing_at_severity_zero(every_fault: list[Fault], k: int):
     fault = every_fault[k]
     record = make_record(1, [fault], 0.06, noise=0.0)
     assert record.size == pytest.approx(0.06, rel=0.1)
-    assert 0 < record.strengths[0] <= fault.limit
+    assert 0 < record.severities[0] <= fault.limit
     still = fault.change(record.nominal, 0.0).respond(record.ground)
     channels = fault.reading(still, 0.0)
     assert misfit(record.nominal, record.ground, still.current, channels) < 1e-9

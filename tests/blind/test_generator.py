@@ -107,17 +107,17 @@ def test_every_name_of_the_design_has_two_forms():
 
 
 @pytest.mark.parametrize(("effect", "form"), ALL)
-def test_strength_zero_is_clean_and_the_size_is_reached(effect, form):
+def test_severity_zero_is_clean_and_the_size_is_reached(effect, form):
     base = "hybrid" if effect == "weak_rate_dependence" else "strain_stiffening"
     gauge = gauge_of(base)
     blank = Hidden.draw(effect, np.random.default_rng(10), form)
     np.testing.assert_array_equal(gauge.force(gauge.device, [blank]), gauge.clean)
     hidden = gauge.at_size(blank, 0.02)
     assert gauge.visible(hidden) == pytest.approx(0.02, rel=0.01)
-    faint = replace(hidden, strength=hidden.strength / 100)
+    faint = replace(hidden, severity=hidden.severity / 100)
     assert gauge.change(faint) < 0.2 * gauge.change(hidden)
     assert gauge.change(hidden) >= gauge.visible(hidden)
-    assert 0 < hidden.strength <= hidden.form.limit
+    assert 0 < hidden.severity <= hidden.form.limit
 
 
 def test_sizes_are_repeated_on_a_finer_grid():
@@ -133,8 +133,8 @@ def test_what_the_law_takes_up_is_not_visible():
     device = perturbed("bouc_wen", np.random.default_rng(12))
     gauge = Gauge(device, COARSE)
     offset = Hidden.draw("force_offset", np.random.default_rng(1), "same_everywhere")
-    assert gauge.change(replace(offset, strength=10.0)) > 0.02
-    assert gauge.visible(replace(offset, strength=10.0)) < 1e-6
+    assert gauge.change(replace(offset, severity=10.0)) > 0.02
+    assert gauge.visible(replace(offset, severity=10.0)) < 1e-6
     with pytest.raises(Unreachable):
         gauge.at_size(offset, 0.02)
 

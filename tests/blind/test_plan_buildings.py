@@ -48,9 +48,9 @@ def test_nothing_is_named_where_nothing_is_hidden(tmp_path):
     assert len(diagnosis.traces) == 2 * 11
 
 
-def found(form, strength, folder):
+def found(form, severity, folder):
     """The only cause named, its numbers, and its sentence."""
-    diagnosis = diagnosed(blind.faulty(nominal(), form, strength, SEED), folder)
+    diagnosis = diagnosed(blind.faulty(nominal(), form, severity, SEED), folder)
     assert diagnosis.verdict == "explained" and len(diagnosis.causes) == 1
     cause = diagnosis.causes[0]
     return cause, {name: one.value for name, one in cause.parameters.items()}

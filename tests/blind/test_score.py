@@ -8,10 +8,10 @@ from studies.blind.cases import Truth
 from studies.blind.score import Rate, Scored, confusion_table, median_held_out_ratio, rates
 
 
-def truth(*effects, forms=("any",), strengths=(1.0,), depends_on=(), tolerated=()):
+def truth(*effects, forms=("any",), severities=(1.0,), depends_on=(), tolerated=()):
     sizes = (0.02,) * len(effects)
     return Truth(
-        "bouc_wen", effects, forms, strengths, sizes, sizes, frozenset(depends_on),
+        "bouc_wen", effects, forms, severities, sizes, sizes, frozenset(depends_on),
         frozenset(tolerated),
     )  # fmt: skip
 
@@ -88,7 +88,7 @@ def test_tolerated_variables_are_no_strangers():
 @pytest.mark.parametrize(("low", "high", "hit"), [(1.8, 2.3, 1), (-2.3, -1.8, 1), (2.1, 3.0, 0)])
 def test_intervals(low, high, hit):
     parameter = {"value": (low + high) / 2, "low": low, "high": high, "unit": "N"}
-    hidden = truth("force_offset", forms=("same_everywhere",), strengths=(2.0,))
+    hidden = truth("force_offset", forms=("same_everywhere",), severities=(2.0,))
     found = diagnosis("force_offset", offset=parameter)
     rate = rates([scored("single", hidden, found)])["intervals that cover"]
     assert (rate.hits, rate.cases) == (hit, 1)

@@ -88,8 +88,8 @@ def test_an_effect_has_the_size_asked_for(case):
 
 def test_members_of_a_pair_do_not_share_a_number():
     for case in second_pairs(60):
-        strengths = [SECOND_FORMS[cause][form].strength for cause, form in case.hidden]
-        assert len(set(strengths)) == 2
+        severities = [SECOND_FORMS[cause][form].severity for cause, form in case.hidden]
+        assert len(set(severities)) == 2
 
 
 def test_files_are_read_in_their_units(tmp_path):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from controllers.compiled import _joined, collect
+from controllers.compiled import _module_text, collect
 from controllers.device_states import follow_states
 from controllers.predictive.generated_jacobian import PredictionModel
 from controllers.predictive.prediction import Prediction
@@ -30,7 +30,7 @@ def compiled_kernels(laws):
     parts = {}
     collect(follow_uncontrolled, parts, ("device_side",))
     collect(predict, parts, ("device_side",))
-    return load_text("test", _joined(parts, PredictionModel, laws) + _ENTRIES)
+    return load_text("test", _module_text(parts, PredictionModel, laws) + _ENTRIES)
 
 
 def as_tuples(work):
@@ -88,10 +88,10 @@ class Uncontrolled(Predictor):
         super().__init__(nominal, coils, step, np.zeros(1), longest)
         self.n_known, n_peaks = n_known, self.n_displacements + self.n_accelerations
         self.lowest = np.tile(coils[:, 2], (n_ahead + 1, 1))
-        self.peaks, self.course = np.zeros(3), np.zeros((1 + n_known + n_ahead, 2))
+        self.peaks, self.peak_history = np.zeros(3), np.zeros((1 + n_known + n_ahead, 2))
         self.state = (
             np.zeros(self.rows.shape[-1]), self.initial_states(), np.zeros((2, n_peaks)),
-            self.peaks, self.course, np.zeros((self.along.shape[1], self.n_sub + 1)),
+            self.peaks, self.peak_history, np.zeros((self.along.shape[1], self.n_sub + 1)),
         )  # fmt: skip
         self.begun = False
 

@@ -40,9 +40,9 @@ def test_wanted_forces_are_the_regulators_on_the_estimate(isolated, record, whic
     gains = one.force_gains(isolated, np.array([1.5]))
     for k, row in enumerate(seen):
         one.current(k * context.period, row)
-        first = len(one._memory) - len(observer.tracking.memory)
+        first = len(one._step.memory) - len(observer.tracking.memory)
         z = np.concatenate([found.displacement[k], found.velocity[k]])
-        wanted = one._memory[first + MOTION + 2]
+        wanted = one._step.memory[first + MOTION + 2]
         assert wanted == pytest.approx(float(gains[0] @ z), rel=1e-6, abs=1.0)
 
 

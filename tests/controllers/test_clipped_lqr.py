@@ -105,7 +105,7 @@ def test_device_states_follow_the_plant(isolated, record):
     twin = one.in_python()
     simulate(isolated, record, twin)
     n_states = 2
-    followed = twin._memory[6 : 6 + n_states]
+    followed = twin._step.memory[6 : 6 + n_states]
     # the last decision is one interval before the end
     peak = np.abs(run.states[:, 0]).max(axis=0)
     assert np.all(np.abs(followed - run.states[-2, 0]) <= 2e-3 * peak)
@@ -120,7 +120,7 @@ def test_wanted_force_is_mapped_by_the_belief(isolated):
     one.reset(context)
     for k, row in enumerate(measured):
         command = one.current(0.02 * k, row)[0]
-        states = one._memory[6:8].tolist()
+        states = one._step.memory[6:8].tolist()
         mapped = CurrentMap(device, 0, 3)(float(gains[0] @ row[:-1]), row[0], row[6], states)
         assert command == pytest.approx(mapped.current, abs=1e-9)
 

@@ -43,10 +43,10 @@ def test_follows_a_changing_tone_in_noise(isolated, frequency):
         ground = np.sin(phase) + 0.05 * rng.standard_normal()
         one.current(0.02 * k, MEASUREMENT(ground, 0.0))
         if k == 999:
-            assert dominant_frequency(*one._memory[COEFFICIENTS:][:2], 0.02) == pytest.approx(
+            assert dominant_frequency(*one._step.memory[COEFFICIENTS:][:2], 0.02) == pytest.approx(
                 1.5, rel=0.1
             )
-    found = dominant_frequency(*one._memory[COEFFICIENTS:][:2], 0.02)
+    found = dominant_frequency(*one._step.memory[COEFFICIENTS:][:2], 0.02)
     assert found == pytest.approx(frequency, rel=0.25)
 
 

@@ -81,6 +81,6 @@ def test_wanted_force_is_the_sampled_controllers(isolated, design):
         current = one.current(moment, np.concatenate([y, motion[i], [1.0]]))[0]
         wanted = linear.passive[0] @ motion[i] + unit * float((c @ state + d @ y)[0])
         state = a @ state + b @ y
-        states = one._memory[2 * len(a) + 6 :][:2]
+        states = one._step.memory[2 * len(a) + 6 :][:2]
         mapped = CurrentMap(device, 0, 3)(wanted, *motion[i], states.tolist())
         assert current == pytest.approx(mapped.current, abs=1e-8)

@@ -10,24 +10,24 @@ from scipy.signal import TransferFunction, lfilter, lsim
 
 from controllers import controller
 from controllers.best_constant import weighted_peak
-from controllers.clairvoyant import coil_table
-from controllers.compiled import CompiledController, DecisionStep
+from controllers.compiled import CompiledController
+from controllers.current_limits import coil_table
 from controllers.mpc import MPC
 from controllers.predictive.condense_kernel import condense
-from controllers.predictive.decision import ACCELERATION_AHEAD, FAILED, STATE, STRAYS
+from controllers.predictive.decision import ACCELERATION_AHEAD, DEVIATIONS, FAILED, STATE
 from controllers.predictive.flat_arrays import array1
 from controllers.predictive.force_scale import balance, learn_scale
 from controllers.predictive.ground_kernel import (
     DRIFT,
     FORGETTING,
     RECENT,
-    drive,
     extrapolate,
     forecast_deviation,
-    learn,
+    ground_innovation,
+    least_squares_update,
     look_ahead,
 )
-from controllers.predictive.nominal_linear_model import spring_and_dashpot
+from controllers.predictive.linear_devices import spring_and_dashpot
 from controllers.predictive.prediction import Prediction, growing_blocks
 from controllers.predictive.slow_ground import follow_slow, slow_lengths
 from ground_motions import Record, mavroeidis_papageorgiou_pulse
@@ -192,13 +192,13 @@ def test_the_course_without_current_is_that_of_a_run_on_the_forecast_ground(isol
     known, n_ahead = 6, 40
     one = Uncontrolled(isolated, COILS, 0.02, 0.01, known - 1, n_ahead)
     ground = np.array(record.acceleration[:, np.newaxis])
-    # the forecast is right, so that the course goes on as the run does
+    # the forecast is right, so that the peaks go on as those of the run do
     for k in range(50):
         one.follow_ground(one.between(ground[k : k + known + n_ahead]))
     exact = np.maximum.accumulate(np.stack([displacement, acceleration], axis=1))
-    assert one.course.shape == (known + n_ahead, 2)
+    assert one.peak_history.shape == (known + n_ahead, 2)
     assert exact[49 + known + n_ahead, 1] > 1.1 * exact[49, 1]
-    np.testing.assert_allclose(one.course, exact[49 : 49 + known + n_ahead], rtol=0.03)
+    np.testing.assert_allclose(one.peak_history, exact[49 : 49 + known + n_ahead], rtol=0.03)
 
 
 @pytest.mark.parametrize("settings", [{}, {"filter": "extended", "learning": 20.0}])
@@ -408,7 +408,7 @@ def test_autoregressive_model_is_the_weighted_least_squares():
     noise, errors = np.zeros(1), []
     for value in series:
         errors.append(value - coefficients @ past)
-        learn(value, past, coefficients, covariance, np.zeros(order), noise)
+        least_squares_update(value, past, coefficients, covariance, np.zeros(order), noise)
     rows = np.stack([series[1:-1], series[:-2]], axis=1)
     weight = np.sqrt(FORGETTING ** np.arange(len(rows))[::-1])
     exact = np.linalg.lstsq(rows * weight[:, None], np.array(series[2:]) * weight, rcond=None)[0]
@@ -438,15 +438,15 @@ def test_the_ground_s_velocity_comes_back_to_zero():
     # an acceleration from its own drive, by the differential equation of the velocity
     time = np.arange(steps + 1) * h
     acceleration = np.sin(3.0 * time) * np.exp(-0.5 * time)
-    at, drives = np.zeros(2), []
+    at, innovations = np.zeros(2), []
     for value in acceleration:
-        drives.append(drive(value, at, returning))
+        innovations.append(ground_innovation(value, at, returning))
     velocity = cumulative_trapezoid(acceleration, dx=h, initial=0.0)
-    np.testing.assert_allclose(drives, acceleration + velocity / settling, atol=1e-12)
+    np.testing.assert_allclose(innovations, acceleration + velocity / settling, atol=1e-12)
     # known samples give the same
     found = np.zeros(steps + 1)
     extrapolate(steps + 1, np.zeros(0), np.zeros(0), acceleration, np.zeros(2), returning, found)
-    np.testing.assert_allclose(found[1:], drives[1:], atol=1e-12)
+    np.testing.assert_allclose(found[1:], innovations[1:], atol=1e-12)
 
 
 def test_a_random_motion_is_foreseen_better_by_its_velocity():
@@ -473,8 +473,8 @@ def test_a_random_motion_is_foreseen_better_by_its_velocity():
             past, coefficients, covariance = np.zeros(10), np.zeros(10), 0.01 * np.eye(10)
             motion, variance = np.zeros(2), np.zeros(1)
             for k in range(2000 - ahead):
-                now = drive(series[k], motion, returning)
-                learn(now, past, coefficients, covariance, np.zeros(10), variance)
+                now = ground_innovation(series[k], motion, returning)
+                least_squares_update(now, past, coefficients, covariance, np.zeros(10), variance)
                 if k >= 500 and k % 5 == 0:
                     ground = np.zeros(ahead + 1)
                     ground[0] = series[k]
@@ -491,7 +491,7 @@ def test_a_random_motion_is_foreseen_better_by_its_velocity():
 def test_without_a_model_the_ground_is_expected_to_rest(isolated, record):
     one = MPC(order=0, settling=None)
     simulate(isolated, record.cut(0.0, 3.0), one, driver=LAGGING)
-    assert one.report.failed == 0 and one.memory_array(STRAYS)[1:].min() > 0.0
+    assert one.report.failed == 0 and one.memory_array(DEVIATIONS)[1:].min() > 0.0
     ahead = one.memory_array(ACCELERATION_AHEAD)
     assert np.abs(ahead[:, 0]).max() > 0.0 and not ahead[:, 1:].any()
 
@@ -502,8 +502,8 @@ def test_accelerations_stray_as_drawn_from_the_model(isolated):
     coefficients, noise, reach, n_draws = np.array([[1.5, -0.7]]), 0.04, 4, 2000
     prediction = Predictor(isolated, COILS, 0.02, np.arange(8))
     pulses = np.concatenate([prediction.pulses(np.array([i]), reach) for i in (0.0, 3.0)])
-    strays = np.zeros((reach + 1, prediction.n_accelerations, 2))
-    forecast_deviation(coefficients, np.array([[noise]]), pulses, np.zeros(reach), strays)
+    deviations = np.zeros((reach + 1, prediction.n_accelerations, 2))
+    forecast_deviation(coefficients, np.array([[noise]]), pulses, np.zeros(reach), deviations)
     for k, current in enumerate((0.0, 3.0)):
         drawn = np.empty((n_draws, reach + 1, prediction.n_accelerations))
         for draw in drawn:
@@ -517,8 +517,10 @@ def test_accelerations_stray_as_drawn_from_the_model(isolated):
             )  # fmt: skip
             draw[:] = prediction.y[: reach + 1, 1:7]
         spread = drawn.std(axis=0)
-        assert np.all(np.abs(strays[..., k] - spread) <= 0.08 * spread.max(axis=1, keepdims=True))
-    assert np.all(strays[1:, 0, 1] > strays[1:, 0, 0])
+        assert np.all(
+            np.abs(deviations[..., k] - spread) <= 0.08 * spread.max(axis=1, keepdims=True)
+        )
+    assert np.all(deviations[1:, 0, 1] > deviations[1:, 0, 0])
 
 
 def condensed(p, level, clear, weights, resting, without=0.0):
@@ -632,13 +634,13 @@ class Ahead:
 
 
 def test_the_ground_s_velocity_at_the_end_is_that_of_the_motion_ahead(record):
-    h, n_steps, told, keep = 0.02, 30, 20, np.exp(-0.02 / DRIFT)
-    ahead = Ahead(1, n_steps, 0, None, keep)
+    h, n_steps, told, decay = 0.02, 30, 20, np.exp(-0.02 / DRIFT)
+    ahead = Ahead(1, n_steps, 0, None, decay)
     for k in range(100):
         ahead.look(record.acceleration[k], record.acceleration[k + 1 : k + 1 + told])
     # what is not known is expected to be at rest
     seen = np.concatenate([record.acceleration[: 100 + told], np.zeros(n_steps - told)])
-    velocity = lfilter([keep * h / 2] * 2, [1.0, -keep], seen)
+    velocity = lfilter([decay * h / 2] * 2, [1.0, -decay], seen)
     assert ahead.end[0, 1] == pytest.approx(velocity[-1], rel=1e-9)
     assert abs(velocity[-1]) > 0.01
 
@@ -676,7 +678,7 @@ def test_linear_variant_predicts_with_springs_and_dashpots(isolated, record, mon
     settings, part = {"horizon": 0.4, "blocks": 8, "stiff_start": 0.0}, record.cut(1.0, 2.5)
     one = MPC(model="linear", **settings)
     with monkeypatch.context() as patch:
-        patch.setattr("controllers.mpc.decision_step", DecisionStep)
+        patch.setattr("controllers.compiled.COMPILED", False)
         patch.setattr(MPC, "compiled", lambda self, context: None)
         run = simulate(isolated, part, one, driver=LAGGING)
     full = simulate(isolated, part, MPC(**settings), driver=LAGGING)

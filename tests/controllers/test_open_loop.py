@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from controllers import controller
-from controllers.clairvoyant import Plant, _limits
+from controllers.clairvoyant import Plant, _coils
 from isolation_sim.errors import InputError
 from isolation_sim.laws import LAWS, available_sets, law
 from isolation_sim.simulation.control import CoilDriver
@@ -84,7 +84,7 @@ def test_the_highest_tested_current_is_the_devices(plant, driver, expected, reco
     run = simulate(plant, record.cut(0.0, 0.5), controller("passive_on"), driver=driver)
     assert set(run.current.ravel().tolist()) == {expected}
     driver = driver or CoilDriver()
-    assert _limits(Plant(plant, (record,), driver))[:, 3].tolist() == [expected]
+    assert _coils(Plant(plant, (record,), driver))[:, 3].tolist() == [expected]
 
 
 def test_a_nominal_model_does_not_change_what_was_tested(record):

@@ -23,7 +23,7 @@ def test_wanted_force_leads_to_the_surface(isolated, x, v, pull):
     wanted = mass * (2.0 * v + 0.5 * pull)
     command = one.current(0.0, MEASUREMENT(x, v, 0.0))[0]
     # at the first instant the states are still those of rest
-    assert one._memory[3] == pytest.approx(wanted, rel=1e-12)
+    assert one._step.memory[3] == pytest.approx(wanted, rel=1e-12)
     mapped = CurrentMap(isolated.elements[0].device, 0, 3)(wanted, x, v, (0.0, 0.0))
     assert command == pytest.approx(mapped.current, abs=1e-9)
 

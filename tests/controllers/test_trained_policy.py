@@ -52,7 +52,7 @@ def share(w, x, hidden):
 def test_the_network_is_that_of_the_matrices(isolated, record):
     one = controller("trained_policy").in_python()
     run = simulate(isolated, record.cut(0.0, 4.0), one, driver=DRIVER)
-    memory, settings = one._memory, one._decision.settings
+    memory, settings = one._step.memory, one._decision.settings
     x, last = array(memory, at.INPUTS), array(memory, at.HIDDEN).copy()
     # one more step from the last memory
     expected, hidden = share(network(), x, last)

@@ -186,7 +186,7 @@ def check_decisions(program, controller, job):
 
     def watched(t, measurement):
         command = decide(t, measurement)
-        rows.append([t, *controller.step.measured.tolist()])
+        rows.append([t, *controller._step.measured.tolist()])
         return command
 
     controller.current = watched

@@ -7,7 +7,7 @@ import pytest
 
 from isolation_sim.identification.swarm import force_objective, search
 from isolation_sim.laws import law
-from studies.papers.search_002 import RUNS, cosine, flights, shown
+from studies.papers.search_002 import RUNS, cosine, flights, share_that_prints
 
 GLOBAL, LOCAL = -21.143447, -6.704658
 
@@ -24,7 +24,7 @@ def test_minima_of_the_cosine_function():
 
 def test_adaptive_step_finds_the_global_minimum():
     flight = flights(20.0, adaptive=True)
-    assert shown(flight.values, -21.143) >= 0.99
+    assert share_that_prints(flight.values, -21.143) >= 0.99
     assert np.max(flight.values) <= LOCAL + 1e-3  # the worst run is in the next minimum
     best = flight.coefficients[np.argmin(flight.values), 0]
     assert best == pytest.approx(0.044538, abs=1e-5)
@@ -33,7 +33,7 @@ def test_adaptive_step_finds_the_global_minimum():
 
 def test_fixed_step_20_stays_coarse():
     flight = flights(20.0, adaptive=False)
-    assert shown(flight.values, -21.143) == pytest.approx(0.90, abs=0.02)
+    assert share_that_prints(flight.values, -21.143) == pytest.approx(0.90, abs=0.02)
     assert np.max(flight.values) < -21.0  # in the right minimum, not at its bottom
 
 

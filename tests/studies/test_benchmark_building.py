@@ -132,7 +132,7 @@ def test_mr_isolators_are_as_stiff_as_the_bearings_at_the_design_displacement():
 def test_nonlinear_bearings_have_the_linear_stiffness_after_yielding_or_slip():
     weight, far = 2.5e6, 0.3
     for device, strength in (
-        (study.lead_rubber_bearing(weight), study.STRENGTH * weight),
+        (study.lead_rubber_bearing(weight), study.CHARACTERISTIC_STRENGTH * weight),
         (study.friction_bearing(weight), study.SLIDING["mu_max"] * weight),
     ):
         states = (1.0,) if device.law.name == "park_wen_ang" else (study.SLIDING["mu_max"],)

@@ -17,7 +17,7 @@ from studies.study import perform
 
 @pytest.fixture(scope="module")
 def first(shared_data):
-    return study.prepared(shared_data / "bncs", study.FIRST)
+    return study.read_resampled(shared_data / "bncs", study.FIRST)
 
 
 def test_stiff_storeys_move_with_the_base():
@@ -29,7 +29,7 @@ def test_stiff_storeys_move_with_the_base():
 
 
 def test_storeys_found_above_the_base_follow_the_floors(first):
-    building = study.identified(first)
+    building = study.identify_superstructure(first)
     base, floors = first.values[:, 0], first.values[:, 1:-1]
     missed = study.floor_accelerations(building, base, first.dt) - floors
     rigid = base[:, np.newaxis] - floors

@@ -149,7 +149,7 @@ def test_the_share_closed_is_a_mean_over_the_motions_that_have_a_bound():
     scores = {"El Centro": 1.8, "a": 1.6, "b": 1.4, "c": 0.9}
     row = {"controller": "mine", "constant": 2.0, "base": 0.5, "floor": 0.5, "bounded": True}
     row |= {runs.BASE: 0.1, runs.FLOOR: 1.0}
-    found = study.Judgement(
+    found = study.Evaluation(
         {(case, m): [row | {"J": score}] for case in runs.CASES for m, score in scores.items()},
         {m: [] for m in scores},
         {m: {"J": 1.0, "certified": 1e-4} for m in scores},
@@ -176,7 +176,7 @@ def test_the_figure_shows_every_controller_and_the_bound(own):
 def test_no_two_controllers_of_the_figure_look_the_same():
     names, line = list(study.candidates(short=False)), [{"base": 1.0, "floor": 1.0}] * 2
     rows = [{"controller": name, "base": 1.0, "floor": 1.0, "J": 2.0} for name in names]
-    found = study.Judgement(
+    found = study.Evaluation(
         {("nominal", m): rows for m in ("El Centro", "a")}, {"El Centro": line, "a": line}, {}
     )
     axes = study.figure(found).axes[0]
@@ -189,7 +189,7 @@ def test_what_is_not_bounded_is_reported():
     record = study.motions(True)["El Centro"].padded(after=20.0)
     (row,) = runs.run_candidates({"leaving": Leaving()}, record, runs.Case())
     assert not row["bounded"]
-    found = study.Judgement(
+    found = study.Evaluation(
         {(case, m): [row] for case in runs.CASES for m in ("El Centro", "again")},
         {m: runs.constants(record) for m in ("El Centro", "again")},
         {},

@@ -12,7 +12,7 @@ LABEL = "10mm_1Hz"
 
 @pytest.fixture(scope="module")
 def campaign(shared_data):
-    return damper.prepared(shared_data / "mr_damper")
+    return damper.read_shortened(shared_data / "mr_damper")
 
 
 FAST = ("hyperbolic_tangent", "dahl")

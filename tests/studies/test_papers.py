@@ -32,12 +32,9 @@ from studies.papers.table import (
     Remark,
     Verdict,
     agree,
-    claim,
     compare,
-    equation,
     layout,
     note,
-    outlier,
 )
 
 
@@ -386,14 +383,14 @@ def test_misprints_are_listed(outcome, paper):
         (compare("", "", "0.0034", 0.0316, within=5), Verdict.NOT_REPRODUCED),
         (compare("", "", "0.0034", 0.0316, meant="0.034", meant_within=10), Verdict.MISPRINT),
         (compare("", "", "0.0034", 0.0416, meant="0.034", meant_within=10), Verdict.NOT_REPRODUCED),
-        (compare("", "", "5", 5.0, source=outlier("", "", 3.0, highest=2.0)), Verdict.CORRUPT),
-        (compare("", "", "5", 5.0, source=outlier("", "", 1.0, highest=2.0)), Verdict.REPRODUCED),
-        (claim("", "", 1.0, above=1.0), Verdict.WRONG),
-        (claim("", "", 1.1, above=1.0, below=2.0), Verdict.REPRODUCED),
-        (equation("", "", 1e-9), Verdict.REPRODUCED),
-        (equation("", "", 1e-3), Verdict.MISPRINT),
-        (outlier("", "", -11.0, lowest=-10.0), Verdict.CORRUPT),
-        (Alternative("", "", "", 43.5, "mm", others=(58.0,)), Verdict.AMBIGUOUS),
+        (compare("", "", "5", 5.0, source=Outlier("", "", 3.0, highest=2.0)), Verdict.CORRUPT),
+        (compare("", "", "5", 5.0, source=Outlier("", "", 1.0, highest=2.0)), Verdict.REPRODUCED),
+        (Claim("", "", 1.0, above=1.0), Verdict.WRONG),
+        (Claim("", "", 1.1, above=1.0, below=2.0), Verdict.REPRODUCED),
+        (Equation("", "", 1e-9), Verdict.REPRODUCED),
+        (Equation("", "", 1e-3), Verdict.MISPRINT),
+        (Outlier("", "", -11.0, lowest=-10.0), Verdict.CORRUPT),
+        (Alternative("", "", 43.5, "mm", others=(58.0,)), Verdict.AMBIGUOUS),
     ],
 )  # fmt: skip
 def test_verdicts_follow_from_the_numbers(row, verdict):

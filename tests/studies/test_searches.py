@@ -9,7 +9,7 @@ pytest.importorskip("pymoo")
 
 from isolation_sim.laws import law
 from studies import searches
-from studies.search_courses import LEAST_SQUARES, Course, searched
+from studies.search_convergence import LEAST_SQUARES, Convergence, run_search
 
 BUDGET = 400
 
@@ -21,7 +21,7 @@ def problem():
 
 @pytest.fixture(scope="module")
 def comparison(problem):
-    return searches.compared(problem, BUDGET, 3)
+    return searches.compare_methods(problem, BUDGET, 3)
 
 
 def test_the_box_holds_what_is_looked_for(problem):
@@ -44,20 +44,20 @@ def test_the_derivatives_are_those_of_the_residuals(problem):
 
 
 def test_a_course_is_read_by_evaluations_and_by_time():
-    course = Course(
+    convergence = Convergence(
         np.array([1.0, 5.0, 9.0]), np.array([0.1, 0.2, 0.4]), np.array([3.0, 2.0, 1.0]), 0.5
     )
-    assert course.best() == 1.0
-    assert course.best(spent=8) == 2.0
-    assert course.best(seconds=0.15) == 3.0
-    assert course.best(spent=0) == np.inf
-    assert course.arrival(2.5) == (5.0, 0.2)
-    assert course.arrival(0.5) == (np.inf, np.inf)
+    assert convergence.best() == 1.0
+    assert convergence.best(spent=8) == 2.0
+    assert convergence.best(seconds=0.15) == 3.0
+    assert convergence.best(spent=0) == np.inf
+    assert convergence.arrival(2.5) == (5.0, 0.2)
+    assert convergence.arrival(0.5) == (np.inf, np.inf)
 
 
 @pytest.mark.parametrize("method", [LEAST_SQUARES, "fruit_fly", "cma_es"])
 def test_no_search_spends_more_than_its_budget(problem, method):
-    one, two = (searched(problem, method, BUDGET, 1) for _ in range(2))
+    one, two = (run_search(problem, method, BUDGET, 1) for _ in range(2))
     assert one.evaluations.max() <= BUDGET
     assert np.all(np.diff(one.costs) < 0) and np.all(np.diff(one.evaluations) > 0)
     np.testing.assert_array_equal(one.costs, two.costs)
@@ -65,13 +65,13 @@ def test_no_search_spends_more_than_its_budget(problem, method):
 
 def test_derivatives_are_paid_for(problem):
     # the first evaluation of least squares is one with derivatives by five parameters
-    course = searched(problem, LEAST_SQUARES, BUDGET, 1)
-    assert course.evaluations[0] % 6 == 0
-    assert searched(problem, "fruit_fly", BUDGET, 1).evaluations[0] < 6
+    convergence = run_search(problem, LEAST_SQUARES, BUDGET, 1)
+    assert convergence.evaluations[0] % 6 == 0
+    assert run_search(problem, "fruit_fly", BUDGET, 1).evaluations[0] < 6
 
 
 def test_every_method_is_compared(comparison, problem):
-    assert set(comparison.courses) == set(searches.TITLES)
+    assert set(comparison.searches) == set(searches.TITLES)
     rows = {row["method"]: row for row in comparison.records()}
     ours = rows.pop("least squares")
     # one of three may still be on its way from a far start
@@ -100,7 +100,7 @@ def test_the_figure_has_a_line_a_method(comparison):
 
 
 def test_without_the_damper_the_study_says_so(monkeypatch, tmp_path):
-    monkeypatch.setattr(searches, "DATA", tmp_path / "absent")
+    monkeypatch.setenv("ISOLATION_SIM_DATA", str(tmp_path / "absent"))
     monkeypatch.setattr(searches, "SHORT_BUDGET", BUDGET)
     monkeypatch.setattr(searches, "SHORT_SEEDS", 1)
     shares = []
@@ -115,5 +115,5 @@ def test_the_measured_damper_is_one_current_of_the_campaign(shared_data):
     assert np.unique(problem.simulator.motion.current).tolist() == [1.0]
     assert problem.parameterisation.fixed == {"A": 200.0, "n": 2.0}
     # one start in four ends in a poorer minimum
-    reached = [searched(problem, LEAST_SQUARES, 1500, seed).best() for seed in range(3)]
+    reached = [run_search(problem, LEAST_SQUARES, 1500, seed).best() for seed in range(3)]
     assert np.median(reached) < 0.13

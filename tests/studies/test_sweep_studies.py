@@ -133,15 +133,15 @@ def test_capacity_is_where_the_demand_first_crosses_the_limit():
 def test_maximum_likelihood_recovers_a_lognormal_with_and_without_censoring():
     draw = np.random.default_rng(1)
     capacities = 0.3 * np.exp(0.4 * draw.standard_normal(4000))
-    whole = fragility.fitted(capacities, 10.0)
+    whole = fragility.fit_lognormal(capacities, 10.0)
     assert whole.median == pytest.approx(np.exp(np.log(capacities).mean()))
-    assert whole.spread == pytest.approx(np.log(capacities).std())
+    assert whole.dispersion == pytest.approx(np.log(capacities).std())
     # what lies beyond the levels is known to do so, and no more
     cut = np.where(capacities > 0.35, np.inf, capacities)
-    censored = fragility.fitted(cut, 0.35)
+    censored = fragility.fit_lognormal(cut, 0.35)
     assert censored.median == pytest.approx(0.3, rel=0.03)
-    assert censored.spread == pytest.approx(0.4, rel=0.06)
-    assert fragility.fitted(np.array([np.inf, np.inf]), 1.0).probability(0.5) == 0.0
+    assert censored.dispersion == pytest.approx(0.4, rel=0.06)
+    assert fragility.fit_lognormal(np.array([np.inf, np.inf]), 1.0).probability(0.5) == 0.0
 
 
 def test_bounds_narrow_with_more_motions():
@@ -149,7 +149,7 @@ def test_bounds_narrow_with_more_motions():
     widths = []
     for count in (10, 160):
         capacities = 0.3 * np.exp(0.4 * draw.standard_normal(count))
-        medians = [fit.median for fit in fragility.redrawn(capacities, 10.0, 300)]
+        medians = [fit.median for fit in fragility.bootstrap_fits(capacities, 10.0, 300)]
         widths.append(np.log(np.percentile(medians, 97.5) / np.percentile(medians, 2.5)))
     # about 2 * 1.96 * 0.4 / sqrt(n)
     assert widths == pytest.approx([0.50, 0.124], rel=0.3)

@@ -10,8 +10,8 @@ import pytest
 from isolation_sim.api import run_scenario
 from isolation_sim.io.columns import read_columns
 from isolation_sim.sweeps import run
-from isolation_sim.sweeps.chunk import Finished, run_chunk
-from isolation_sim.sweeps.design import validated
+from isolation_sim.sweeps.chunk import Chunk, Finished
+from isolation_sim.sweeps.design import scenario_of
 from isolation_sim.sweeps.run import chunk_of
 
 from .conftest import MIXED, SHORT, design_of
@@ -19,7 +19,7 @@ from .conftest import MIXED, SHORT, design_of
 
 def rows_of(design, places=None, **keys):
     places = range(design.n_cases) if places is None else places
-    finished = run_chunk(replace(chunk_of(design, 0, places), **keys))
+    finished = replace(chunk_of(design, 0, places), **keys).run()
     return pandas.DataFrame(read_columns(io.BytesIO(finished.table))), finished
 
 
@@ -42,7 +42,7 @@ def test_an_estimate_fills_the_vector_lanes(monkeypatch):
         now[0] += 0.4 + 0.002 * n
         return Finished(0, bytes(n), n, 0)
 
-    monkeypatch.setattr(run, "run_chunk", fake)
+    monkeypatch.setattr(Chunk, "run", fake)
     monkeypatch.setattr(run.time, "perf_counter", lambda: now[0])
     vary = [{"field": "isolator.count", "low": 0.5, "high": 1.5, "count": 240}]
     assert run.estimate(design_of(vary=vary)).seconds < 2 * (240 * 0.002 + 2 * 0.4)
@@ -52,7 +52,7 @@ def test_a_row_is_the_single_run_of_its_case(mixed, together):
     """Everything that `isolation-sim run` reports, with the same bits."""
     assert len(together) == 108 and (together["status"] == "ok").all()
     for number in (0, 17, 35):
-        scenario = validated(mixed.case(number).data(mixed.base))
+        scenario = scenario_of(mixed.case(number).data(mixed.base))
         for record in run_scenario(scenario).to_records():
             at = (together["case"] == number) & (together["controller"] == record["controller"])
             (row,) = together[at].to_dict("records")
@@ -64,7 +64,7 @@ def test_a_row_is_the_single_run_of_its_case(mixed, together):
 
 def test_energies_of_a_row_are_those_of_the_single_run(mixed, together):
     rows, _ = rows_of(mixed, [17], energy=True)
-    records = run_scenario(validated(mixed.case(17).data(mixed.base))).to_records()
+    records = run_scenario(scenario_of(mixed.case(17).data(mixed.base))).to_records()
     for row, record in zip(rows.to_dict("records"), records, strict=True):
         assert set(record) <= set(row)
         assert {name: row[name] for name in record} == record
@@ -101,7 +101,7 @@ def test_options_that_differ_from_case_to_case():
     rows, _ = rows_of(design)
     assert (rows["status"] == "ok").all() and rows["peak_drift_m"].nunique() > 10
     for number in (0, 7, 15):
-        comparison = run_scenario(validated(design.case(number).data(design.base)))
+        comparison = run_scenario(scenario_of(design.case(number).data(design.base)))
         found = comparison.criteria["on_off"]
         at = (rows["case"] == number) & (rows["controller"] == "on_off")
         (row,) = rows[at].to_dict("records")

@@ -4,7 +4,7 @@ import pytest
 
 from isolation_sim.errors import InputError
 from isolation_sim.scenario import Scenario
-from isolation_sim.sweeps.fields import Change, changed, steps_of, with_seed
+from isolation_sim.sweeps.fields import Change, apply_changes, steps_of, with_seed
 
 
 def data_of(**sections):
@@ -27,7 +27,7 @@ def test_a_field_is_keys_and_places():
 
 def test_values_and_factors_reach_every_item_of_a_list():
     data = data_of(structure=SHEAR, isolator=ISOLATOR, ground=[{}, {}])
-    new = changed(data, [
+    new = apply_changes(data, [
         Change("structure.floor_masses_kg", 2.0, factor=True),
         Change("structure.storey_stiffnesses_N_per_m[1]", 7e8),
         Change("ground.scale_factor", 0.5),
@@ -45,24 +45,24 @@ def test_values_and_factors_reach_every_item_of_a_list():
 
 def test_whole_sections_change_before_their_keys():
     changes = [Change("structure.base_mass_kg", 9e5), Change("structure", SHEAR)]
-    new = changed(data_of(), changes)
+    new = apply_changes(data_of(), changes)
     assert new["structure"]["base_mass_kg"] == 9e5
 
 
 def test_settings_of_a_controller():
     data = data_of(controller=[{"name": "passive_off"}, {"name": "constant", "amperes": 1.0}])
-    new = changed(data, [Change("controller[1].amperes", 2.0)])
+    new = apply_changes(data, [Change("controller[1].amperes", 2.0)])
     assert new["controller"][1]["settings"] == {"amperes": 2.0}
     assert new["controller"][0] == data["controller"][0]
     # a factor on a setting that the scenario leaves out multiplies its default
     on_off = data_of(controller=[{"name": "on_off"}])
-    new = changed(on_off, [Change("controller.period", 0.1)])
+    new = apply_changes(on_off, [Change("controller.period", 0.1)])
     assert new["controller"][0]["settings"] == {"period": 0.1}
 
 
 def test_one_number_of_a_published_set():
     data = data_of()
-    new = changed(data, [Change("isolator.parameters.alpha", 2.0, factor=True)])
+    new = apply_changes(data, [Change("isolator.parameters.alpha", 2.0, factor=True)])
     device = Scenario.model_validate(data).build().isolated.elements[0].device
     altered = Scenario.model_validate(new).build().isolated.elements[0].device
     place = device.law.parameter_names.index("alpha")
@@ -74,7 +74,7 @@ def test_one_number_of_a_published_set():
 
 
 def test_belief_and_noise_that_the_scenario_leaves_out():
-    new = changed(data_of(), [
+    new = apply_changes(data_of(), [
         Change("nominal.force_factor", 1.2), Change("sensors.noise.displacement_m", 1e-3),
     ])  # fmt: skip
     scenario = Scenario.model_validate(new)
@@ -94,7 +94,7 @@ def test_belief_and_noise_that_the_scenario_leaves_out():
 )
 def test_an_unknown_field_names_the_nearest(field, nearest):
     with pytest.raises(InputError, match="unknown field") as error:
-        changed(data_of(controller=[{"name": "on_off"}]), [Change(field, 1.0)])
+        apply_changes(data_of(controller=[{"name": "on_off"}]), [Change(field, 1.0)])
     assert f"did you mean '{nearest}'?" in str(error.value)
 
 
@@ -110,7 +110,7 @@ def test_an_unknown_field_names_the_nearest(field, nearest):
 )
 def test_what_cannot_be_changed_so_is_told(change, said):
     with pytest.raises(InputError, match=said):
-        changed(data_of(), [change])
+        apply_changes(data_of(), [change])
 
 
 def test_every_seed_is_set():

@@ -175,7 +175,7 @@ def test_a_cluster_runs_a_law_of_one_s_own(tmp_path, cluster, monkeypatch):
     iso.register("law", LAWS[f"{tmp_path / 'mine.py'}:LAW"], replace=True)
     with pytest.raises(InputError, match="law 'my_spring' was registered in this process"):
         swept("my_spring", "registered")
-    LAWS._given.clear()
+    LAWS._registered.clear()
 
 
 def _until_gone(pid):

@@ -30,7 +30,7 @@ from .run_report import versions
 from .text import capital
 
 if TYPE_CHECKING:
-    from ...tuning.tuning import Judgement, Tuning
+    from ...tuning.tuning import Evaluation, Tuning
 
 _LOOKS = {
     "candidate": Look("#9a9a9a", marker="o", joined=False),
@@ -79,7 +79,7 @@ def tuning_report(tuning: Tuning) -> Page:
     )
 
 
-def _by_motion(evaluated: Judgement) -> Table:
+def _by_motion(evaluated: Evaluation) -> Table:
     columns = (evaluated.current, evaluated.constant, evaluated.before, evaluated.after)
     rows = (
         (name, *(f"{value:.3f}" for value in values))

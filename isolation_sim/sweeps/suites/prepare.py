@@ -62,8 +62,8 @@ def prepare(
     rule = section.suite_rule
     period = section.isolated_period_s or translational_period(isolated)
     step("reading records")
-    records, changes = _scaled(section, rule, period, section.records(), step, workers)
-    records = [_padded(record, section.quiet_after_s) for record in records]
+    records, changes = _scale(section, rule, period, section.records(), step, workers)
+    records = [_pad(record, section.quiet_after_s) for record in records]
     (folder / MOTIONS).mkdir(parents=True, exist_ok=True)
     motions = []
     for record, change in zip(records, changes, strict=True):
@@ -96,7 +96,7 @@ def _inputs(section: RecordSuite, isolated: IsolatedStructure) -> dict[str, Any]
     }
 
 
-def _scaled(
+def _scale(
     section: RecordSuite,
     rule: SuiteRule,
     period: float,
@@ -120,7 +120,7 @@ def _scaled(
         low, high = rule.low * period, rule.high * period
         section.target.spectrum().psa([low, high])
         fit = _Fit(section.target, low, high, section.match_tolerance, limits)
-        return _matched(records, fit, step, workers)
+        return _match(records, fit, step, workers)
     factors = [record.scale_factor if by == "peer" else 1.0 for record in records]
     if by == "amplitude" and target is not None:
         step("scaling records")
@@ -168,7 +168,7 @@ class _Match:
         return self.place, self.component.name, matched
 
 
-def _matched(
+def _match(
     records: list[SuiteRecord], fit: _Fit, step: Callable[[str], None], workers: int | None
 ) -> tuple[list[SuiteRecord], list[dict[str, dict[str, float]]]]:
     """The matched records, and the changes of each motion."""
@@ -178,15 +178,15 @@ def _matched(
         for k, component in enumerate(record.components)
     ]
     step(f"matching {len(tasks)} components")
-    found, failed = {}, {}
+    matches, failed = {}, {}
     count = min(processors(workers), len(tasks))
     # processes even for one worker: there alone the linear algebra has a single thread
     for place, name, result in in_processes(iter(tasks), count):
         if isinstance(result, MatchedRecord):
-            found[place] = result
+            matches[place] = result
         else:
             failed[place] = f"{name} {result.given or result}"
-        step(f"matching: {len(found) + len(failed)} of {len(tasks)} components")
+        step(f"matching: {len(matches) + len(failed)} of {len(tasks)} components")
     if failed:
         raise InputError(
             f"matching, {len(failed)} of {len(tasks)} components",
@@ -195,7 +195,7 @@ def _matched(
         )
     matched, changes = [], []
     for i, record in enumerate(records):
-        parts = [found[i, k] for k in range(len(record.components))]
+        parts = [matches[i, k] for k in range(len(record.components))]
         components = tuple(each.record for each in parts)
         factor = float(np.mean([each.scale_factor for each in parts]))
         matched.append(SuiteRecord(record.name, components, _beside(record, components, factor)))
@@ -269,7 +269,7 @@ def _as_long(components: tuple[Record, ...]) -> tuple[Record, ...]:
     return tuple(each.padded(after=(longest - len(each)) * each.dt) for each in components)
 
 
-def _padded(record: SuiteRecord, after: float) -> SuiteRecord:
+def _pad(record: SuiteRecord, after: float) -> SuiteRecord:
     if not after:
         return record
     components = tuple(each.padded(after=after) for each in record.components)

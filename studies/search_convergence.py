@@ -102,7 +102,7 @@ class Problem:
 
 
 @dataclass(frozen=True)
-class Course:
+class Convergence:
     """How one search went.
 
     Attributes
@@ -149,17 +149,17 @@ class _Recorder:
             self.least = cost
             self.notes.append((self.spent, time.process_time() - self.begin, cost))
 
-    def course(self) -> Course:
+    def convergence(self) -> Convergence:
         total = time.process_time() - self.begin
         spent, seconds, costs = np.array(self.notes, float).reshape(-1, 3).T
-        return Course(spent, seconds, costs, total)
+        return Convergence(spent, seconds, costs, total)
 
 
 class _BudgetSpent(Exception):
     pass
 
 
-def least_squares(problem: Problem, budget: int, seed: int) -> Course:
+def least_squares(problem: Problem, budget: int, seed: int) -> Convergence:
     """Levenberg-Marquardt steps from one random start after another."""
     u, recorder = problem.parameterisation, _Recorder(budget)
     size = np.sqrt(np.mean(problem.force**2) * len(problem.force))
@@ -184,10 +184,10 @@ def least_squares(problem: Problem, budget: int, seed: int) -> Course:
                 levenberg_marquardt(counted, rough.x, u.lower, u.upper, 300, 1e-10)
     except _BudgetSpent:
         pass
-    return recorder.course()
+    return recorder.convergence()
 
 
-def searched(problem: Problem, method: str, budget: int, seed: int) -> Course:
+def run_search(problem: Problem, method: str, budget: int, seed: int) -> Convergence:
     """Search by one method."""
     if method == LEAST_SQUARES:
         return least_squares(problem, budget, seed)
@@ -199,4 +199,4 @@ def searched(problem: Problem, method: str, budget: int, seed: int) -> Course:
         return cost
 
     search(method, objective, problem.bounds(), budget, seed)
-    return recorder.course()
+    return recorder.convergence()

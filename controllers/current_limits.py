@@ -1,0 +1,33 @@
+"""Limits of the coil currents: those of the supply and of the devices' tests."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from isolation_sim.errors import InputError
+from isolation_sim.simulation.control import RunContext
+
+
+def highest_tested(context: RunContext) -> NDArray:
+    """Highest current within the supply's limits at which the devices were tested."""
+    highest = np.clip(context.tested, context.low, context.high)
+    if np.isinf(highest).any():
+        raise InputError(
+            f"nothing says how high the current of coil {np.argmax(np.isinf(highest))} may be; "
+            "expected: devices with a tested current or a range of current, or a coil driver with "
+            "a highest current"
+        )
+    return highest
+
+
+def lowest(context: RunContext) -> NDArray:
+    """Lowest current of the supply; 0 where it has no limit."""
+    return np.where(np.isfinite(context.low), context.low, 0.0)
+
+
+def coil_table(context: RunContext) -> NDArray:
+    """Lag (s), slew (A/s), lowest, highest and initial current (A) of each coil."""
+    driver, low, high = context.driver, lowest(context), highest_tested(context)
+    initial = np.clip(0.0 if driver.initial is None else driver.initial, low, high)
+    return np.column_stack(np.broadcast_arrays(driver.lag, driver.slew, low, high, initial))
