@@ -179,7 +179,7 @@ LEAST_BUILDING_SHARE = 0.02
 NEARLY_RIGHT = 0.1
 """Share of the error that even the right cause leaves, since its form is not exact. Blind
 buildings."""
-COMPLETES = 0.7
+COMPLETES = 0.4
 """Share of what the causes before leave, on fitted and on held-out data, from which a cause counts
 however small a share of the whole misfit that is. Convention; shaking-table cases of others.
 """
