@@ -253,12 +253,12 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
     """
     from .comparison import simulated
     from .scenario import Scenario, main_job
-    from .scenario.compilation import compiled_meanwhile
+    from .scenario.compilation import compile_in_parallel
 
     if not isinstance(scenario, Scenario):
         scenario = main_job() if scenario is None else Scenario.read(scenario)
     job = scenario.build()
-    with compiled_meanwhile(scenario, job) as run:
+    with compile_in_parallel(scenario, job) as run:
         result = simulated(job.controllers, run, job.run_fixed_base)
     _warn(result.runs)
     return result

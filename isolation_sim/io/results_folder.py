@@ -72,7 +72,7 @@ _RESULT_FILES = ("result.npz", "tuning.json", "manifest.json", "suite.json", "fi
 
 @contextmanager
 def files_into(folder: str | Path, overwrite: bool) -> Iterator[Path]:
-    """Give a folder for the files of a result; none replaces another without ``overwrite``."""
+    """Yield a folder for the files of a result; none replaces another without ``overwrite``."""
     folder = Path(folder)
     if _is_free(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -104,7 +104,7 @@ def files_into(folder: str | Path, overwrite: bool) -> Iterator[Path]:
 
 
 @contextmanager
-def replaced(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
+def replace_results(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
     """Move earlier results away during the work, and restore them after an error."""
     if overwrite and resume:
         raise InputError("--overwrite and --resume are both set; expected: at most one of them")
