@@ -365,7 +365,7 @@ def test_workers_find_the_projects_packages_first(tmp_path, monkeypatch):
     (tmp_path / "controllers.py").write_text("raise RuntimeError")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(workers, "_COMMAND", "import controllers; print(controllers.__file__)")
-    process = workers._started()
+    process = workers._start_process()
     assert process.stdout is not None
     assert str(ROOT) in process.stdout.read().decode()
     process.kill()

@@ -36,7 +36,7 @@ class ResultsFolder:
 
     def __enter__(self) -> ResultsFolder:
         above = self.path.parents
-        self._made = list(itertools.takewhile(lambda folder: not folder.exists(), above))
+        self._new_parents = list(itertools.takewhile(lambda folder: not folder.exists(), above))
         try:
             self.unfinished.mkdir(parents=True)
         except OSError as error:
@@ -49,7 +49,7 @@ class ResultsFolder:
     def __exit__(self, kind: type[BaseException] | None, *details: object) -> None:
         if kind is not None:
             shutil.rmtree(self.unfinished, ignore_errors=True)
-            for folder in self._made:
+            for folder in self._new_parents:
                 with suppress(OSError):  # another run may have written its results there
                     folder.rmdir()
             return
