@@ -518,7 +518,7 @@ def test_a_building_that_still_moves_at_the_end_is_told(isolated, tmp_path):
 
 def test_contacts_with_walls_and_end_stops_are_told(isolated, shake, tmp_path):
     """In one run, in a comparison, in many runs, and after loading."""
-    wall = MoatWall(gap_m=0.1, stiffness_N_per_m=1e8).added(isolated)
+    wall = MoatWall(gap_m=0.1, stiffness_N_per_m=1e8).add_to(isolated)
     stop = {"gap": 0.004, "stiffness": 1e6, "exponent": 1.0}
     device = extend(iso.reference_isolators(), [(effect("end_stop", "power"), stop)])
     stopped = iso.reference_building().on(device)
