@@ -151,11 +151,8 @@ def write_new_file(path: Path, text: str, force: bool) -> None:
 
 @contextmanager
 def progress(quiet: bool, steps: int, alike: bool = False) -> Iterator[Callable[..., None]]:
-    """Show progress on standard error if it is a terminal.
-
-    Yields ``step(text)``, to be called when a step begins; ``step(text, done)`` counts several.
-    ``alike``: the steps take equal time, so that the remaining time can be shown.
-    """
+    """Show progress on a terminal; yields ``step(text, done=1)``, to call when a step begins."""
+    # ``alike``: the steps take equal time, so that the remaining time can be shown.
     from rich.progress import (
         BarColumn,
         Progress,

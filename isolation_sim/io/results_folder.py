@@ -246,11 +246,8 @@ _CONTENTS = {
 
 
 def write_contents(folder: str | Path, title: str, later: tuple[str, ...] = ()) -> Path:
-    """Write ``README.txt``, a list of the files, to a results folder.
-
-    ``later``: files that follow. A second list does not add files that only a pattern describes:
-    they are the user's own.
-    """
+    """Write ``README.txt``, a list of the files, to a results folder; ``later``: files to come."""
+    # A second list does not add files that only a pattern describes: they are the user's own.
     folder = Path(folder)
     again, earlier = is_results(folder), _listed(folder)
     listed: dict[str, str] = {}

@@ -34,11 +34,9 @@ class Compilation:
 
 @contextmanager
 def compile_in_parallel(scenario: Scenario, job: Job) -> Iterator[Callable[[str], Run]]:
-    """Yield ``job.run``; on first use a second process compiles the last controllers.
-
-    The second process starts with the last controller and the first process with the first, so
-    that neither waits long. It is started only if the machine has an idle processor.
-    """
+    """Yield ``job.run``; on first use a second process compiles the last controllers."""
+    # It starts with the last controller and the first process with the first, so that neither waits
+    # long; only if the machine has an idle processor.
     if not _is_first_use(job) or not _has_idle_processor():
         yield job.run
         return
