@@ -11,11 +11,11 @@ from ground_motions.argument_types import checked
 
 from .errors import ControllerWarning, InputError, PlausibilityWarning, TestedRangeWarning, warn
 from .registry import controller as named_controller
-from .simulation.contact import touched
+from .simulation.contact import contact_warnings
 from .simulation.control import CoilDriver, Control, Sensors
-from .simulation.plausibility import at_end
+from .simulation.plausibility import end_warnings
 from .simulation.result import Run, cautions_of
-from .simulation.tested_range import beyond_of
+from .simulation.tested_range import tested_range_warnings
 from .structures import IsolatedStructure
 
 if TYPE_CHECKING:
@@ -431,9 +431,9 @@ def _warn(runs: Mapping[str, Run]) -> None:
     """Warn the user, once for each line."""
     for lines, kind in (
         (next(iter(runs.values())).implausible, PlausibilityWarning),
-        (beyond_of(runs), TestedRangeWarning),
-        (at_end(runs), PlausibilityWarning),
-        (touched(runs), PlausibilityWarning),
+        (tested_range_warnings(runs), TestedRangeWarning),
+        (end_warnings(runs), PlausibilityWarning),
+        (contact_warnings(runs), PlausibilityWarning),
         (cautions_of(runs), ControllerWarning),
     ):
         for line in lines:
