@@ -11,11 +11,11 @@ from ground_motions.argument_types import checked
 
 from .errors import ControllerWarning, InputError, PlausibilityWarning, TestedRangeWarning, warn
 from .registry import controller as named_controller
-from .simulation.contact import touched
+from .simulation.contact import contact_warnings
 from .simulation.control import CoilDriver, Control, Sensors
-from .simulation.plausibility import at_end
+from .simulation.plausibility import end_warnings
 from .simulation.result import Run, cautions_of
-from .simulation.tested_range import beyond_of
+from .simulation.tested_range import tested_range_warnings
 from .structures import IsolatedStructure
 
 if TYPE_CHECKING:
@@ -253,12 +253,12 @@ def run_scenario(scenario: Scenario | str | Path | None = None) -> Comparison:
     """
     from .comparison import simulated
     from .scenario import Scenario, main_job
-    from .scenario.compilation import compiled_meanwhile
+    from .scenario.compilation import compile_in_parallel
 
     if not isinstance(scenario, Scenario):
         scenario = main_job() if scenario is None else Scenario.read(scenario)
     job = scenario.build()
-    with compiled_meanwhile(scenario, job) as run:
+    with compile_in_parallel(scenario, job) as run:
         result = simulated(job.controllers, run, job.run_fixed_base)
     _warn(result.runs)
     return result
@@ -328,48 +328,63 @@ def diagnose(
     """
     from .discrepancy.building.record import read_building_record
     from .discrepancy.diagnose import diagnose as of_device
-    from .discrepancy.diagnose import diagnose_building, kind_of
+    from .discrepancy.diagnose import diagnose_building
     from .scenario import Scenario
     from .scenario.consequence import with_consequence
 
     if isinstance(scenario, str | Path):
         scenario = Scenario.read(scenario)
-    paths: list[str | Path]
-    if isinstance(data, Sequence) and not isinstance(data, str):
-        paths = list(data)
-    else:
-        paths = [] if not isinstance(data, str | Path) or kind_of(data) != "building" else [data]
+    paths = _building_records(data)
     result: Diagnosis
-    if not paths:
+    if paths:
+        isolated = _nominal_building(paths[0], scenario, significance, current_degree)
+        records = [read_building_record(path) for path in paths]
+        result = diagnose_building(records, isolated, tiers=tiers, progress=progress)
+    else:
         result = of_device(
             data, law, parameters, current_degree=current_degree,  # type: ignore[arg-type]
             significance=significance, tiers=tiers, seed=seed, threads=threads,
             progress=progress,
         )  # fmt: skip
         scenario = Scenario() if scenario is None else scenario
-    else:
-        if scenario is None:
-            raise InputError(
-                f"{paths[0]}: a building record needs its building; expected: --scenario with a "
-                "scenario file that describes it"
-            )
-        if significance is not None:
-            raise InputError(
-                f"{paths[0]}: significance is {significance:g}, which has no meaning for a "
-                "building record; expected: none, or a campaign of device tests"
-            )
-        if current_degree is not None:
-            raise InputError(
-                f"{paths[0]}: current degree is {current_degree}, which has no meaning for a "
-                "building record: its isolator's numbers are the scenario's; expected: none, or a "
-                "campaign or loop table, to which a law is fitted"
-            )
-        isolated = scenario.build().isolated if isinstance(scenario, Scenario) else scenario
-        records = [read_building_record(path) for path in paths]
-        result = diagnose_building(records, isolated, tiers=tiers, progress=progress)
-    if not (consequence and isinstance(scenario, Scenario)):
-        return result
-    return with_consequence(result, scenario, progress)
+    if consequence and isinstance(scenario, Scenario):
+        return with_consequence(result, scenario, progress)
+    return result
+
+
+def _building_records(data: Campaign | str | Path | Sequence[str | Path]) -> list[str | Path]:
+    """Paths of building records; none for data of a device."""
+    from .discrepancy.diagnose import kind_of
+
+    if isinstance(data, Sequence) and not isinstance(data, str):
+        return list(data)
+    return [data] if isinstance(data, str | Path) and kind_of(data) == "building" else []
+
+
+def _nominal_building(
+    path: str | Path,
+    scenario: Scenario | IsolatedStructure | None,
+    significance: float | None,
+    current_degree: int | None,
+) -> IsolatedStructure:
+    """Building of a record's scenario; options for device tests are refused."""
+    if scenario is None:
+        raise InputError(
+            f"{path}: a building record needs its building; expected: --scenario with a "
+            "scenario file that describes it"
+        )
+    if significance is not None:
+        raise InputError(
+            f"{path}: significance is {significance:g}, which has no meaning for a "
+            "building record; expected: none, or a campaign of device tests"
+        )
+    if current_degree is not None:
+        raise InputError(
+            f"{path}: current degree is {current_degree}, which has no meaning for a "
+            "building record: its isolator's numbers are the scenario's; expected: none, or a "
+            "campaign or loop table, to which a law is fitted"
+        )
+    return scenario if isinstance(scenario, IsolatedStructure) else scenario.build().isolated
 
 
 @checked
@@ -401,10 +416,10 @@ def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEv
 
     if not isinstance(law, Device):
         section = Scenario.read(law).isolator
-        own: dict[str, Any] = {"length_scale": 1.0, "force_scale": 1.0, "count": 1.0}
+        changes: dict[str, Any] = {"length_scale": 1.0, "force_scale": 1.0, "count": 1.0}
         # the measured force contains what the instruments add
-        own["effect"] = [*(section.effect or ()), *(section.instrument or ())]
-        law = section.model_copy(update=own).device()
+        changes["effect"] = [*(section.effect or ()), *(section.instrument or ())]
+        law = section.model_copy(update=changes).device()
     return errors_of(law, campaign)
 
 
@@ -416,9 +431,9 @@ def _warn(runs: Mapping[str, Run]) -> None:
     """Warn the user, once for each line."""
     for lines, kind in (
         (next(iter(runs.values())).implausible, PlausibilityWarning),
-        (beyond_of(runs), TestedRangeWarning),
-        (at_end(runs), PlausibilityWarning),
-        (touched(runs), PlausibilityWarning),
+        (tested_range_warnings(runs), TestedRangeWarning),
+        (end_warnings(runs), PlausibilityWarning),
+        (contact_warnings(runs), PlausibilityWarning),
         (cautions_of(runs), ControllerWarning),
     ):
         for line in lines:

@@ -187,13 +187,13 @@ def _object(place: str, state: dict[str, Any]) -> Any:
         raise InputError(f"contains {place}, which is not a class")
     if hasattr(kind, "_fields"):
         return kind(**state)
-    made: Any = object.__new__(kind)
+    instance: Any = object.__new__(kind)
     if hasattr(kind, "__setstate__"):
-        made.__setstate__(state)
-        return made
+        instance.__setstate__(state)
+        return instance
     for key, value in state.items():
-        object.__setattr__(made, key, value)
-    return made
+        object.__setattr__(instance, key, value)
+    return instance
 
 
 def _law_recipe(law: Law) -> tuple:
@@ -289,9 +289,9 @@ def _describes(node: ast.AST) -> bool:
         of_numpy = isinstance(node.value, ast.Name) and node.value.id == "np"
         return node.attr in _LAW_NUMPY if of_numpy else not node.attr.startswith("_")
     if isinstance(node, ast.Call):
-        called = node.func
-        return isinstance(called, ast.Attribute) or (
-            isinstance(called, ast.Name) and called.id in _LAW_CALLS
+        function = node.func
+        return isinstance(function, ast.Attribute) or (
+            isinstance(function, ast.Name) and function.id in _LAW_CALLS
         )
     return not isinstance(node, ast.With | ast.Try | ast.Raise | ast.ClassDef | ast.Lambda)
 

@@ -391,7 +391,8 @@ def json_report(comparison: Comparison) -> dict[str, Any]:
         criteria of `isolation_sim.criteria.criteria` and, in ``energy``, ``closure_error`` and the
         energies at the end of the run (J); plain floats. ``"diverged": [{"controller": ...,
         "reason": ...}, ...]`` lists the runs that have no result, of failed controllers too.
-        ``"fixed_base": {...}`` has the criteria of the fixed-base run, if there is one.
+        ``"warnings": [...]`` has the warnings of ``Comparison.warnings``. ``"fixed_base": {...}``
+        has the criteria of the fixed-base run, if there is one.
     """
     report: dict[str, Any] = {
         "runs": [
@@ -406,6 +407,7 @@ def json_report(comparison: Comparison) -> dict[str, Any]:
             {"controller": name, "reason": str(error)}
             for name, error in comparison.diverged.items()
         ],
+        "warnings": comparison.warnings(),
     }
     if comparison.fixed_base is not None:
         report["fixed_base"] = comparison.fixed_base.criteria

@@ -54,7 +54,7 @@ def _writable(setting: Path | None, cache_home: str) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
     if os.access(folder, os.W_OK | os.X_OK):
         return folder
-    if any(folder.glob("*.py")) if os.access(folder, os.R_OK | os.X_OK) else False:
+    if os.access(folder, os.R_OK | os.X_OK) and any(folder.glob("*.py")):
         return folder  # filled earlier, now read-only
     if setting is not None:
         raise InputError(
@@ -102,7 +102,9 @@ def module_name(kind: str, text: str) -> str:
 
 def name_of_text(kind: str, text: str) -> str:
     """Name by the text and by the sources of its imports."""
-    return _name(kind, [text.encode(), *map(_content, sorted(_closure(_imported(text, None))))])
+    return _name(
+        kind, [text.encode(), *map(_content, sorted(_closure(_package_files(text, None))))]
+    )
 
 
 def name_of_content(kind: str, content: object, write: Callable[[], str]) -> str:
@@ -133,13 +135,13 @@ def _closure(result: set[Path]) -> set[Path]:
     waiting = list(result)
     while waiting:
         path = waiting.pop()
-        new = _imported(_content(path).decode(), path)
+        new = _package_files(_content(path).decode(), path)
         waiting += new - result
         result = result | new
     return result
 
 
-def _imported(text: str, path: Path | None) -> set[Path]:
+def _package_files(text: str, path: Path | None) -> set[Path]:
     """Files of the package that a text imports; relative names are relative to its path."""
     result = set()
     for origin, members, modules in _IMPORTS.findall(text):
@@ -177,22 +179,19 @@ def _files(module: Path, member: str) -> Iterator[Path]:
 
 
 def _load(name: str, write: Callable[[], str], notice: str = "") -> ModuleType:
-    """Write a new module to the cache folder, and import it."""
+    """Import a module from the cache folder; a new one is written first."""
+    path = cache_folder() / f"{name}.py"
     with _LOADING:
-        return _written(cache_folder() / f"{name}.py", write, notice)
-
-
-def _written(path: Path, write: Callable[[], str], notice: str) -> ModuleType:
-    if not _mark_used(path):
-        if notice:
-            print(notice, file=sys.stderr)
-        _write(path, write())
-        _remove_unused(path.parent)
-    try:
-        return _import(path)
-    except FileNotFoundError:  # another process has just removed it as unused
-        _write(path, write())
-        return _import(path)
+        if not _mark_used(path):
+            if notice:
+                print(notice, file=sys.stderr)
+            _write(path, write())
+            _remove_unused(path.parent)
+        try:
+            return _import(path)
+        except FileNotFoundError:  # another process has just removed it as unused
+            _write(path, write())
+            return _import(path)
 
 
 def _write(path: Path, text: str) -> None:

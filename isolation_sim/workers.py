@@ -62,7 +62,7 @@ class Processes:
         self.stop()
 
     def run(self, tasks: Iterator[Task[Result]]) -> Iterator[Result]:
-        """Run tasks; whoever stops listening stops the processes."""
+        """Run tasks; a caller that stops the iteration stops the processes."""
         idle: queue.SimpleQueue[Worker] = queue.SimpleQueue()
         for worker in self._workers:
             idle.put(worker)
@@ -188,7 +188,7 @@ class Worker:
             if self._stopped:
                 raise EOFError
             if self._process is None:
-                self._process = _started()
+                self._process = _start_process()
             questions, answers = self._process.stdin, self._process.stdout
         assert questions is not None and answers is not None
         pickle.dump(task, questions)
@@ -208,7 +208,7 @@ class Worker:
             process.wait()
 
 
-def _started() -> subprocess.Popen[bytes]:
+def _start_process() -> subprocess.Popen[bytes]:
     """Start a worker with the import path of this process."""
     # a folder that hides a package of the project goes last
     paths = sorted((path or os.getcwd() for path in sys.path), key=hides_packages)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 
-_WRITTEN = {
+_SPELLINGS = {
     "h2": "H2", "lqg": "LQG", "lqr": "LQR", "lyapunov": "Lyapunov", "mpc": "MPC",
     "on off": "on-off",
 }  # fmt: skip
-_OTHERWISE = re.compile(rf"\b({'|'.join(_WRITTEN)})\b")
+_SPECIAL = re.compile(rf"\b({'|'.join(_SPELLINGS)})\b")
 
 
 def as_written(name: str) -> str:
     """A registered name in words: passive off, clipped LQR, MPC."""
-    return _OTHERWISE.sub(lambda match: _WRITTEN[match[0]], name.replace("_", " "))
+    return _SPECIAL.sub(lambda match: _SPELLINGS[match[0]], name.replace("_", " "))

@@ -134,7 +134,7 @@ def test_json_is_the_report_and_nothing_else(here, call):
     code, out, err = call("run", "short.toml", "--json", "--no-figures")
     assert code == 0
     report = json.loads(out)
-    assert set(report) == {"runs", "diverged"} and report["diverged"] == []
+    assert set(report) == {"runs", "diverged", "warnings"} and report["diverged"] == []
     assert [run["controller"] for run in report["runs"]] == ["passive_off", "passive_on"]
     for run in report["runs"]:
         assert set(run) == {"controller", "criteria", "energy"}

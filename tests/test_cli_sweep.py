@@ -77,6 +77,7 @@ def test_options_may_stand_before_the_plan(plan, capsys):
     report = json.loads(out)
     assert code == 0
     assert (report["runs"], report["status"]) == (12, {"ok": 12})
+    assert [f"warning: {each}" for each in report["warnings"]] == err.splitlines()[:2]
     assert report["folder"] == "results/plan" and "results: results/plan" in err
 
 

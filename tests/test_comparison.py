@@ -181,7 +181,8 @@ def test_records_are_flat(comparison):
 
 def test_json_report(comparison):
     report = json.loads(json.dumps(json_report(comparison), allow_nan=False))
-    assert list(report) == ["runs", "diverged"] and report["diverged"] == []
+    assert list(report) == ["runs", "diverged", "warnings"] and report["diverged"] == []
+    assert report["warnings"] == comparison.warnings()
     assert [run["controller"] for run in report["runs"]] == list(CONTROLLERS)
     for run in report["runs"]:
         assert set(run) == {"controller", "criteria", "energy"}

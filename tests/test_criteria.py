@@ -405,7 +405,7 @@ def test_the_isolation_layer_has_bearings_and_the_wall_has_its_own_force():
     assert values["peak_isolation_force_N"] == pytest.approx(values["peak_base_shear_N"], rel=1e-6)
     assert values["peak_isolator_force_N"] < 0.8 * values["peak_base_shear_N"]
     assert "wall_force_N" not in "".join(values)
-    within = wall.added(mixed)
+    within = wall.add_to(mixed)
     run = iso.simulate(within, motion)
     assert run.criteria["peak_wall_force_N"] > 0 and run.contacts["moat_wall"] > 0
     assert (

@@ -153,7 +153,7 @@ import numpy as np
 def f():
     from . import grid
 '''
-    found = generated._imported(text, path)
+    found = generated._package_files(text, path)
     assert {str(p.relative_to(PACKAGE)) for p in found} == {
         "laws/emit.py", "laws/law.py", "errors.py", "simulation/kernel/intrinsics.py",
         "criteria.py", "simulation/grid.py",

@@ -365,7 +365,7 @@ def test_workers_find_the_projects_packages_first(tmp_path, monkeypatch):
     (tmp_path / "controllers.py").write_text("raise RuntimeError")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(workers, "_COMMAND", "import controllers; print(controllers.__file__)")
-    process = workers._started()
+    process = workers._start_process()
     assert process.stdout is not None
     assert str(ROOT) in process.stdout.read().decode()
     process.kill()
@@ -518,7 +518,7 @@ def test_a_building_that_still_moves_at_the_end_is_told(isolated, tmp_path):
 
 def test_contacts_with_walls_and_end_stops_are_told(isolated, shake, tmp_path):
     """In one run, in a comparison, in many runs, and after loading."""
-    wall = MoatWall(gap_m=0.1, stiffness_N_per_m=1e8).added(isolated)
+    wall = MoatWall(gap_m=0.1, stiffness_N_per_m=1e8).add_to(isolated)
     stop = {"gap": 0.004, "stiffness": 1e6, "exponent": 1.0}
     device = extend(iso.reference_isolators(), [(effect("end_stop", "power"), stop)])
     stopped = iso.reference_building().on(device)

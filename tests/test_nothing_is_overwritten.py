@@ -14,7 +14,7 @@ from isolation_sim.effects import device_section
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign, write_campaign
 from isolation_sim.identification.run_table import TestRun
-from isolation_sim.io.results_folder import replaced, write_contents
+from isolation_sim.io.results_folder import replace_results, write_contents
 
 JOB = '[ground]\nstop_s = 0.5\n[[controller]]\nname = "passive_off"\n'
 SUITE = '[ground]\nfiles = ["motion.csv"]\n[[controller]]\nname = "passive_off"\n'
@@ -186,7 +186,7 @@ def test_earlier_results_are_replaced_by_complete_ones_alone(tmp_path):
     (folder / "figures").mkdir()
     (folder / "figures" / "map.svg").write_text("1")
     write_contents(folder, "Sweep")
-    with pytest.raises(KeyboardInterrupt), replaced(folder, overwrite=True, resume=False):
+    with pytest.raises(KeyboardInterrupt), replace_results(folder, overwrite=True, resume=False):
         folder.mkdir()
         (folder / "half.csv").write_text("2")
         raise KeyboardInterrupt
@@ -197,15 +197,15 @@ def test_earlier_results_are_replaced_by_complete_ones_alone(tmp_path):
     for name in own:
         (folder / name).write_text("mine")
     write_contents(folder, "Sweep")  # as sweep show does
-    with replaced(folder, overwrite=True, resume=False):
+    with replace_results(folder, overwrite=True, resume=False):
         folder.mkdir()
         (folder / "new.csv").write_text("3")
     left = {str(path.relative_to(folder)): text.decode() for path, text in content(folder).items()}
     assert left == dict.fromkeys([*own, "new.csv-2"], "mine") | {"new.csv": "3"}
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
     with pytest.raises(InputError, match="is no results folder"):
-        with replaced(folder, overwrite=True, resume=False):
+        with replace_results(folder, overwrite=True, resume=False):
             pass
     with pytest.raises(InputError, match="at most one of them"):
-        with replaced(folder, overwrite=True, resume=True):
+        with replace_results(folder, overwrite=True, resume=True):
             pass

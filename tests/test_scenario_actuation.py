@@ -5,7 +5,7 @@ import pytest
 
 import isolation_sim as iso
 from isolation_sim.errors import InputError
-from isolation_sim.laws import papers_rule
+from isolation_sim.laws import instantaneous
 from isolation_sim.scenario import Scenario
 
 TEXT = """
@@ -38,7 +38,7 @@ def test_every_key_reaches_the_run_and_comes_back_as_text():
     assert (sensors.seed, sensors.noise) == (5, {"displacement_m": 1e-4})
     assert job.options["computation_delay"] == 0.025
     device = job.isolated.elements[0].device
-    assert papers_rule(device).law is iso.reference_isolators().law is not device.law
+    assert instantaneous(device).law is iso.reference_isolators().law is not device.law
     for comments in (False, True):
         assert Scenario.from_toml(scenario.to_toml(comments)) == scenario
 
@@ -52,12 +52,12 @@ def test_scenario_is_the_same_run_in_python():
     np.testing.assert_allclose(run.command / 0.25, np.round(run.command / 0.25), atol=1e-12)
 
 
-def test_believed_isolators_switch_by_the_papers_rule_unless_told():
+def test_nominal_isolators_switch_instantaneously_by_default():
     for text, passive in (("", False), ('switching = "passive"\n', True)):
         job = Scenario.from_toml(f"{TEXT}[nominal]\nforce_factor = 1.2\n{text}").build()
         believed = job.options["nominal"].elements[0].device
         assert believed.force_scale == pytest.approx(1.2 * iso.reference_isolators().force_scale)
-        assert (papers_rule(believed) is not believed) == passive
+        assert (instantaneous(believed) is not believed) == passive
 
 
 MISTAKES = {

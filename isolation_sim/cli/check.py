@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ..io.json_text import json_text
-from .common_options import AsJson, Force, Quiet, ReportFile, examples, progress
+from .common_options import AsJson, Force, Quiet, ReportFile, examples, progress, write_report
 
 EXAMPLES = examples(
     "isolation-sim check my_building.toml",
@@ -31,19 +30,17 @@ def check(
     from ..scenario import Scenario
 
     check_new_files(force, report)
-    described = Scenario.read(scenario)
+    settings = Scenario.read(scenario)
     rows = []
     with progress(quiet, 1) as step:
         step("checking")
-        isolated, check_rows = described.check_rows()
+        isolated, check_rows = settings.check_rows()
         for row in check_rows:
             step(f"{row.group}: {row.case}", 0)
             rows.append(row)
     if as_json:
         print(json_text([row._asdict() for row in rows], ensure_ascii=False))
     elif not quiet:
-        standard_console().print(console_table(rows, described.name))
+        standard_console().print(console_table(rows, settings.name))
     if report is not None:
-        report.parent.mkdir(parents=True, exist_ok=True)
-        path = check_page(rows, isolated, described.name).write(report)
-        print(f"report: {path}", file=sys.stderr if as_json else sys.stdout)
+        write_report(report, check_page(rows, isolated, settings.name).write, as_json)

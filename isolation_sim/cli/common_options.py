@@ -6,10 +6,13 @@ import sys
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
+
+if TYPE_CHECKING:
+    from ..scenario import Scenario
 
 TABLE_WIDTH = 100
 """Width of tables in characters if standard output is not a terminal."""
@@ -25,6 +28,9 @@ Out = Annotated[
 DefaultOut = Annotated[Path | None, typer.Option(help="Results folder; results/NAME by default.")]
 Workers = Annotated[
     int | None, typer.Option(help="Processes on this machine; one per processor by default.")
+]
+ScenarioFile = Annotated[
+    Path | None, typer.Argument(help="Scenario file; the main job by default.")
 ]
 ReportFile = Annotated[Path | None, typer.Option(help="File for the report (HTML).")]
 TestsFolder = Annotated[Path, typer.Argument(help="Folder with campaign.toml and its CSV files.")]
@@ -63,6 +69,24 @@ def print_warning(text: str) -> None:
         _errors.print(f"warning: {text}", style="yellow", markup=False)
 
 
+def read_scenario(file: Path | None) -> Scenario:
+    """Scenario of a file; without a file the main job."""
+    from ..scenario import Scenario, main_job
+
+    return main_job() if file is None else Scenario.read(file)
+
+
+def print_path(label: str, path: object, as_json: bool) -> None:
+    """Print the path of a result; on standard error if JSON is on standard output."""
+    print(f"{label}: {path}", file=sys.stderr if as_json else sys.stdout)
+
+
+def write_report(path: Path, write: Callable[[Path], Path], as_json: bool) -> None:
+    """Write a report to a folder that may be missing, and print its path."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    print_path("report", write(path), as_json)
+
+
 def chosen_folder(out: Path | None, default: str, overwrite: bool) -> Path:
     """Results folder: that of ``--out``, which must be free, or ``results/`` and the name."""
     from ..io.results_folder import check_free, file_name
@@ -73,22 +97,21 @@ def chosen_folder(out: Path | None, default: str, overwrite: bool) -> Path:
 
 
 def print_results(folder: Path, as_json: bool, quiet: bool, requested: Path | None = None) -> None:
-    """Print the places of report and results; on standard error if JSON is on standard output.
+    """Print the paths of report and results.
 
     ``requested``: the default folder, which may already contain files.
     """
     renamed = requested is not None and folder.absolute() != requested.absolute()
     if folder.is_relative_to(Path.cwd()):
         folder = folder.relative_to(Path.cwd())
-    stream = sys.stderr if as_json else sys.stdout
     if renamed:
         print_warning(
             f"{requested} is not empty; the results are in {folder}. --overwrite replaces earlier "
             "results"
         )
     if not quiet:
-        print(f"report: {folder / 'report.html'}", file=stream)
-    print(f"results: {folder}", file=stream)
+        print_path("report", folder / "report.html", as_json)
+    print_path("results", folder, as_json)
 
 
 def check_exports(
@@ -128,11 +151,8 @@ def write_new_file(path: Path, text: str, force: bool) -> None:
 
 @contextmanager
 def progress(quiet: bool, steps: int, alike: bool = False) -> Iterator[Callable[..., None]]:
-    """Show progress on standard error if it is a terminal.
-
-    Yields ``step(text)``, to be called when a step begins; ``step(text, done)`` counts several.
-    ``alike``: the steps take equal time, so that the remaining time can be shown.
-    """
+    """Show progress on a terminal; yields ``step(text, done=1)``, to call when a step begins."""
+    # ``alike``: the steps take equal time, so that the remaining time can be shown.
     from rich.progress import (
         BarColumn,
         Progress,
@@ -155,10 +175,10 @@ def resumable(
     folder: Path, overwrite: bool, resume: bool, quiet: bool, steps: int, alike: bool = False
 ) -> Iterator[Callable[..., None]]:
     """Show the `progress` of work in a folder that ``--resume`` continues after an interrupt."""
-    from ..io.results_folder import replaced
+    from ..io.results_folder import replace_results
 
     try:
-        with replaced(folder, overwrite, resume), progress(quiet, steps, alike) as step:
+        with replace_results(folder, overwrite, resume), progress(quiet, steps, alike) as step:
             yield step
     except KeyboardInterrupt:
         where = f"finished runs are in {folder}; --resume continues"

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ..io.json_text import json_text
-from .common_options import AsJson, Force, Quiet, ReportFile, TestsFolder, examples
+from .common_options import (
+    AsJson,
+    Force,
+    Quiet,
+    ReportFile,
+    TestsFolder,
+    examples,
+    write_report,
+)
 
 EXAMPLES = examples(
     "isolation-sim evaluate fitted.toml my_tests",
@@ -36,5 +43,4 @@ def evaluate(
     elif not quiet:
         result.report()
     if report is not None:
-        report.parent.mkdir(parents=True, exist_ok=True)
-        print(f"report: {result.to_html(report)}", file=sys.stderr if as_json else sys.stdout)
+        write_report(report, result.to_html, as_json)

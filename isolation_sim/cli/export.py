@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .common_options import Force, examples, write_new_file
+from .common_options import Force, ScenarioFile, examples, read_scenario, write_new_file
 
 app = typer.Typer(
     help="Write parts of a scenario for other programs.",
@@ -21,7 +21,6 @@ app = typer.Typer(
     ),
 )
 
-Scenario = Annotated[Path | None, typer.Argument(help="Scenario file; the main job by default.")]
 Controller = Annotated[
     str, typer.Option(help="Label of a controller of the scenario, as in its tables.")
 ]
@@ -36,7 +35,7 @@ Controller = Annotated[
 )
 def export_c(
     controller: Controller,
-    scenario: Scenario = None,
+    scenario: ScenarioFile = None,
     out: Annotated[Path, typer.Option(help="Folder for the files.")] = Path("."),
     force: Force = False,
 ) -> None:
@@ -44,10 +43,8 @@ def export_c(
     from ..export.controller import controller_files
     from ..io.atomic_write import write_text
     from ..io.output_place import check_new_files
-    from ..scenario import Scenario, main_job
 
-    described = main_job() if scenario is None else Scenario.read(scenario)
-    files = controller_files(described.build(), controller)
+    files = controller_files(read_scenario(scenario).build(), controller)
     check_new_files(force, *(out / name for name in files))
     out.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
@@ -64,7 +61,7 @@ def export_c(
 )
 def export_fmu(
     out: Annotated[Path, typer.Option(help="File to write, *.fmu.")],
-    scenario: Scenario = None,
+    scenario: ScenarioFile = None,
     controller: Annotated[
         str | None,
         typer.Option(help="Label of a controller of the scenario, as in its tables."),
@@ -82,13 +79,11 @@ def export_fmu(
     from ..export.fmu import controller_part, write_fmu
     from ..export.plant import plant_part
     from ..io.output_place import check_new_files
-    from ..scenario import Scenario, main_job
 
     if (controller is not None) + plant + device != 1:
         raise InputError("a unit holds one part; expected: --controller NAME, --plant or --device")
     check_new_files(force, out)
-    described = main_job() if scenario is None else Scenario.read(scenario)
-    job = described.build()
+    job = read_scenario(scenario).build()
     if controller is not None:
         part = controller_part(job, controller)
     else:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -18,7 +17,9 @@ from .common_options import (
     TestsFolder,
     check_exports,
     examples,
+    print_path,
     progress,
+    write_report,
 )
 
 EXAMPLES = examples(
@@ -84,10 +85,9 @@ def fit(
             f"--out {out}: is also the file of the report; expected: a file such as "
             f"{out.with_suffix('.toml')}"
         )
-    kinds = ("svg", "png") if figure else ()
-    figures = [Path(f"{figure}.{kind}") for kind in kinds]
-    exported = [out.with_suffix(f".{form}") for form in export or () if out is not None]
-    check_new_files(force, out, report, *figures, *exported)
+    figures = [Path(f"{figure}.{kind}") for kind in ("svg", "png")] if figure else []
+    exports = [out.with_suffix(f".{form}") for form in export or () if out is not None]
+    check_new_files(force, out, report, *figures, *exports)
     with progress(quiet, starts, alike=True) as step:
         step("searching")
         result = run_fit(
@@ -98,21 +98,18 @@ def fit(
         print(json_text(result.to_dict()))
     elif not quiet:
         result.report()
-    where = sys.stderr if as_json else sys.stdout
-    for path in (out, report, figure):
-        if path is not None:
-            path.parent.mkdir(parents=True, exist_ok=True)
     if out is not None:
-        print(f"fitted law: {result.save(out)}", file=where)
-    for path in exported:
-        print(f"exported: {result.save(path)}", file=where)
+        out.parent.mkdir(parents=True, exist_ok=True)
+        print_path("fitted law", result.save(out), as_json)
+    for path in exports:
+        print_path("exported", result.save(path), as_json)
     if figure is not None:
         from ..reports.style import save
 
         for path in save(result.plot(), figure.parent, figure.name):
-            print(f"figure: {path}", file=where)
+            print_path("figure", path, as_json)
     if report is not None:
-        print(f"report: {result.to_html(report)}", file=where)
+        write_report(report, result.to_html, as_json)
 
 
 def _numbers(assignments: list[str]) -> dict[str, float]:

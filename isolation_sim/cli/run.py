@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -13,6 +12,7 @@ from .common_options import (
     Out,
     Overwrite,
     Quiet,
+    ScenarioFile,
     check_exports,
     chosen_folder,
     examples,
@@ -20,6 +20,7 @@ from .common_options import (
     print_results,
     print_warning,
     progress,
+    read_scenario,
     write_exports,
 )
 
@@ -35,9 +36,7 @@ EXAMPLES = examples(
 
 
 def run(
-    scenario: Annotated[
-        Path | None, typer.Argument(help="Scenario file; the main job by default.")
-    ] = None,
+    scenario: ScenarioFile = None,
     out: Out = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
@@ -50,17 +49,16 @@ def run(
     from ..io.results_folder import ResultsFolder
     from ..reports.comparison_files import json_text, write_comparison
     from ..reports.console import standard_console
-    from ..scenario import Scenario, main_job
-    from ..scenario.compilation import compiled_meanwhile
+    from ..scenario.compilation import compile_in_parallel
 
     check_exports(export)
-    described = main_job() if scenario is None else Scenario.read(scenario)
-    job = described.build()
-    where = chosen_folder(out, described.name, overwrite)
+    settings = read_scenario(scenario)
+    job = settings.build()
+    where = chosen_folder(out, settings.name, overwrite)
     with ResultsFolder(where, overwrite) as folder:
         with (
             progress(quiet, len(job.controllers) + 1) as step,
-            compiled_meanwhile(described, job) as simulate,
+            compile_in_parallel(settings, job) as simulate,
         ):
 
             def run_one(label: str) -> Run:
@@ -69,7 +67,7 @@ def run(
 
             comparison = simulated(job.controllers, run_one, job.run_fixed_base)
             step("writing results")
-            write_comparison(comparison, folder.unfinished, described.to_toml(), figures)
+            write_comparison(comparison, folder.unfinished, settings.to_toml(), figures)
     if as_json:
         print(json_text(comparison), end="")
     elif not quiet:

@@ -60,11 +60,11 @@ def suite(
     from ..sweeps.suites.run import run_suite
 
     check_exports(export, out)
-    described = Scenario.read(scenario)
-    folder = out or Path("results") / file_name(described.name)
+    settings = Scenario.read(scenario)
+    folder = out or Path("results") / file_name(settings.name)
     with resumable(folder, overwrite, resume, quiet, 100) as step:
         result = run_suite(
-            described, folder, resume=resume, workers=workers,
+            settings, folder, resume=resume, workers=workers,
             step=lambda text: step(text, 0), progress=count_failures(step),
         )  # fmt: skip
     result.check(criterion)
@@ -102,6 +102,7 @@ def _json(result: Suite) -> str:
                 "motions": result.index["motions"],
                 "statistics": json.loads(result.statistics.reset_index().to_json(orient="records")),
                 "runs": json.loads(result.table.to_json(orient="records")),
+                "warnings": result.warnings(),
             }
         )
         + "\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -159,11 +159,11 @@ def run_plan(
     design = Design(SweepPlan.read(plan), str(plan))
     folder = default_folder(design.plan) if out is None else out
     check_exports(export, None if overwrite else folder)
-    begun = time.perf_counter()
+    start = time.perf_counter()
 
     def announce(expected: Estimate) -> None:
         if not (quiet or as_json):
-            print(_announced(expected, None if scheduler else workers or os.cpu_count() or 1))
+            print(_estimate_text(expected, None if scheduler else workers or os.cpu_count() or 1))
 
     try:
         with resumable(folder, overwrite, resume, quiet, design.n_runs, alike=True) as step:
@@ -182,10 +182,10 @@ def run_plan(
         result.to_html(report)
         write_contents(result.folder, f"Sweep {result.plan.name}")
     if as_json:
-        print(json_text(_report(result, time.perf_counter() - begun)))
+        print(json_text(_report(result, time.perf_counter() - start)))
     elif not quiet:
         standard_console().print(controllers_table(result))
-        _show_failures(result)
+        _print_failures(result)
     for warning in result.warnings():
         print_warning(warning)
     print_results(result.folder, as_json, quiet)
@@ -229,68 +229,86 @@ def show(
     """
     from ..io.output_place import check_new_files, check_writable
     from ..io.results_folder import update_contents
-    from ..reports.console import standard_console
-    from ..reports.style import save
-    from ..reports.sweep_tables import best_table, controllers_table, sensitivity_table
     from ..sweeps import Sweep
 
     result = Sweep(folder)
     if figures is not None and figures.is_file():
         raise InputError(f"--figures {figures}: a file; expected: a folder")
     check_new_files(force, csv)
-    place = figures or folder
     if figures is not None and (figures / "report.html").exists() and not force:
         raise InputError(
             f"{figures / 'report.html'}: exists; expected: a new folder, or --force to replace it"
         )
     if draw:
-        check_writable(place)
-    console = standard_console()
-    console.quiet = quiet
+        check_writable(figures or folder)
+    sensitivity = _print_tables(result, criterion, best, quiet)
+    _print_failures(result)
+    for warning in result.warnings():
+        print_warning(warning)
 
-    def tell(line: str) -> None:
+    def print_line(line: str) -> None:
         if not quiet:
             print(line)
 
-    console.print(controllers_table(result))
-    console.print(best_table(result, criterion, best))
-    sampled = result.finished and result.plan.sample is not None
-    if sampled:
-        for label in result.controllers:
-            try:
-                console.print(sensitivity_table(result, criterion, label))
-            except InputError as error:
-                # the rest of the page does not depend on it
-                console.print(f"no sensitivity: {error}")
-                sampled = False
-                break
-    _show_failures(result)
-    for warning in result.warnings():
-        print_warning(warning)
     if csv is not None:
-        tell(f"table: {result.to_csv(csv)}")
+        print_line(f"table: {result.to_csv(csv)}")
     if not draw:
         return
-    drawings: dict[str, Callable[[], Any]] = {"comparison": result.plot_comparison}
-    numbers = [name for name in result.parameters if result.table[name].dtype.kind in "if"]
-    if len(numbers) > 1 or x or y:
-        drawings["map"] = lambda: result.plot_map(x, y, criterion)
-    if sampled:
-        drawings["sensitivity"] = lambda: result.plot_sensitivity(criterion)
-    target = folder / "figures" if figures is None else figures
-    for name, drawn in drawings.items():
-        if force or not (target / f"{name}.svg").exists():
-            for path in save(drawn(), target, name):
-                tell(f"figure: {path}")
-        else:
-            tell(f"figure: {target / name}.svg (unchanged; --force replaces it)")
-    page = place / "report.html"
+    plots = _plots(result, criterion, x, y, sensitivity)
+    for line in _write_plots(plots, figures or folder / "figures", force):
+        print_line(line)
+    page = (figures or folder) / "report.html"
     if force or not page.exists():
-        tell(f"report: {result.to_html(page, criterion)}")
+        print_line(f"report: {result.to_html(page, criterion)}")
     else:
-        tell(f"report: {page} (unchanged; --force replaces it)")
+        print_line(f"report: {page} (unchanged; --force replaces it)")
     if figures is None:
         update_contents(folder)
+
+
+def _print_tables(result: Sweep, criterion: str, best: int, quiet: bool) -> bool:
+    """Print medians, best runs and sensitivities; return whether there are sensitivities."""
+    from ..reports.console import standard_console
+    from ..reports.sweep_tables import best_table, controllers_table, sensitivity_table
+
+    console = standard_console()
+    console.quiet = quiet
+    console.print(controllers_table(result))
+    console.print(best_table(result, criterion, best))
+    if not result.finished or result.plan.sample is None:
+        return False
+    for label in result.controllers:
+        try:
+            console.print(sensitivity_table(result, criterion, label))
+        except InputError as error:
+            # the rest of the page does not depend on it
+            console.print(f"no sensitivity: {error}")
+            return False
+    return True
+
+
+def _plots(
+    result: Sweep, criterion: str, x: str | None, y: str | None, sensitivity: bool
+) -> dict[str, Callable[[], Any]]:
+    """Functions that draw the figures of a sweep, by the name of the file."""
+    plots: dict[str, Callable[[], Any]] = {"comparison": result.plot_comparison}
+    numbers = [name for name in result.parameters if result.table[name].dtype.kind in "if"]
+    if len(numbers) > 1 or x or y:
+        plots["map"] = lambda: result.plot_map(x, y, criterion)
+    if sensitivity:
+        plots["sensitivity"] = lambda: result.plot_sensitivity(criterion)
+    return plots
+
+
+def _write_plots(plots: dict[str, Callable[[], Any]], folder: Path, force: bool) -> Iterator[str]:
+    """Write the figures that are missing, or all with ``force``; yield a line for each file."""
+    from ..reports.style import save
+
+    for name, plot in plots.items():
+        if force or not (folder / f"{name}.svg").exists():
+            yield from (f"figure: {path}" for path in save(plot(), folder, name))
+        else:
+            yield f"figure: {folder / name}.svg (unchanged; --force replaces it)"
 
 
 @app.command("new", epilog=examples("isolation-sim sweep new my_plan.toml"))
@@ -303,7 +321,7 @@ def new_plan(
     print(f"wrote {path}; run it with: isolation-sim sweep {path}")
 
 
-def _announced(expected: Estimate, processes: int | None) -> str:
+def _estimate_text(expected: Estimate, processes: int | None) -> str:
     """Runs, time and disk space of a sweep, in one line."""
     where = "on one processor, less on the cluster"
     if processes is not None:
@@ -328,10 +346,11 @@ def _report(result: Sweep, seconds: float) -> dict[str, Any]:
         "runs": sum(result.counts.values()),
         "status": result.counts,
         "seconds": round(seconds, 3),
+        "warnings": result.warnings(),
     }
 
 
-def _show_failures(result: Sweep) -> None:
+def _print_failures(result: Sweep) -> None:
     """Print the number of failed runs and the most frequent reasons."""
     if not set(result.counts) - {"ok"}:
         return

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,6 +17,7 @@ from .common_options import (
     Quiet,
     check_exports,
     examples,
+    print_path,
     print_results,
     resumable,
     write_exports,
@@ -101,8 +101,7 @@ def tune(
         print(json_text(result.to_dict()))
     elif not quiet:
         result.report()
-    where = sys.stderr if as_json else sys.stdout
-    print(f"tuned controller: {folder / 'controller.toml'}", file=where)
+    print_path("tuned controller", folder / "controller.toml", as_json)
     print_results(folder, as_json, quiet)
     write_exports(export, folder)
 

@@ -16,7 +16,7 @@ from types import ModuleType
 
 from ground_motions.python_source import parse
 
-from .folded_constants import folded_constants
+from .constant_folding import fold_constants
 
 
 def kernel_text(
@@ -33,11 +33,11 @@ def kernel_text(
                 continue
             name = resolve_name("." * node.level + str(node.module), module.__package__)
             if name not in own:
-                blocks += _imported(name, [alias.name for alias in node.names])
+                blocks += _import_statements(name, [alias.name for alias in node.names])
     return module_text(blocks, fields)
 
 
-def _imported(module: str, names: list[str]) -> list[str]:
+def _import_statements(module: str, names: list[str]) -> list[str]:
     """Statements in a copy that give it names of another module."""
     # numbers become the copy's own, so that they are known where it is written
     values = {name: getattr(import_module(module), name) for name in names}
@@ -52,7 +52,7 @@ def assigned(constants: Mapping[str, object]) -> str:
 
 
 def module_text(blocks: Sequence[str], fields: Mapping[str, int] | None = None) -> str:
-    """Source of a module; ``fields``: see ``folded_constants``."""
+    """Source of a module; ``fields``: see ``fold_constants``."""
     first = f'"""Written by {__name__}; do not edit."""'
     text = "\n\n".join([first, "import numpy as np", "unsigned = np.uint64", *blocks])
-    return folded_constants(text, fields)
+    return fold_constants(text, fields)

@@ -71,10 +71,7 @@ FORMS = (
         cause="coulomb_friction",
         form="smooth",
         title="Coulomb friction",
-        parameters=(
-            LEVEL,
-            VELOCITY,
-        ),
+        parameters=(LEVEL, VELOCITY),
         force=smooth,
         source="Coulomb (1785)",
         plan=EffectInPlan(force=plan_smooth),

@@ -107,13 +107,8 @@ FORMS = (
         parameters=(
             LAG,
             EffectParameter(
-                "fall_ratio",
-                "1",
-                "time constant while the field falls over that while it rises",
-                lower=0.05,
-                upper=20.0,
-                divides=True,
-                starts=(0.4, 2.5),
+                "fall_ratio", "1", "time constant while the field falls over that while it rises",
+                lower=0.05, upper=20.0, divides=True, starts=(0.4, 2.5),
             ),
         ),
         states=(FIELD,),
@@ -129,20 +124,12 @@ FORMS = (
         parameters=(
             LAG,
             EffectParameter(
-                "slow_part",
-                "1",
-                "part of the field that follows slowly",
-                lower=0.0,
-                upper=0.9,
+                "slow_part", "1", "part of the field that follows slowly", lower=0.0, upper=0.9,
                 starts=(0.3,),
             ),
             EffectParameter(
-                "slower_by",
-                "s",
-                "time constant of the slow part above that of the quick one",
-                lower=0.0,
-                upper=20.0,
-                starts=(0.2, 1.0),
+                "slower_by", "s", "time constant of the slow part above that of the quick one",
+                lower=0.0, upper=20.0, starts=(0.2, 1.0),
             ),
         ),
         states=(
@@ -154,4 +141,4 @@ FORMS = (
         rates=rates_two,
         source="R-L coil beside eddy currents in the core",
     ),
-)
+)  # fmt: skip

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -94,29 +94,20 @@ def extend(device: Device, applied: Sequence[tuple[Effect, Mapping[str, float]]]
     law = extended_law(device.law, effects, device.current)
     rows: dict[str, Any] = {}
     for effect, values in applied:
-        for name in values:
-            if name not in effect.parameter_names:
-                raise unknown_name(f"parameter of {effect.name}", name, effect.parameter_names)
-        for quantity in effect.parameters:
-            if quantity.name not in values:
-                needed = ", ".join(effect.parameter_names)
-                raise InputError(
-                    f"{effect.name}: parameter {quantity.name!r} is missing; needed: {needed}"
-                )
-            rows[f"{effect.cause}_{quantity.name}"] = (values[quantity.name],)
+        _check_parameters(effect, values)
+        rows |= {f"{effect.cause}_{name}": (value,) for name, value in values.items()}
     # without this, a damper with friction would ask for a coil
     by_current = device.depends_on_current or any("current" in e.needs for e in effects)
     rows[CURRENT] = (0.0, 1.0) if by_current else (0.0,)
     rows[TEMPERATURE] = (REFERENCE_TEMPERATURE,)
     names = law.parameter_names
-    outer = CurrentDependence.polynomial({n: rows[n] for n in names if n in rows})
+    outer = {name: rows[name] for name in names if name in rows}
     if law.breaks is None:
-        current = _joined(device.current, outer)
+        current = _join(device.current, CurrentDependence.polynomial(outer))
     else:
         flat = device.current.coefficients.ravel()
         inner = {name: (float(c),) for name, c in zip(names, flat, strict=False)}
-        own = {name: rows[name] for name in names if name in rows}
-        current = CurrentDependence.polynomial(inner | own)
+        current = CurrentDependence.polynomial(inner | outer)
     return replace(
         device,
         law=law,
@@ -125,16 +116,27 @@ def extend(device: Device, applied: Sequence[tuple[Effect, Mapping[str, float]]]
     )
 
 
-def _joined(inner: CurrentDependence, outer: CurrentDependence) -> CurrentDependence:
+def _check_parameters(effect: Effect, values: Mapping[str, float]) -> None:
+    """Refuse unknown and missing parameters of an effect."""
+    for name in values:
+        if name not in effect.parameter_names:
+            raise unknown_name(f"parameter of {effect.name}", name, effect.parameter_names)
+    for name in effect.parameter_names:
+        if name not in values:
+            needed = ", ".join(effect.parameter_names)
+            raise InputError(f"{effect.name}: parameter {name!r} is missing; needed: {needed}")
+
+
+def _join(inner: CurrentDependence, outer: CurrentDependence) -> CurrentDependence:
     """Parameters of two dependences side by side; the second has one piece."""
     pieces, _, n_in = inner.coefficients.shape
     powers = max(n_in, outer.coefficients.shape[2])
 
-    def padded(c: Any) -> Any:
+    def pad(c: Any) -> Any:
         return np.pad(c, ((0, 0), (0, 0), (0, powers - c.shape[2])))
 
-    repeated = np.repeat(padded(outer.coefficients), pieces, axis=0)
-    both = np.concatenate([padded(inner.coefficients), repeated], axis=1)
+    alike = np.repeat(pad(outer.coefficients), pieces, axis=0)
+    both = np.concatenate([pad(inner.coefficients), alike], axis=1)
     return CurrentDependence((*inner.names, *outer.names), inner.breaks, both)
 
 
@@ -190,38 +192,46 @@ def extended_law(law: Law, effects: Sequence[Effect], dependence: CurrentDepende
     return _extended_law(law, tuple(effects), breaks, dependence.coefficients.shape[2])
 
 
+class _Functions(NamedTuple):
+    """Functions of an effect; None for those that it does not have."""
+
+    motion: Callable[..., tuple] | None
+    current: Callable[..., Any] | None
+    factor: Callable[..., Any] | None
+    force: Callable[..., Any] | None
+    rates: Callable[..., tuple] | None
+    start: Callable[..., tuple] | None
+
+
 @lru_cache(maxsize=256)
 def _extended_law(
     law: Law, effects: tuple[Effect, ...], breaks: tuple[float, ...] | None, n_powers: int
 ) -> ExtendedLaw:
     evaluate, inner = _evaluation(law, breaks, n_powers)
-    sizes = tuple((len(effect.parameters), len(effect.states)) for effect in effects)
-    hooks = tuple((e.motion, e.current, e.factor, e.force, e.rates) for e in effects)
+    functions = tuple(
+        _Functions(e.motion, e.current, e.factor, e.force, e.rates, e.start) for e in effects
+    )
     outer = _outer_parameters(effects)
     has_temperature = TEMPERATURE in [q.name for q in outer]
     filtered = any("acceleration" in effect.needs for effect in effects)
     n_inner, n_states = len(inner), len(law.states)
+    places = _places(effects, n_inner + 1 + has_temperature, n_states)
     inner_force, inner_rates = law.force, law.rates
 
     def unpack(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
         """Signals, and each effect's states and parameters; then the inputs of the law."""
-        at = n_inner + 1
-        temperature = parameters[at] if has_temperature else REFERENCE_TEMPERATURE
-        at, at_state = at + has_temperature, n_states
+        temperature = parameters[n_inner + 1] if has_temperature else REFERENCE_TEMPERATURE
         a = (v - states[-1]) / ACCELERATION_LAG if filtered else 0.0
         signals = Signals(x, v, a, parameters[n_inner], 0.0, temperature)
-        own = []
-        for n_parameters, n_own in sizes:
-            own.append((states[at_state : at_state + n_own], parameters[at : at + n_parameters]))
-            at, at_state = at + n_parameters, at_state + n_own
+        own = [(states[low:high], parameters[first:last]) for first, last, low, high in places]
         seen_x, seen_v, seen_current = x, v, parameters[n_inner]
-        for (motion, current, _, _, _), (z, p) in zip(hooks, own, strict=True):
-            if motion is not None:
+        for effect, (z, p) in zip(functions, own, strict=True):
+            if effect.motion is not None:
                 here = Signals(seen_x, seen_v, a, parameters[n_inner], 0.0, temperature)
-                seen_x, seen_v = motion(here, z, p)
-            if current is not None:
+                seen_x, seen_v = effect.motion(here, z, p)
+            if effect.current is not None:
                 here = Signals(x, v, a, seen_current, 0.0, temperature)
-                seen_current = current(here, z, p)
+                seen_current = effect.current(here, z, p)
         numbers = evaluate(seen_current, parameters[:n_inner])
         law_force = inner_force(seen_x, seen_v, states[:n_states], numbers)
         seen = (seen_x, seen_v, states[:n_states], numbers)
@@ -230,23 +240,21 @@ def _extended_law(
     def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
         signals, own, _ = unpack(x, v, states, parameters)
         total = signals.force
-        for (_, _, factor, _, _), (z, p) in zip(hooks, own, strict=True):
-            if factor is not None:
-                total = total * factor(signals, z, p)
-        for (_, _, _, added, _), (z, p) in zip(hooks, own, strict=True):
-            if added is not None:
-                total = total + added(signals, z, p)
+        for effect, (z, p) in zip(functions, own, strict=True):
+            if effect.factor is not None:
+                total = total * effect.factor(signals, z, p)
+        for effect, (z, p) in zip(functions, own, strict=True):
+            if effect.force is not None:
+                total = total + effect.force(signals, z, p)
         return total
 
     def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
         signals, own, seen = unpack(x, v, states, parameters)
         result = tuple(inner_rates(*seen))
-        for (_, _, _, _, own_rates), (z, p) in zip(hooks, own, strict=True):
-            if own_rates is not None:
-                result = (*result, *own_rates(signals, z, p))
+        for effect, (z, p) in zip(functions, own, strict=True):
+            if effect.rates is not None:
+                result = (*result, *effect.rates(signals, z, p))
         return (*result, (v - states[-1]) / ACCELERATION_LAG) if filtered else result
-
-    starts = tuple((e.start, *size) for e, size in zip(effects, sizes, strict=True))
 
     def rest(parameters: tuple) -> tuple:
         current = parameters[n_inner]
@@ -255,11 +263,11 @@ def _extended_law(
         result: tuple = (0.0,) * n_states
         if law.rest is not None:
             result = tuple(law.rest(evaluate(current, parameters[:n_inner])))
-        at = n_inner + 1 + has_temperature
-        for start, n_parameters, n_own in starts:
-            p = parameters[at : at + n_parameters]
-            result = (*result, *((0.0,) * n_own if start is None else start(signals, p)))
-            at += n_parameters
+        for effect, (first, last, low, high) in zip(functions, places, strict=True):
+            own: tuple = (0.0,) * (high - low)
+            if effect.start is not None:
+                own = effect.start(signals, parameters[first:last])
+            result = (*result, *own)
         return (*result, 0.0) if filtered else result
 
     all_states = [*law.states]
@@ -274,7 +282,7 @@ def _extended_law(
         force=force,
         states=tuple(all_states),
         rates=rates,
-        stored_energy=_stored_energy(law, effects, n_inner, 1 + has_temperature),
+        stored_energy=_stored_energy(law, effects, n_inner, places),
         field_power=_field_power(law, effects, n_inner),
         rest=rest,
         source="; ".join(s for s in [law.source, *(e.source for e in effects)] if s),
@@ -284,18 +292,24 @@ def _extended_law(
     )
 
 
+def _places(
+    effects: Sequence[Effect], parameter: int, state: int
+) -> tuple[tuple[int, int, int, int], ...]:
+    """Start and stop of each effect's parameters, and of its states, in those of the law."""
+    result = []
+    for effect in effects:
+        stop, stop_state = parameter + len(effect.parameters), state + len(effect.states)
+        result.append((parameter, stop, state, stop_state))
+        parameter, state = stop, stop_state
+    return tuple(result)
+
+
 def _in_plan(law: ExtendedLaw, base: Law) -> Law:
     """An extended law over two directions: the states of its base along both, then the effects'."""
     n_inner, n_states = len(base.parameters), len(base.states)
     has_temperature = TEMPERATURE in law.parameter_names
-    first = n_inner + 1 + has_temperature
-    parts = []
-    at, at_state = first, n_states
-    for effect in law.effects:
-        numbers = slice(at, at + len(effect.parameters))
-        states = slice(at_state, at_state + len(effect.states))
-        parts.append((effect.plan or EffectInPlan(), numbers, states))
-        at, at_state = numbers.stop, states.stop
+    places = _places(law.effects, n_inner + 1 + has_temperature, n_states)
+    plans = tuple(effect.plan or EffectInPlan() for effect in law.effects)
 
     def signals_of(x: tuple, v: tuple, states: tuple, parameters: tuple) -> Signals:
         temperature = parameters[n_inner + 1] if has_temperature else REFERENCE_TEMPERATURE
@@ -305,22 +319,23 @@ def _in_plan(law: ExtendedLaw, base: Law) -> Law:
     def force(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
         signals = signals_of(x, v, states, parameters)
         along_x, along_y = signals.force
-        for plan, numbers, own in parts:
+        for plan, (first, last, low, high) in zip(plans, places, strict=True):
             if plan.factor is not None:
-                left = plan.factor(signals, states[own], parameters[numbers])
+                left = plan.factor(signals, states[low:high], parameters[first:last])
                 along_x, along_y = left * along_x, left * along_y
-        for plan, numbers, own in parts:
+        for plan, (first, last, low, high) in zip(plans, places, strict=True):
             if plan.force is not None:
-                added = plan.force(signals, states[own], parameters[numbers])
+                added = plan.force(signals, states[low:high], parameters[first:last])
                 along_x, along_y = along_x + added[0], along_y + added[1]
         return along_x, along_y
 
     def rates(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
         signals = signals_of(x, v, states, parameters)
         result = tuple(base.rates(x, v, states[:n_states], parameters[:n_inner]))
-        for plan, numbers, own in parts:
+        for plan, (first, last, low, high) in zip(plans, places, strict=True):
             if plan.rates is not None:
-                result = (*result, *plan.rates(signals, states[own], parameters[numbers]))
+                own = plan.rates(signals, states[low:high], parameters[first:last])
+                result = (*result, *own)
         return result
 
     return Law(
@@ -348,7 +363,7 @@ def _evaluation(
 ) -> tuple[Callable[..., tuple], list[Quantity]]:
     """Function of the current and the first parameters that gives the base law's; these first."""
     if breaks is None:
-        return _as_given, list(law.parameters)
+        return _pass_parameters, list(law.parameters)
     pieces, n = len(breaks) + 1, len(law.parameters)
 
     def evaluate(current: Any, flat: tuple) -> tuple:
@@ -379,28 +394,28 @@ def _evaluation(
     return evaluate, inner
 
 
-def _as_given(current: Any, flat: tuple) -> tuple:
+def _pass_parameters(current: Any, flat: tuple) -> tuple:
     return tuple(flat)
 
 
 def _stored_energy(
-    law: Law, effects: Sequence[Effect], n_inner: int, skipped: int
+    law: Law,
+    effects: Sequence[Effect],
+    n_inner: int,
+    places: Sequence[tuple[int, int, int, int]],
 ) -> Callable[..., Any] | None:
     """Stored energy of the whole, where all that effects do is to add forces; else None."""
     if law.stored_energy is None or not _only_add(effects):
         return None
     inner = law.stored_energy
     n_states = len(law.states)
-    own = tuple((e.stored_energy, len(e.parameters), len(e.states)) for e in effects)
+    own = tuple((e.stored_energy, *place) for e, place in zip(effects, places, strict=True))
 
     def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
         total = inner(x, states[:n_states], parameters[:n_inner])
-        at, at_state = n_inner + skipped, n_states
-        for energy, n_parameters, n_own in own:
+        for energy, first, last, low, high in own:
             if energy is not None:
-                z = states[at_state : at_state + n_own]
-                total = total + energy(x, z, parameters[at : at + n_parameters])
-            at, at_state = at + n_parameters, at_state + n_own
+                total = total + energy(x, states[low:high], parameters[first:last])
         return total
 
     return stored_energy

@@ -66,12 +66,8 @@ FORMS = (
         parameters=(
             STRENGTH,
             EffectParameter(
-                "centre",
-                "m",
-                "deformation at which the poles are in line",
-                lower=-100.0,
-                upper=100.0,
-                starts=(0.2, -0.2),
+                "centre", "m", "deformation at which the poles are in line", lower=-100.0,
+                upper=100.0, starts=(0.2, -0.2),
             ),
         ),
         current=off_centre,
@@ -85,4 +81,4 @@ FORMS = (
         factor=whole_force,
         source="Li & Li, Eq 15",
     ),
-)
+)  # fmt: skip

@@ -54,10 +54,7 @@ FORMS = (
         cause="field_saturation",
         form="knee",
         title="Field saturation",
-        parameters=(
-            STRENGTH,
-            EXPONENT,
-        ),
+        parameters=(STRENGTH, EXPONENT),
         current=knee,
         source="Froelich (1881), Kennelly (1891), with a free knee",
     ),
@@ -75,21 +72,11 @@ FORMS = (
         title="Field saturation with a slope that remains",
         parameters=(
             EffectParameter(
-                "decrease",
-                "1",
-                "decrease of the slope beyond the knee",
-                lower=0.0,
-                upper=1.0,
-                strength=True,
-                starts=(0.5,),
+                "decrease", "1", "decrease of the slope beyond the knee", lower=0.0, upper=1.0,
+                strength=True, starts=(0.5,),
             ),
             EffectParameter(
-                "current",
-                "A",
-                "current at the knee",
-                lower=1e-3,
-                upper=1e3,
-                divides=True,
+                "current", "A", "current at the knee", lower=1e-3, upper=1e3, divides=True,
                 starts=(0.3, 0.5, 0.75),
             ),
             EXPONENT,
@@ -97,4 +84,4 @@ FORMS = (
         current=slope,
         source="Jiles (1991), Introduction to Magnetism and Magnetic Materials: B = mu_0 (H + M)",
     ),
-)
+)  # fmt: skip

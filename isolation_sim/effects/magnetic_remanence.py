@@ -22,8 +22,8 @@ from .followers import RISE, beyond, positive, rise, rise_and_fade
 def current(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Between the current and the one remembered, which never lags behind the play's end."""
     share, coercive = parameters
-    kept = states[0] + beyond(signals.current - states[0], coercive)
-    return signals.current + share * (kept - signals.current)
+    remanent = states[0] + beyond(signals.current - states[0], coercive)
+    return signals.current + share * (remanent - signals.current)
 
 
 def rates_play(signals: Signals, states: tuple, parameters: tuple) -> tuple:

@@ -66,12 +66,11 @@ def _of_core(signals: Signals, parameters: tuple) -> Any:
 
 PARAMETERS = (
     EffectParameter(
-        "gain", "1/J", "loss of force for work done", lower=0.0, strength=True,
-        starts=(0.02, 0.1),
+        "gain", "1/J", "loss of force for work done", lower=0.0, strength=True, starts=(0.02, 0.1),
     ),
     EffectParameter(
-        "cooling", "s", "time constant of cooling", lower=1.0, upper=1e5, divides=True,
-        starts=(5.0, 20.0, 100.0),
+        "cooling", "s", "time constant of cooling", lower=1.0, upper=1e5, divides=True, starts=(5.0,
+        20.0, 100.0),
     ),
 )  # fmt: skip
 WARMTH = Quantity("warmth", "1", "temperature rise times sensitivity")
@@ -108,10 +107,7 @@ FORMS = (
         parameters=(
             *PARAMETERS,
             EffectParameter(
-                "stiffness",
-                "N/m",
-                "stiffness of the rubber, which does not weaken",
-                lower=0.0,
+                "stiffness", "N/m", "stiffness of the rubber, which does not weaken", lower=0.0,
                 starts=(0.5, 0.2),
             ),
         ),
@@ -122,4 +118,4 @@ FORMS = (
         source="Kalpakidis & Constantinou (2009): the yield force of the lead alone falls",
         gradual=True,
     ),
-)
+)  # fmt: skip

@@ -67,8 +67,8 @@ def device_section(device: Device, *comments: str, places: Mapping[str, str] | N
         )
     section = tomlkit.table()
     beside = places or {}
-    found = device_places(device)
-    law, *names = [beside.get(name, name) for name in found]
+    origins = device_places(device)
+    law, *names = [beside.get(name, name) for name in origins]
     for line in comments:
         section.add(tomlkit.comment(line))
     section["law"] = law
@@ -90,7 +90,7 @@ def device_section(device: Device, *comments: str, places: Mapping[str, str] | N
             section[key] = tables
     document = tomlkit.document()
     document["isolator"] = section
-    if code := code_files(name for name in found if name not in beside):
+    if code := code_files(name for name in origins if name not in beside):
         document["code"] = tomlkit.item(code)
         document["code"].comment("SHA-256 of files of code; a change is told")
     return tomlkit.dumps(document)

@@ -14,7 +14,7 @@ from ground_motions.python_source import parse
 
 from ..errors import InputError, unknown_name
 from ..simulation.control import CoilDriver, CompiledDecision, RunContext, Sensors
-from ..simulation.run import prepared, simulate
+from ..simulation.run import prepare_lane, simulate
 from .c_text import CText
 from .part import numbers
 
@@ -52,7 +52,7 @@ def prepare_decision(job: Job, label: str) -> ExportedDecision:
         raise unknown_name("controller of the scenario", label, job.controllers)
     controller, options = job.controllers[label], dict(job.options)
     sensors = options.get("sensors") or Sensors()
-    lane = prepared(
+    lane = prepare_lane(
         job.isolated, job.records, controller, options.get("nominal"),
         options.get("driver") or CoilDriver(),
         (sensors.delay, options.get("computation_delay", 0.0)),

@@ -24,7 +24,7 @@ from ..simulation.kernel.slots import (
     OPERATIONS,
 )  # fmt: skip
 from ..simulation.plan import Plan
-from ..simulation.run import NoControl, prepared
+from ..simulation.run import NoControl, prepare_lane
 from ..simulation.simulator import still_ground
 from .c_text import CText, Fields, Kind, array_kind
 from .part import Part, numbers
@@ -169,7 +169,7 @@ def plant_part(job: Job) -> Part:
     isolated, options, period = job.isolated, job.options, float(job.records[0].dt)
     still = still_ground(isolated, period, period, None)
     driver = options.get("driver") or CoilDriver()
-    lane = prepared(isolated, still, NoControl(), None, driver, (0.0, 0.0), None)
+    lane = prepare_lane(isolated, still, NoControl(), None, driver, (0.0, 0.0), None)
     plan = Plan([lane], Sensors(), 0.0, alike=True)
     work = plan.workspace(options.get("tolerance", 1e-6), clamp=True, record_steps=False)
     kernel, shape, names = plan.kernel, plan.kernel.shape, plan.outputs[0].names

@@ -16,11 +16,9 @@ _ENGINE: Literal["scipy"] = "scipy"
 
 
 def write_netcdf(data: xarray.Dataset, path: str | Path) -> Path:
-    """Write a dataset, completely or not at all; return the file.
-
-    Arrays of length 0 are left out, such as the currents of devices without coils: netCDF 3 writes
-    this length as an unlimited one, and SciPy does not read it.
-    """
+    """Write a dataset, completely or not at all; return the file."""
+    # Without arrays of length 0, such as the currents of devices without coils: netCDF 3 writes
+    # this length as an unlimited one, and SciPy does not read it.
     data = data.drop_dims([name for name, length in data.sizes.items() if length == 0])
     with atomic_write(path) as unfinished:
         data.to_netcdf(unfinished, engine=_ENGINE)

@@ -36,7 +36,7 @@ class ResultsFolder:
 
     def __enter__(self) -> ResultsFolder:
         above = self.path.parents
-        self._made = list(itertools.takewhile(lambda folder: not folder.exists(), above))
+        self._new_parents = list(itertools.takewhile(lambda folder: not folder.exists(), above))
         try:
             self.unfinished.mkdir(parents=True)
         except OSError as error:
@@ -49,7 +49,7 @@ class ResultsFolder:
     def __exit__(self, kind: type[BaseException] | None, *details: object) -> None:
         if kind is not None:
             shutil.rmtree(self.unfinished, ignore_errors=True)
-            for folder in self._made:
+            for folder in self._new_parents:
                 with suppress(OSError):  # another run may have written its results there
                     folder.rmdir()
             return
@@ -72,7 +72,7 @@ _RESULT_FILES = ("result.npz", "tuning.json", "manifest.json", "suite.json", "fi
 
 @contextmanager
 def files_into(folder: str | Path, overwrite: bool) -> Iterator[Path]:
-    """Give a folder for the files of a result; none replaces another without ``overwrite``."""
+    """Yield a folder for the files of a result; none replaces another without ``overwrite``."""
     folder = Path(folder)
     if _is_free(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -104,7 +104,7 @@ def files_into(folder: str | Path, overwrite: bool) -> Iterator[Path]:
 
 
 @contextmanager
-def replaced(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
+def replace_results(folder: Path, overwrite: bool, resume: bool) -> Iterator[None]:
     """Move earlier results away during the work, and restore them after an error."""
     if overwrite and resume:
         raise InputError("--overwrite and --resume are both set; expected: at most one of them")
@@ -246,11 +246,8 @@ _CONTENTS = {
 
 
 def write_contents(folder: str | Path, title: str, later: tuple[str, ...] = ()) -> Path:
-    """Write ``README.txt``, a list of the files, to a results folder.
-
-    ``later``: files that follow. A second list does not add files that only a pattern describes:
-    they are the user's own.
-    """
+    """Write ``README.txt``, a list of the files, to a results folder; ``later``: files to come."""
+    # A second list does not add files that only a pattern describes: they are the user's own.
     folder = Path(folder)
     again, earlier = is_results(folder), _listed(folder)
     listed: dict[str, str] = {}

@@ -39,8 +39,8 @@ class Unit:
         try:
             result = fmpy.read_model_description(str(self.file))
         except Exception as error:
-            words = " ".join(str(error).split()) or type(error).__name__
-            raise InputError(f"{self.file}: is no functional mock-up unit: {words}") from None
+            reason = _one_line(error) or type(error).__name__
+            raise InputError(f"{self.file}: is no functional mock-up unit: {reason}") from None
         if result.fmiVersion not in VERSIONS or result.coSimulation is None:
             kind = "co-simulation" if result.coSimulation else "model exchange"
             raise InputError(
@@ -98,8 +98,7 @@ class Unit:
             instance.exitInitializationMode()
         except Exception as error:
             folder.cleanup()
-            words = " ".join(str(error).split())
-            raise InputError(f"{self.file}: cannot be started here: {words}") from None
+            raise InputError(f"{self.file}: cannot be started here: {_one_line(error)}") from None
         self._put = instance.setReal if second else instance.setFloat64
         self._get = instance.getReal if second else instance.getFloat64
         self._instance = instance
@@ -119,8 +118,9 @@ class Unit:
         try:
             self._instance.doStep(currentCommunicationPoint=time, communicationStepSize=length)
         except Exception as error:
-            words = " ".join(str(error).split())
-            raise InputError(f"{self.file}: failed at t = {time:.4g} s: {words}") from None
+            raise InputError(
+                f"{self.file}: failed at t = {time:.4g} s: {_one_line(error)}"
+            ) from None
         return self._get([self._references[name] for name in outputs])
 
     def get_state(self) -> Any:
@@ -138,6 +138,10 @@ class Unit:
     def _state(self, verb: str) -> Any:
         second = self._description.fmiVersion == "2.0"
         return getattr(self._instance, f"{verb}FMU{'state' if second else 'State'}")
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())
 
 
 def _end(instance: Any, folder: tempfile.TemporaryDirectory) -> None:

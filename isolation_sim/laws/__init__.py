@@ -4,7 +4,7 @@ from .current_dependence import CurrentDependence
 from .device import Device, Scaled
 from .law import Law, Quantity
 from .measured_force import measured_force
-from .passive_switching import papers_rule, passive
+from .passive_switching import instantaneous, passive
 from .registry import LAWS, available_conditions, available_laws, available_sets, law
 from .serialisation import from_dict, to_dict
 
@@ -19,9 +19,9 @@ __all__ = [
     "available_laws",
     "available_sets",
     "from_dict",
+    "instantaneous",
     "law",
     "measured_force",
-    "papers_rule",
     "passive",
     "to_dict",
 ]

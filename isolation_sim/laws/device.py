@@ -74,7 +74,13 @@ class Device:
             if what != "tested_deformation" and not np.isfinite(value):
                 raise InputError(f"{self.name}: {what} {value} must be finite")
             set_field(self, what, value)
-        set_field(self, "tested_current", _tested(self.name, self.tested_current))
+        tested = _number(self.tested_current)
+        if np.isnan(tested):
+            raise InputError(
+                f"{self.name}: tested_current is {self.tested_current!r}; expected: a number of "
+                "amperes"
+            )
+        set_field(self, "tested_current", tested)
         self._check_bounds()
 
     def _check_bounds(self) -> None:
@@ -256,8 +262,9 @@ class Device:
         InputError
             If a name is unknown, a number is not finite or outside the law's bounds.
         """
-        changed = f"{self.source}; changed: {', '.join(values)}" if self.source else ""
-        source = changed if values else self.source
+        source = self.source
+        if source and values:
+            source = f"{source}; changed: {', '.join(values)}"
         return replace(
             self,
             current=self.current.replaced(**values),
@@ -346,23 +353,18 @@ def Scaled(device: Device, length: float = 1.0, force: float = 1.0) -> Device:
     return device.scaled(length, force)
 
 
-def _positive(name: str, what: str, value: Any) -> float:
+def _number(value: Any) -> float:
+    """A number; NaN for anything else."""
     try:
-        number = float(value)
+        return float(value)
     except (TypeError, ValueError):
-        number = np.nan
+        return np.nan
+
+
+def _positive(name: str, what: str, value: Any) -> float:
+    number = _number(value)
     if not number > 0:
         raise InputError(f"{name}: {what} is {value!r}; expected: a number above zero")
-    return number
-
-
-def _tested(name: str, value: Any) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = np.nan
-    if np.isnan(number):
-        raise InputError(f"{name}: tested_current is {value!r}; expected: a number of amperes")
     return number
 
 

@@ -59,7 +59,7 @@ def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
     """Storage stiffness times deformation and loss stiffness times velocity over frequency."""
     k_0, k_A, k_B, k_f, l_0, l_A, l_B, l_f, B, _ = parameters
     amplitude, frequency = _motion(*states)
-    A, f = _held(amplitude, *AMPLITUDES), _held(frequency, *FREQUENCIES)
+    A, f = _hold(amplitude, *AMPLITUDES), _hold(frequency, *FREQUENCIES)
     storage = k_0 + k_A * A + k_B * B + k_f * f
     loss = l_0 + l_A * A + l_B * B + l_f * f
     return storage * x + loss * v / (2 * np.pi * frequency)
@@ -80,7 +80,7 @@ def _motion(e: Any, g: Any) -> tuple:
     return np.sqrt(2 * AMPLITUDES[1] * e), REFERENCE_FREQUENCY * np.sqrt(g / e)
 
 
-def _held(value: Any, low: float, high: float) -> Any:
+def _hold(value: Any, low: float, high: float) -> Any:
     """Hold a value between two ends, with corners rounded over a thousandth of the range."""
     corner = 1e-3 * (high - low)
     return (low + high + np.hypot(value - low, corner) - np.hypot(value - high, corner)) / 2

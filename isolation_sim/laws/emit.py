@@ -62,7 +62,7 @@ def scalar_expression(operation: str, operands: Sequence[str], is_hoisted: Seque
     if template is None:
         raise NotTraceable(
             f"operation {operation[3:].lower()} has no compiled counterpart; a law may use "
-            "+ - * / **, comparisons and the functions that DESIGN lists"
+            "+ - * / **, comparisons and the functions that isolation_sim.laws.law lists"
         )
     return template.format(*operands)
 

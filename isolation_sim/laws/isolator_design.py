@@ -86,9 +86,11 @@ def upper_stiffness(
     """Axial stiffness of the conical upper part (Eq 2)."""
     if shape_factor not in SHAPE_FACTORS:
         raise unknown_name("shape factor", shape_factor, SHAPE_FACTORS)
-    raised = 1 + m * SHAPE_FACTORS[shape_factor](h - h1, R2 - R3, alpha)
+    stiffening = 1 + m * SHAPE_FACTORS[shape_factor](h - h1, R2 - R3, alpha)
     compression, shear = E * np.tan(alpha), G / np.tan(alpha)
-    modulus = raised * (compression + shear) if raises_shear else raised * compression + shear
+    modulus = (
+        stiffening * (compression + shear) if raises_shear else stiffening * compression + shear
+    )
     return np.pi * (R2**2 - R1**2) / (R2 - R3) * modulus
 
 

@@ -112,16 +112,11 @@ class Redundancy:
 
 
 class InPlan(NamedTuple):
-    """Functions of a law over two horizontal directions.
+    """Functions of a law over two horizontal directions."""
 
-    They are those of ``Law``, but for tuples of deformations, velocities and forces. States are
-    those along x, then those along y. Along a line they must give what the law itself gives.
-
-    Attributes
-    ----------
-    force, rates, stored_energy : callable
-        As in ``Law``; the last one None where no such function is known.
-    """
+    # As in ``Law``, but for tuples of deformations, velocities and forces; the states along x, then
+    # those along y. Along a line they must give what the law itself gives. The energy is None where
+    # no such function is known.
 
     force: Callable[..., tuple]
     rates: Callable[..., tuple]

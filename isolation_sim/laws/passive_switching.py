@@ -87,7 +87,7 @@ def passive(device: Device, field_lag: float = FIELD_LAG) -> Device:
 
 
 @checked
-def papers_rule(device: Device) -> Device:
+def instantaneous(device: Device) -> Device:
     """Return the device with instantaneous switching: its force follows the current at once.
 
     Parameters
@@ -179,7 +179,7 @@ def _shapes_energy(law: Law, name: str) -> bool:
     return bool(law.stored_energy(0.9, states, tuple(numbers)) != before)
 
 
-class _Placed(NamedTuple):
+class _SpringPlaces(NamedTuple):
     """A spring by places among a law's parameters and the wrapped law's states."""
 
     stiffness: int  # Parameter
@@ -190,7 +190,7 @@ class _Placed(NamedTuple):
     less: int | None  # State to take from the deformation
 
 
-def _placed(law: Law) -> tuple[_Placed, ...]:
+def _spring_places(law: Law) -> tuple[_SpringPlaces, ...]:
     result = []
     at = len(law.states)  # elastic extensions come behind the law's own states
     for spring in law.springs:
@@ -201,7 +201,7 @@ def _placed(law: Law) -> tuple[_Placed, ...]:
             own.append(elastic)
         named = isinstance(spring.power, str)
         result.append(
-            _Placed(
+            _SpringPlaces(
                 stiffness=law.parameter_names.index(spring.stiffness),
                 power=1.0 if named else float(spring.power),
                 power_at=law.parameter_names.index(str(spring.power)) if named else None,
@@ -218,7 +218,7 @@ def _passive_law(law: Law, powers: tuple[int, ...]) -> PassiveLaw:
     """The law for so many coefficients of each parameter."""
     n_states, n_own = len(law.states), sum(powers)
     rows_of = tuple((sum(powers[:k]), sum(powers[: k + 1])) for k in range(len(powers)))
-    springs = _placed(law)
+    springs = _spring_places(law)
     over_x = tuple(s for s in springs if s.elastic is not None)
     inner_force, inner_rates, inner_energy = law.force, law.rates, law.stored_energy
 
@@ -338,9 +338,8 @@ def _coefficients(law: Law, powers: tuple[int, ...]) -> list[Quantity]:
     return result
 
 
-def _power(spring: tuple, values: tuple) -> Any:
-    _, power, power_at, *_ = spring
-    return power if power_at is None else values[power_at]
+def _power(spring: _SpringPlaces, values: tuple) -> Any:
+    return spring.power if spring.power_at is None else values[spring.power_at]
 
 
 def _polynomial(row: tuple, current: Any) -> Any:

@@ -82,16 +82,16 @@ def available_conditions(name: str) -> tuple[str, ...]:
     return tuple(LAWS[name].conditions)
 
 
-def _published(law: Law, set_name: str | None) -> Device:
+def _published_device(law: Law, set_name: str | None) -> Device:
     if not law.sets:
         needed = ", ".join(law.parameter_names)
         raise InputError(f"{law.name} has no published set; parameters needed: {needed}")
     if set_name is None:
         set_name = next(iter(law.sets))
-    published = {**law.sets, **law.conditions}
-    if set_name not in published:
-        raise unknown_name(f"parameter set of {law.name}", set_name, published)
-    return published[set_name]()
+    sets = {**law.sets, **law.conditions}
+    if set_name not in sets:
+        raise unknown_name(f"parameter set of {law.name}", set_name, sets)
+    return sets[set_name]()
 
 
 @checked
@@ -126,8 +126,10 @@ def law(
     """
     result = name if isinstance(name, Law) else LAWS[name]
     if parameters is None or isinstance(parameters, str):
-        return _published(result, parameters).with_parameters(current_range=current_range)
+        return _published_device(result, parameters).with_parameters(current_range=current_range)
     if result.sets:
-        return _published(result, None).with_parameters(current_range=current_range, **parameters)
+        return _published_device(result, None).with_parameters(
+            current_range=current_range, **parameters
+        )
     current = CurrentDependence.polynomial(parameters, result.parameter_names)
     return Device(result, current, current_range or (-np.inf, np.inf))

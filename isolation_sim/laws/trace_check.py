@@ -67,19 +67,19 @@ def _check(law: Law, name: str, function: Callable[..., Any]) -> None:
         value = function(*arguments(variables))
         if isinstance(value, list):
             raise TypeError("a list")
-        traced = casadi.SX(casadi.vertcat(*_listed(value)))
+        traced = casadi.SX(casadi.vertcat(*_as_list(value)))
         compiled = casadi.Function("law", variables, [traced])
     except Exception as error:
-        raise _refused(law, name, function, error) from None
+        raise _error(law, name, function, error) from None
     random = np.random.default_rng(0)
     for _ in range(_POINTS):
         point = random.uniform(-1, 1, len(variables))
         point[n + len(states) :] = [_inside(q, random) for q in law.parameters]
         with np.errstate(all="ignore"):
-            direct = np.array(_listed(function(*arguments([*point]))), float).ravel()
+            direct = np.array(_as_list(function(*arguments([*point]))), float).ravel()
         result = np.array(compiled(*point)).ravel()
         if not np.allclose(result, direct, rtol=1e-9, atol=0.0, equal_nan=True):
-            raise _refused(law, name, function, None)
+            raise _error(law, name, function, None)
 
 
 def _inside(quantity: Any, random: np.random.Generator) -> float:
@@ -88,11 +88,11 @@ def _inside(quantity: Any, random: np.random.Generator) -> float:
     return float(random.uniform(low, high))
 
 
-def _listed(value: Any) -> list[Any]:
+def _as_list(value: Any) -> list[Any]:
     return list(value) if isinstance(value, tuple) else [value]
 
 
-def _refused(
+def _error(
     law: Law, name: str, function: Callable[..., Any], error: Exception | None
 ) -> InputError:
     """The line that cannot be traced, and its replacement."""
@@ -133,11 +133,11 @@ def _untraceable(tree: ast.AST) -> Iterator[tuple[int, str]]:
         ):
             yield node.lineno, "and, or, not"
         elif isinstance(node, ast.Call):
-            called = node.func
-            if isinstance(called, ast.Name) and called.id in _CALLS:
-                yield node.lineno, _CALLS[called.id]
-            elif isinstance(called, ast.Attribute):
-                if isinstance(called.value, ast.Name) and called.value.id == "math":
+            function = node.func
+            if isinstance(function, ast.Name) and function.id in _CALLS:
+                yield node.lineno, _CALLS[function.id]
+            elif isinstance(function, ast.Attribute):
+                if isinstance(function.value, ast.Name) and function.value.id == "math":
                     yield node.lineno, "math"
-                elif called.attr in _CALLS:
-                    yield node.lineno, _CALLS[called.attr]
+                elif function.attr in _CALLS:
+                    yield node.lineno, _CALLS[function.attr]

@@ -181,11 +181,11 @@ def elements_along(runs: Mapping[str, Run], direction: int) -> list[str]:
     """One element of each kind at the base: isolators, bearings, and walls that are touched."""
     isolated = next(iter(runs.values())).isolated
     walls = [isolated.element_names[e] for e in moat_walls(isolated)]
-    untouched = {name for name in walls if not touching(runs, name)}
+    without_contact = {name for name in walls if not touching(runs, name)}
     kinds: dict[tuple, str] = {}
     for e in np.flatnonzero(isolated.holding[:, direction]).tolist():
         element = isolated.elements[e]
-        if element.name not in untouched:
+        if element.name not in without_contact:
             kinds.setdefault((element.device.law, element.channel), element.name)
     return list(kinds.values())
 

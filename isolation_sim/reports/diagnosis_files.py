@@ -24,11 +24,11 @@ LAW_FILE = "extended_law.py"
 def save_diagnosis(diagnosis: Diagnosis, folder: Path, overwrite: bool) -> list[Path]:
     """Write report, JSON, text, figures and extended law to a folder; return the files."""
     with files_into(folder, overwrite) as place:
-        written = _written(diagnosis, place)
+        written = _write_files(diagnosis, place)
     return [folder / path.relative_to(place) for path in written]
 
 
-def _written(diagnosis: Diagnosis, folder: Path) -> list[Path]:
+def _write_files(diagnosis: Diagnosis, folder: Path) -> list[Path]:
     texts = {"diagnosis.json": diagnosis.to_json() + "\n", "report.md": markdown(diagnosis)}
     section = ""
     if diagnosis.extended is not None:

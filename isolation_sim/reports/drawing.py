@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,8 +23,10 @@ _COIL, _NO_COIL = "#0072B2", "#A66300"
 """Colours of isolators with and without a coil."""
 _LINE = 0.29
 """Height of a line of text, over that of a storey."""
-_WIDTH = 10.0
-"""Width of the building in the elevation, m; the elevation is not to scale along x."""
+_HALF = 5.0
+"""Half width of the building in the elevation, m; the elevation is not to scale along x."""
+_SLAB = 0.08
+"""Half thickness of a floor, over the height of a storey."""
 
 
 def structure_drawing(isolated: IsolatedStructure) -> Figure:
@@ -43,67 +46,82 @@ def structure_drawing(isolated: IsolatedStructure) -> Figure:
 
 def _from_the_side(axes: Axes, isolated: IsolatedStructure) -> None:
     structure = isolated.structure
-    levels = level_dofs(structure)[:, 0]
-    rows = storey_rows(structure)[:, 0]
     z, tall = _levels(structure)
-    half, thick = _WIDTH / 2, 0.08 * tall
-    device_names = {element.name: element.device.name for element in isolated.elements}
-    for low, high, row in zip(z[:-1], z[1:], rows, strict=False):
-        yields = device_names.get(f"{structure.storeys[row]}_hysteresis", "").partition(",")[0]
-        color, dash = ("#D55E00", "--") if yields else ("0.2", "-")
-        axes.text(half + 1.2, (low + high) / 2, yields, va="center", fontsize=7, color=color)
-        for x in (-0.9 * half, 0.9 * half):
-            axes.plot([x, x], [low, high], color=color, linestyle=dash, linewidth=1.6)
-    for level, dof in zip(z, levels, strict=True):
-        axes.fill_between([-half, half], level - thick, level + thick, color="0.45", linewidth=0)
-        name = structure.names[dof]
-        label = name.removesuffix(f"_{structure.directions[0]}")
-        axes.text(half + 1.2, level, f"{label}, {1e-3 * structure.mass[dof, dof]:.4g} t",
-                  va="center", fontsize=7)  # fmt: skip
-    below = lowest = -0.45 * tall
+    thick = _SLAB * tall
+    devices = {element.name: element.device.name for element in isolated.elements}
+    _draw_storeys(axes, structure, devices)
+    below = lowest = ground = -0.45 * tall
     if structure.base:
-        kinds = _isolators(isolated)
-        colours = [_COIL if driven else _NO_COIL for driven in kinds.values()] or [_COIL]
-        for k, x in enumerate(np.linspace(-0.8 * half, 0.8 * half, max(4, len(kinds)))):
-            colour = colours[k % len(colours)]
-            axes.fill_between([x - 0.5, x + 0.5], below, -thick, color=colour, linewidth=0)
-        top = -2.2 * thick
-        for text, colour in zip(kinds, colours, strict=False):
-            axes.text(half + 1.2, top, text, va="top", fontsize=7, color=colour)
-            top -= _LINE * tall * (1 + text.count("\n"))
-        lowest = top
-    wall = next((text for name, text in device_names.items() if name.startswith("moat_wall")), "")
+        lowest = _draw_isolators(axes, isolated, below, tall)
+    wall = next((text for name, text in devices.items() if name.startswith("moat_wall")), "")
     if wall:
         for sign in (-1, 1):
-            edge = sign * (half + 0.35)
+            edge = sign * (_HALF + 0.35)
             axes.fill_between([edge, edge + sign * 0.25], below, 2.5 * thick, color="0.2")
-        axes.text(-half - 0.9, 0.0, "wall: " + wall.replace(", ", ",\n"), va="center", ha="right",
+        axes.text(-_HALF - 0.9, 0.0, "wall: " + wall.replace(", ", ",\n"), va="center", ha="right",
                   fontsize=7)  # fmt: skip
-    ground = below
     if structure.foundation:
         ground = below - 0.7 * tall
-        axes.fill_between([-1.1 * half, 1.1 * half], below - 2 * thick, below, color="0.45")
-        for x in np.linspace(-0.9 * half, 0.9 * half, 5):
-            turns = np.linspace(0, 1, 13)
-            zigzag = np.where(np.arange(13) % 2, 0.25, -0.25) * (turns > 0.05) * (turns < 0.95)
-            axes.plot(x + zigzag, ground + (below - 2 * thick - ground) * turns, color="#009E73",
-                      linewidth=0.9)  # fmt: skip
-        sway = structure.foundation[0]
-        rocks = any(structure.names[d].startswith("rocking") for d in structure.foundation)
-        label = f"soil: sway, {1e-6 * structure.stiffness[sway, sway]:.5g} kN/mm"
-        axes.text(half + 1.2, lowest, label + "; rocking" * rocks, va="top", fontsize=7)
-        lowest -= _LINE * tall
-    axes.plot([-1.2 * half, 1.2 * half], [ground, ground], color="0.2", linewidth=1.0)
-    axes.fill_between([-1.2 * half, 1.2 * half], ground - 0.2 * tall, ground, hatch="////",
+        lowest = _draw_soil(axes, structure, below, ground, lowest, tall)
+    axes.plot([-1.2 * _HALF, 1.2 * _HALF], [ground, ground], color="0.2", linewidth=1.0)
+    axes.fill_between([-1.2 * _HALF, 1.2 * _HALF], ground - 0.2 * tall, ground, hatch="////",
                       facecolor="white", edgecolor="0.6", linewidth=0)  # fmt: skip
-    axes.set_xlim(-2.4 * half, 3.0 * half)
+    axes.set_xlim(-2.4 * _HALF, 3.0 * _HALF)
     axes.set_ylim(min(lowest, ground - 0.2 * tall), z[-1] + 2 * thick)
     axes.set_title(
-        "from the side"
-        + "; dashed: storeys that yield" * any("_hysteresis" in n for n in device_names),
+        "from the side" + "; dashed: storeys that yield" * any("_hysteresis" in n for n in devices),
         loc="left",
     )
     axes.set_axis_off()
+
+
+def _draw_storeys(axes: Axes, structure: Structure, devices: Mapping[str, str]) -> None:
+    """Draw columns, dashed where a storey yields, and floors with their masses."""
+    z, tall = _levels(structure)
+    thick = _SLAB * tall
+    for low, high, row in zip(z[:-1], z[1:], storey_rows(structure)[:, 0], strict=False):
+        yields = devices.get(f"{structure.storeys[row]}_hysteresis", "").partition(",")[0]
+        color, dash = ("#D55E00", "--") if yields else ("0.2", "-")
+        axes.text(_HALF + 1.2, (low + high) / 2, yields, va="center", fontsize=7, color=color)
+        for x in (-0.9 * _HALF, 0.9 * _HALF):
+            axes.plot([x, x], [low, high], color=color, linestyle=dash, linewidth=1.6)
+    for level, dof in zip(z, level_dofs(structure)[:, 0], strict=True):
+        axes.fill_between([-_HALF, _HALF], level - thick, level + thick, color="0.45", linewidth=0)
+        label = structure.names[dof].removesuffix(f"_{structure.directions[0]}")
+        axes.text(_HALF + 1.2, level, f"{label}, {1e-3 * structure.mass[dof, dof]:.4g} t",
+                  va="center", fontsize=7)  # fmt: skip
+
+
+def _draw_isolators(axes: Axes, isolated: IsolatedStructure, below: float, tall: float) -> float:
+    """Draw isolators with the names of their kinds; return the lowest end of the text."""
+    kinds = _isolators(isolated)
+    colours = [_COIL if driven else _NO_COIL for driven in kinds.values()] or [_COIL]
+    for k, x in enumerate(np.linspace(-0.8 * _HALF, 0.8 * _HALF, max(4, len(kinds)))):
+        colour = colours[k % len(colours)]
+        axes.fill_between([x - 0.5, x + 0.5], below, -_SLAB * tall, color=colour, linewidth=0)
+    top = -2.2 * _SLAB * tall
+    for text, colour in zip(kinds, colours, strict=False):
+        axes.text(_HALF + 1.2, top, text, va="top", fontsize=7, color=colour)
+        top -= _LINE * tall * (1 + text.count("\n"))
+    return top
+
+
+def _draw_soil(
+    axes: Axes, structure: Structure, below: float, ground: float, lowest: float, tall: float
+) -> float:
+    """Draw the foundation on springs and write their stiffness; return the text's lower end."""
+    foundation = below - 2 * _SLAB * tall
+    axes.fill_between([-1.1 * _HALF, 1.1 * _HALF], foundation, below, color="0.45")
+    for x in np.linspace(-0.9 * _HALF, 0.9 * _HALF, 5):
+        turns = np.linspace(0, 1, 13)
+        zigzag = np.where(np.arange(13) % 2, 0.25, -0.25) * (turns > 0.05) * (turns < 0.95)
+        axes.plot(x + zigzag, ground + (foundation - ground) * turns, color="#009E73",
+                  linewidth=0.9)  # fmt: skip
+    sway = structure.foundation[0]
+    rocks = any(structure.names[d].startswith("rocking") for d in structure.foundation)
+    label = f"soil: sway, {1e-6 * structure.stiffness[sway, sway]:.5g} kN/mm"
+    axes.text(_HALF + 1.2, lowest, label + "; rocking" * rocks, va="top", fontsize=7)
+    return lowest - _LINE * tall
 
 
 def _levels(structure: Structure) -> tuple[np.ndarray, float]:

@@ -47,15 +47,15 @@ def of_scenarios(scenarios: Iterable[Scenario]) -> list[Citation]:
     for scenario in scenarios:
         job = scenario.build()
         sources = {label: getattr(each, "source", "") for label, each in job.controllers.items()}
-        used += _used(job.isolated, job.records, sources)
-    return cited(used)
+        used += _sources(job.isolated, job.records, sources)
+    return citations(used)
 
 
 def of_runs(runs: Mapping[str, Run]) -> list[Citation]:
     """References of runs."""
     first = next(iter(runs.values()))
     sources = {label: run.source for label, run in runs.items()}
-    return cited(_used(first.isolated, first.records, sources))
+    return citations(_sources(first.isolated, first.records, sources))
 
 
 def of_device(device: Device) -> list[Citation]:
@@ -63,10 +63,10 @@ def of_device(device: Device) -> list[Citation]:
     base, applied = separate(device)
     used = [(f"law {base.law.name}", base.law.source)]
     used += [(f"effect {effect.cause}", effect.source) for effect, _ in applied]
-    return cited(used)
+    return citations(used)
 
 
-def cited(used: Iterable[tuple[str, str]]) -> list[Citation]:
+def citations(used: Iterable[tuple[str, str]]) -> list[Citation]:
     """Look up publications."""
     uses: dict[str, list[str]] = {}
     for what, source in used:
@@ -78,7 +78,7 @@ def cited(used: Iterable[tuple[str, str]]) -> list[Citation]:
     return [Citation(text, tuple(names)) for text, names in uses.items()]
 
 
-def _used(
+def _sources(
     isolated: IsolatedStructure, records: Iterable[Record], controllers: Mapping[str, str]
 ) -> Iterator[tuple[str, str]]:
     for element in isolated.elements:

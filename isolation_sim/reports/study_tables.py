@@ -26,14 +26,14 @@ def texts(records: Records) -> tuple[list[str], list[list[str]]]:
     """Write a study's table as text, in engineering units."""
     keys = _keys(records)
     headings = [heading(key).replace("_", " ") for key in keys]
-    return headings, [[_printed(key, record.get(key, "")) for key in keys] for record in records]
+    return headings, [[_cell_text(key, record.get(key, "")) for key in keys] for record in records]
 
 
 def _keys(records: Records) -> list[str]:
     return list(dict.fromkeys(key for record in records for key in record))
 
 
-def _printed(key: str, value: Any) -> str:
+def _cell_text(key: str, value: Any) -> str:
     if value is None:
         return "never"
     if key == "controller":

@@ -215,7 +215,9 @@ def save(figure: Figure, folder: str | Path, stem: str) -> tuple[Path, Path]:
                 with style():
                     figure.savefig(unfinished, format=path.suffix[1:], **options)
                 if path.suffix == ".svg":
-                    unfinished.write_text(_rounded(unfinished.read_text("utf-8")), "utf-8")
+                    unfinished.write_text(
+                        _round_coordinates(unfinished.read_text("utf-8")), "utf-8"
+                    )
             figure.set_layout_engine("none")  # the second file keeps the layout of the first
     finally:
         figure.set_layout_engine(layout or "none")
@@ -227,10 +229,10 @@ def svg_text(figure: Figure) -> str:
     text = io.StringIO()
     with style():
         figure.savefig(text, format="svg", metadata={"Date": None})
-    return _rounded(text.getvalue())
+    return _round_coordinates(text.getvalue())
 
 
-def _rounded(svg: str) -> str:
+def _round_coordinates(svg: str) -> str:
     """Round coordinates to 0.01 points; Matplotlib writes 1e-6 points."""
 
     def cut(path: re.Match[str]) -> str:

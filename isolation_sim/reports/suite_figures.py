@@ -50,9 +50,9 @@ def spectra_panel(suite: Suite) -> Panel:
     if result["target"] is not None:
         inside = np.array(result["range"]["period_s"]) > 0.0
         at = np.array(result["range"]["period_s"])[inside]
-        requested = np.array(result["range"]["target_m_s2"], dtype=float)[inside]
+        range_target = np.array(result["range"]["target_m_s2"], dtype=float)[inside]
         floor = np.array(result["range"]["floor"])[inside]
-        lines["least mean by the rule"] = at, floor * requested
+        lines["least mean by the rule"] = at, floor * range_target
     isolated = suite.index["isolated_period_s"]
     return Panel(
         f"Spectra of the scaled records: {COMBINATIONS[result['combination']]}",

@@ -21,15 +21,19 @@ def statistics_table(suite: Suite, controller: str) -> TextTable:
     rows = []
     for name, row in suite.statistics.loc[controller].iterrows():
         unit, factor = unit_of(str(name))
-
-        def shown(value: float, factor: float = factor) -> str:
-            return "" if pd.isna(value) else f"{value * factor:.4g}"
-
         governing = "" if pd.isna(row["governing"]) else str(row["governing"])
-        numbers = [shown(row[key]) for key in ("mean", "median", "percentile_84", "maximum")]
-        rows.append((title_of(str(name)), unit, *numbers, governing, shown(row["design"])))
+        numbers = [
+            _number(row[key], factor) for key in ("mean", "median", "percentile_84", "maximum")
+        ]
+        rows.append(
+            (title_of(str(name)), unit, *numbers, governing, _number(row["design"], factor))
+        )
     headings = ("criterion", "unit", "mean", "median", "84 %", "maximum", "governs", "design")
     return TextTable(f"{as_written(controller)}: {motions_text(suite)}", headings, rows, keys=2)
+
+
+def _number(value: float, factor: float) -> str:
+    return "" if pd.isna(value) else f"{value * factor:.4g}"
 
 
 def records_table(suite: Suite, criterion: str) -> TextTable:

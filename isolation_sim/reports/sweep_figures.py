@@ -212,11 +212,9 @@ def _cells(values: pandas.Series) -> pandas.Series:
 def _side(
     axis: Axis, values: Sequence[float], limits: tuple[float, float], equal: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Middles and edges of the cells along an axis.
-
-    Cells of equal width have their values as labels. Otherwise the axis ends at the limits: beyond
-    them there are no runs, and a quantity may have no negative values.
-    """
+    """Middles and edges of the cells along an axis."""
+    # Cells of equal width have their values as labels. Otherwise the axis ends at the limits:
+    # beyond them there are no runs, and a quantity may have no negative values.
     at = np.asarray(values, float)
     if equal or len(at) == 1:
         axis.set_ticks(range(len(at)), [f"{value:.4g}" for value in at])

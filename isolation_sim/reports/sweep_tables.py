@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from ..criteria import is_gain
 from ..written_names import as_written
 from .sweep_figures import title_of
-from .tables import TextTable, marked
+from .tables import TextTable, mark_best
 from .units import unit_of
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:
             continue
         unit, factor = unit_of(name)
         values = [float(value) * factor for value in medians[name]]
-        rows.append((title_of(name), unit, marked(values, max if is_gain(name) else min)))
+        rows.append((title_of(name), unit, mark_best(values, max if is_gain(name) else min)))
     return rows
 
 

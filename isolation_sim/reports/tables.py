@@ -159,14 +159,14 @@ class _Column:
     """Longest unbroken text, and least width of a column with broken texts, characters."""
 
     def __init__(self, heading: str, place: int, cells: Sequence[str], key: bool):
-        filled = [line for cell in cells for line in cell.split("\n") if line]
+        lines = [line for cell in cells for line in cell.split("\n") if line]
         self.place = place
-        self.number = not key and bool(filled) and all(_NUMBER.match(c) for c in cells if c)
-        self.most = max(map(len, filled), default=0)
-        words = [word for line in filled for word in line.split()]
+        self.number = not key and bool(lines) and all(_NUMBER.match(c) for c in cells if c)
+        self.most = max(map(len, lines), default=0)
+        words = [word for line in lines for word in line.split()]
         whole = self.number or self.most <= self.LONGEST
         self.least = self.most if whole else max(self.NARROWEST, *map(len, words))
-        self.heading = _broken(heading, self.least)
+        self.heading = _break_heading(heading, self.least)
         widest = max(map(len, self.heading.split("\n")))
         self.least, self.most = max(self.least, widest), max(self.most, widest)
 
@@ -175,7 +175,7 @@ _NUMBER = re.compile(r"[<>±+-]? ?\.?\d|nan$|-$")
 """First characters of a number's text."""
 
 
-def _broken(heading: str, width: int) -> str:
+def _break_heading(heading: str, width: int) -> str:
     """A heading broken between words to fit its column."""
     lines = [""]
     for piece in re.findall(r"\S+?(?:[._](?=\w)|\s+|$)", heading):
@@ -248,6 +248,7 @@ def criteria_lines(
     """Texts of the table of criteria and energies, for all output formats."""
     values = [{**criteria[name], **energy[name]} for name in criteria]
     bounds = [name in optima for name in criteria]
+    others = (baseline or {}).values()
     groups = {}
     for group, rows in _GROUPS.items():
         lines = []
@@ -256,16 +257,14 @@ def criteria_lines(
                 continue
             symbol, factor = unit_of(row.key)
             numbers = [v[row.key] * factor if row.key in v else None for v in values]
-            cells = marked(numbers, row.best if len(values) > 1 else None, bounds)
-            cells += marked([_scaled(b, row.key, factor) for b in (baseline or {}).values()], None)
+            cells = mark_best(numbers, row.best if len(values) > 1 else None, bounds)
+            cells += mark_best(
+                [b[row.key] * factor if row.key in b else None for b in others], None
+            )
             lines.append((f"{row.label}{', ' * bool(symbol)}{symbol}", cells))
         if lines:
             groups[group] = lines
     return groups
-
-
-def _scaled(values: Mapping[str, float], key: str, factor: float) -> float | None:
-    return values[key] * factor if key in values else None
 
 
 def run_table(run: Run) -> WideTable:
@@ -295,12 +294,12 @@ def as_html(table: Any) -> str:
     return f'<pre style="line-height:1.2">{escape(as_text(table))}</pre>'
 
 
-def marked(
+def mark_best(
     numbers: Sequence[float | None],
     best: Callable[[list[float]], float] | None,
     bounds: Sequence[bool] = (),
 ) -> list[tuple[str, bool]]:
-    """Format the numbers of a row, and mark the best."""
+    """Text of each number of a row, and whether it is the best."""
     texts = [_text(number) for number in numbers]
     bounds = bounds or [False] * len(numbers)
     known = [

@@ -62,7 +62,7 @@ def _together(values: dict[str, dict[str, float]], reference: str, others: list[
         return (
             f"{capital(_noun(best))} lowers base displacement ({base}), floor acceleration "
             f"({floor}) and storey drift ({drift}) together, compared with {_noun(reference)}"
-            + (f"; {also} {_listed(rest)}." if rest else ".")
+            + (f"; {also} {_join_names(rest)}." if rest else ".")
         )
     calm = min(values, key=lambda name: values[name][_FLOOR])
     # controllers that change nothing have the same value as the reference
@@ -109,7 +109,7 @@ def _quantity(key: str, value: float) -> str:
     return f"{number:.0f} {unit}" if abs(number) >= 1000 else f"{number:.3g} {unit}"
 
 
-def _listed(names: list[str]) -> str:
+def _join_names(names: list[str]) -> str:
     *most, last = map(_noun, names)
     return f"{', '.join(most)} and {last}" if most else last
 

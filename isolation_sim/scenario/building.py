@@ -149,14 +149,5 @@ Building = Annotated[
     | Annotated[ShearBuilding, Tag("shear")]
     | Annotated[PlanBuilding, Tag("plan")]
     | Annotated[MatricesFile, Tag("matrices")],
-    Discriminator(
-        kind_by_keys(
-            {
-                "reference": ReferenceBuilding,
-                "shear": ShearBuilding,
-                "plan": PlanBuilding,
-                "matrices": MatricesFile,
-            }
-        )
-    ),
+    Discriminator(kind_by_keys(ReferenceBuilding, ShearBuilding, PlanBuilding, MatricesFile)),
 ]

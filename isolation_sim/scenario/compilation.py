@@ -33,26 +33,24 @@ class Compilation:
 
 
 @contextmanager
-def compiled_meanwhile(scenario: Scenario, job: Job) -> Iterator[Callable[[str], Run]]:
-    """``job.run``; on first use of a device law a second process compiles the last controllers.
-
-    The second process starts with the last controller and the first process with the first, so
-    that neither waits long. It is started only if the machine has an idle processor.
-    """
+def compile_in_parallel(scenario: Scenario, job: Job) -> Iterator[Callable[[str], Run]]:
+    """Yield ``job.run``; on first use a second process compiles the last controllers."""
+    # It starts with the last controller and the first process with the first, so that neither waits
+    # long; only if the machine has an idle processor.
     if not _is_first_use(job) or not _has_idle_processor():
         yield job.run
         return
     worker, pool = Worker(), ThreadPoolExecutor(1)
     text = scenario.to_toml()
-    begun = {
+    compilations = {
         label: pool.submit(worker.run, Compilation(text, label))
         for label in reversed(list(job.controllers))
     }
 
     def run(label: str) -> Run:
-        if not begun[label].cancel():
+        if not compilations[label].cancel():
             with suppress(Exception):  # the run says what is wrong
-                begun[label].result()
+                compilations[label].result()
         return job.run(label)
 
     try:

@@ -43,7 +43,7 @@ def with_consequence(
             nothing = Consequence(job.isolated.structure.name, "", reason, {})
             return replace(diagnosis, consequence=nothing)
         before, after = (
-            _carried(job.isolated, device.scaled(scale.length, scale.force))
+            _on_device(job.isolated, device.scaled(scale.length, scale.force))
             for device in (old, new)
         )
         scaling = scale.words
@@ -82,7 +82,7 @@ def _explicit_scale(scenario: Scenario) -> Scale | None:
     )  # fmt: skip
 
 
-def _carried(isolated: IsolatedStructure, device: Device) -> IsolatedStructure:
+def _on_device(isolated: IsolatedStructure, device: Device) -> IsolatedStructure:
     """The scenario's building on another device."""
     first, *others = isolated.elements
     return replace(isolated, elements=(replace(first, device=device), *others))

@@ -19,7 +19,7 @@ from ..structures import (
     with_vertical_motion,
 )
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
-from ..structures.sizing import sized, with_damping
+from ..structures.sizing import scale_to_period, with_damping
 from .fields import Coefficients, Number, Positive, Registered, Section
 
 _Parameters = Annotated[
@@ -182,7 +182,7 @@ class Isolator(_Device):
             return isolated
         return with_damping(isolated, device, self.damping_ratio, "damping_ratio")
 
-    def sized(self, structure: Structure) -> Isolator:
+    def with_scales(self, structure: Structure) -> Isolator:
         """Return the section with scales in place of a target period."""
         if self.target_period_s is None:
             if self.design_displacement_m is not None:
@@ -195,7 +195,7 @@ class Isolator(_Device):
                 raise InputError(
                     f"{key} and target_period_s are both set; expected: one of the two"
                 )
-        device = sized(
+        device = scale_to_period(
             structure, self.device(), self.target_period_s, self.design_displacement_m, self.biaxial
         )
         result = {
@@ -232,7 +232,7 @@ class Element(_Device):
         Field(ge=0, description="coil channel; 0 is that of the isolators; no coil by default"),
     ] = None
 
-    def added(self, isolated: IsolatedStructure) -> IsolatedStructure:
+    def add_to(self, isolated: IsolatedStructure) -> IsolatedStructure:
         """Return the structure with the element."""
         return isolated.with_element(self.device(), self.direction, self.channel, self.name)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import (
     BaseModel,
@@ -48,8 +48,13 @@ class Section(BaseModel):
         return data
 
 
-def kind_by_keys(kinds: Mapping[str, type[Section]]) -> Callable[[Any], str | None]:
-    """Return a function that determines the kind of a section."""
+def kind_by_keys(*sections: type[Section]) -> Callable[[Any], str | None]:
+    """Return a function that determines the kind of a section, by ``kind`` or by its keys."""
+    kinds = {
+        kind: section
+        for section in sections
+        for kind in get_args(section.model_fields["kind"].annotation)
+    }
 
     def kind(data: Any) -> str | None:
         if isinstance(data, Section):
@@ -71,7 +76,7 @@ def absolute(path: Any, info: ValidationInfo) -> Any:
     return (Path(folder) / Path(path).expanduser()).resolve()
 
 
-def _placed(name: Any, info: ValidationInfo) -> Any:
+def _absolute_place(name: Any, info: ValidationInfo) -> Any:
     """Make the file of a place such as ``my_laws.py:CUBIC`` absolute."""
     folder = (info.context or {}).get("folder", Path())
     return absolute_place(name, folder) if isinstance(name, str) else name
@@ -96,7 +101,7 @@ Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 WholeNumber = Annotated[int, Field(ge=0)]
-Registered = Annotated[str, BeforeValidator(_placed)]
+Registered = Annotated[str, BeforeValidator(_absolute_place)]
 """A registered name, or a place such as ``"my_laws.py:CUBIC"``."""
 InputPath = Annotated[Path, BeforeValidator(absolute), PlainSerializer(str)]
 Coefficients = Number | Annotated[list[Number], Field(min_length=1)]

@@ -262,18 +262,8 @@ Ground = Annotated[
     | Annotated[MakrisPulse, Tag("makris_pulse")]
     | Annotated[MavroeidisPulse, Tag("mavroeidis_papageorgiou_pulse")]
     | Annotated[RecordSuite, Tag("suite")],
-    Discriminator(
-        kind_by_keys(
-            {
-                "record": ShippedRecord,
-                "record_file": RecordFile,
-                "band_limited_noise": BandLimitedNoise,
-                "kanai_tajimi": FilteredNoise,
-                "ricker_pulse": RickerPulse,
-                "makris_pulse": MakrisPulse,
-                "mavroeidis_papageorgiou_pulse": MavroeidisPulse,
-                "suite": RecordSuite,
-            }
-        )
-    ),
-]
+    Discriminator(kind_by_keys(
+        ShippedRecord, RecordFile, BandLimitedNoise, FilteredNoise, RickerPulse, MakrisPulse,
+        MavroeidisPulse, RecordSuite,
+    )),
+]  # fmt: skip

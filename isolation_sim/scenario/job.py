@@ -77,13 +77,13 @@ class Job:
             If an option does not fit the controller, or the controller learns from runs.
         """
         from ..simulation.control import CoilDriver
-        from ..simulation.run import prepared
+        from ..simulation.run import prepare_lane
 
         def trial(_: Control) -> Run:
             raise InputError(f"controller {label!r} learns from runs")
 
         nominal, driver = (self.options.get(name) for name in ("nominal", "driver"))
-        prepared(
+        prepare_lane(
             self.isolated, self.records, self.controllers[label], nominal, driver or CoilDriver(),
             (0.0, 0.0), trial,
         )  # fmt: skip

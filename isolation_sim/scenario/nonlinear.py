@@ -29,7 +29,7 @@ class Yielding(Section):
         Field(ge=1, description="exponent of the Bouc-Wen law; a large value gives a sharp corner"),
     ] = 5.0
 
-    def added(self, isolated: IsolatedStructure) -> IsolatedStructure:
+    def add_to(self, isolated: IsolatedStructure) -> IsolatedStructure:
         """Return the structure with storeys that yield."""
         return yielding_storeys(isolated, self.yield_shear_N, self.hardening_ratio, self.smoothness)
 
@@ -46,7 +46,7 @@ class MoatWall(Section):
         Field(ge=1, description="exponent of the penetration in the force; 1.5 for Hertz's law"),
     ] = 1.0
 
-    def added(self, isolated: IsolatedStructure) -> IsolatedStructure:
+    def add_to(self, isolated: IsolatedStructure) -> IsolatedStructure:
         """Return the structure within the wall."""
         stop = {"gap": self.gap_m, "stiffness": self.stiffness_N_per_m, "exponent": self.exponent}
         device = extend(law("linear", {"k": 0.0}), [(effect("end_stop", "power"), stop)])
@@ -69,7 +69,7 @@ class Soil(Section):
         NonNegative, Field(description="about a horizontal axis; required with storey heights")
     ] = 0.0
 
-    def added(self, isolated: IsolatedStructure) -> IsolatedStructure:
+    def add_to(self, isolated: IsolatedStructure) -> IsolatedStructure:
         """Return the structure on soil springs."""
         soil = cones(
             self.radius_m, self.shear_wave_velocity_m_s, self.density_kg_m3, self.poisson_ratio

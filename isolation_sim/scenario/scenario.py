@@ -191,9 +191,9 @@ class Scenario(Section):
         str
             ``Scenario.from_toml`` reads the same scenario from it.
         """
-        from .writer import written
+        from .writer import toml_text
 
-        return written(self, comments)
+        return toml_text(self, comments)
 
     def build(self, cache: dict[tuple[str, ...], Any] | None = None) -> Job:
         """Build the plant, ground motion and controllers of the scenario.
@@ -226,7 +226,9 @@ class Scenario(Section):
         more = [part for part in (self.yielding, self.moat_wall, self.soil) if part]
         plant = self.structure, self.isolator, *self.element, *more
         isolator = once(
-            lambda: at("isolator", partial(self.isolator.sized, structure)), "sized", *plant[:2]
+            lambda: at("isolator", partial(self.isolator.with_scales, structure)),
+            "scales",
+            *plant[:2],
         )
         isolated = once(
             lambda: self._isolated(structure, isolator, 1.0, 1.0, "isolator"), "plant", *plant
@@ -297,15 +299,15 @@ class Scenario(Section):
         scaled = device.scaled(length, force)
         isolated = self._at(section, partial(isolator.put_under, structure, scaled))
         for k, element in enumerate(self.element):
-            isolated = self._at(f"element[{k}]", partial(element.added, isolated))
+            isolated = self._at(f"element[{k}]", partial(element.add_to, isolated))
         if isinstance(self.structure, PlanBuilding):
             self._at(section, partial(_check_rotation, isolated))
         if self.yielding is not None:
-            isolated = self._at("yielding", partial(self.yielding.added, isolated))
+            isolated = self._at("yielding", partial(self.yielding.add_to, isolated))
         if self.moat_wall is not None:
-            isolated = self._at("moat_wall", partial(self.moat_wall.added, isolated))
+            isolated = self._at("moat_wall", partial(self.moat_wall.add_to, isolated))
         if self.soil is not None:
-            isolated = self._at("soil", partial(self.soil.added, isolated))
+            isolated = self._at("soil", partial(self.soil.add_to, isolated))
         return isolated
 
     def _at(self, section: str, build: Callable[[], T]) -> T:

@@ -110,15 +110,6 @@ class TableTarget(Section):
         return ground_motions.table_spectrum(*_read_table(self.file), name=self.file.stem)
 
 
-_KINDS: dict[str, type[Section]] = {
-    "asce7_22_two_period": TwoPeriodASCE7,
-    "asce7_22_multi_period": MultiPeriodASCE7,
-    "en1998_1_2004": EN1998Of2004,
-    "en1998_1_1_2022": EN1998Of2022,
-    "nzs1170_5": NZS1170,
-    "table": TableTarget,
-}
-
 Target = Annotated[
     Annotated[TwoPeriodASCE7, Tag("asce7_22_two_period")]
     | Annotated[MultiPeriodASCE7, Tag("asce7_22_multi_period")]
@@ -126,8 +117,10 @@ Target = Annotated[
     | Annotated[EN1998Of2022, Tag("en1998_1_1_2022")]
     | Annotated[NZS1170, Tag("nzs1170_5")]
     | Annotated[TableTarget, Tag("table")],
-    Discriminator(kind_by_keys(_KINDS)),
-]
+    Discriminator(kind_by_keys(
+        TwoPeriodASCE7, MultiPeriodASCE7, EN1998Of2004, EN1998Of2022, NZS1170, TableTarget,
+    )),
+]  # fmt: skip
 
 
 def _read_table(path: Path) -> tuple[np.ndarray, np.ndarray]:

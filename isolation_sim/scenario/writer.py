@@ -23,7 +23,7 @@ _HEADER = """\
 """
 
 
-def written(scenario: Section, comments: bool) -> str:
+def toml_text(scenario: Section, comments: bool) -> str:
     """Write a scenario."""
     blocks = [[_HEADER]] if comments else []
     for key, field in type(scenario).model_fields.items():

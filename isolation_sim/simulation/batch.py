@@ -33,11 +33,11 @@ from .inputs import traceable
 from .kernel.loading import compiling
 from .many_warnings import BETWEEN, cautions_of_many, of_many, plausibility_of
 from .plan import Lane, Plan
-from .plausibility import of_end, of_inputs
+from .plausibility import end_state, input_warnings
 from .result import Run, cautions_of
-from .run import check_actuation, check_options, prepared, simulate
+from .run import check_options, prepare_lane, simulate
 from .summary import summary, summary_key
-from .tested_range import Reached, beyond_tests, peak_currents, reached
+from .tested_range import Reached, beyond_tests, compare_with_tests, peak_currents
 
 LANES = 16
 """Number of runs that the kernel computes together: two vectors of eight."""
@@ -226,7 +226,7 @@ def run_cases(
     progress: Callable[[int], None] | None = None,
 ) -> Batch:
     """Simulate many runs without a warning; see `simulate_many`."""
-    driver, sensors = check_actuation(driver, sensors)
+    driver, sensors = driver or CoilDriver(), sensors or Sensors()
     check_options(tolerance, current_outside, computation_delay)
     for k, case in enumerate(cases):
         if not isinstance(case, Case):
@@ -245,12 +245,12 @@ def run_cases(
 
     def lane_of(case: Case) -> Lane:
         arguments = case.isolated, case.ground, case.controller, case.nominal
-        return prepared(*arguments, driver, delays, partial(alone_with, case))
+        return prepare_lane(*arguments, driver, delays, partial(alone_with, case))
 
     # with few structures each block has only one structure and shares its coefficients
     n_plants = len({id(case.isolated) for case in cases})
     alike = n_plants == 1 or 2 * LANES * n_plants <= len(cases)
-    result = _Collected(len(cases))
+    results = _Results(len(cases))
 
     def run_block(block: list[tuple[int, Lane]]) -> None:
         lanes = [lane for _, lane in block]
@@ -260,26 +260,27 @@ def run_cases(
             work.integrate()
         criteria = summary([lane.isolated for lane in plan.lanes], work)
         numbers = [k for k, _ in block]
-        fates = [plan.failure(work, at) for at in range(len(block))]
-        result.put(numbers, criteria, fates)
+        failures = [plan.failure(work, at) for at in range(len(block))]
+        results.put_criteria(numbers, criteria, failures)
+        results.clamped[numbers] = work.counts[0, : len(block)]
+        results.unresolved[numbers] = work.counts[4, : len(block)]
         currents = peak_currents(work)
         for at, (k, lane) in enumerate(block):
-            if fates[at] is None:
-                matches = reached(lane.isolated, plan.modes[at], work, criteria, currents, at)
-                result.compare(k, matches)
-                result.contacts[k] = contacts_of_lane(lane.isolated, plan.modes[at], work, at)
-                result.end(k, *of_end(lane.isolated, plan.modes[at], work, at))
-                result.implausible[k] = BETWEEN.join(
-                    of_inputs(lane.isolated, plan.modes[at], lane.records)
-                )
-                cautions = getattr(cases[k].controller, "cautions", None)
-                if cautions is not None:
-                    result.cautions[k] = BETWEEN.join(
-                        f"{as_written(lane.controller)}: {each}"
-                        for each in cautions(lane.context, sensors)
-                    )
-        result.clamped[numbers] = work.counts[0, : len(block)]
-        result.unresolved[numbers] = work.counts[4, : len(block)]
+            if failures[at] is not None:
+                continue
+            isolated, modes = lane.isolated, plan.modes[at]
+            cautions = getattr(cases[k].controller, "cautions", None)
+            results.put_validity(
+                k,
+                compare_with_tests(isolated, modes, work, criteria, currents, at),
+                end_state(isolated, modes, work, at),
+                contacts_of_lane(isolated, modes, work, at),
+                input_warnings(isolated, modes, lane.records),
+                [
+                    f"{as_written(lane.controller)}: {each}"
+                    for each in (cautions(lane.context, sensors) if cautions else ())
+                ],
+            )
         if progress is not None:
             progress(len(block))
 
@@ -302,23 +303,17 @@ def run_cases(
         try:
             run = alone_with(cases[k], cases[k].controller)
         except (Diverged, InputError) as error:
-            result.put([k], {}, [error])
+            results.put_criteria([k], {}, [error])
         else:
-            result.put([k], run.criteria, [None])
-            result.clamped[k] = run.clamped
-            result.unresolved[k] = run.unresolved
-            result.compare(k, run.reached_of_tests)
-            result.end(k, *run.end)
-            result.contacts[k] = sum(run.contacts.values())
-            result.implausible[k] = BETWEEN.join(run.implausible)
-            result.cautions[k] = BETWEEN.join(cautions_of({run.controller: run}))
+            results.put_criteria([k], run.criteria, [None])
+            results.clamped[k], results.unresolved[k] = run.clamped, run.unresolved
+            results.put_validity(
+                k, run.reached_of_tests, run.end, sum(run.contacts.values()), run.implausible,
+                cautions_of({run.controller: run}),
+            )  # fmt: skip
         if progress is not None:
             progress(1)
-    return Batch(
-        result.criteria, result.failure, result.diverged, result.clamped, result.unresolved,
-        result.deformation, result.current, result.moving, result.displacement,
-        result.implausible, result.cautions, result.contacts,
-    )  # fmt: skip
+    return Batch(**vars(results))
 
 
 def _blocks(
@@ -339,8 +334,8 @@ def _blocks(
     yield from waiting.values()
 
 
-class _Collected:
-    """Collects the results of several threads."""
+class _Results:
+    """Results of several threads; its fields are those of `Batch`."""
 
     def __init__(self, n_cases: int):
         self.criteria: dict[str, NDArray] = {}
@@ -348,27 +343,19 @@ class _Collected:
         self.diverged = np.zeros(n_cases, bool)
         self.clamped = np.zeros(n_cases, int)
         self.unresolved = np.zeros(n_cases, int)
-        self.deformation = np.full(n_cases, np.nan)
-        self.current = np.full(n_cases, np.nan)
-        self.moving = np.zeros(n_cases, bool)
-        self.displacement = np.full(n_cases, np.nan)
+        self.deformation_over_tested = np.full(n_cases, np.nan)
+        self.current_over_tested = np.full(n_cases, np.nan)
+        self.moving_at_end = np.zeros(n_cases, bool)
+        self.displacement_at_end = np.full(n_cases, np.nan)
         self.implausible = np.full(n_cases, "", object)
         self.cautions = np.full(n_cases, "", object)
         self.contacts = np.zeros(n_cases, int)
 
-    def end(self, k: int, moving: bool, displacement: float) -> None:
-        self.moving[k], self.displacement[k] = moving, displacement
-
-    def compare(self, k: int, attained: Reached) -> None:
-        self.deformation[k] = attained.deformation_ratio
-        self.current[k] = attained.current_ratio
-
-    def put(
-        self, numbers: list[int], criteria: Mapping[str, Any], fates: Sequence[Exception | None]
+    def put_criteria(
+        self, numbers: list[int], criteria: Mapping[str, Any], failures: Sequence[Exception | None]
     ) -> None:
-        failed = {
-            k: failure for k, failure in zip(numbers, fates, strict=True) if failure is not None
-        }
+        """Write the criteria of some runs, or the reasons of their failure."""
+        failed = {k: each for k, each in zip(numbers, failures, strict=True) if each is not None}
         for name, values in criteria.items():
             if name not in self.criteria:
                 # another thread may have been first
@@ -379,3 +366,14 @@ class _Collected:
         for k, failure in failed.items():
             self.failure[k] = str(failure)
             self.diverged[k] = isinstance(failure, Diverged)
+
+    def put_validity(
+        self, k: int, peaks: Reached, end: tuple[bool, float], contacts: int,
+        implausible: Iterable[str], cautions: Iterable[str],
+    ) -> None:  # fmt: skip
+        """Write the quantities and warnings on the validity of one run."""
+        self.deformation_over_tested[k] = peaks.deformation_ratio
+        self.current_over_tested[k] = peaks.current_ratio
+        self.moving_at_end[k], self.displacement_at_end[k] = end
+        self.contacts[k] = contacts
+        self.implausible[k], self.cautions[k] = BETWEEN.join(implausible), BETWEEN.join(cautions)

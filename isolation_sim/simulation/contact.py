@@ -28,14 +28,14 @@ class Stop(NamedTuple):
 @lru_cache(maxsize=256)
 def stops(isolated: IsolatedStructure) -> tuple[Stop, ...]:
     """Elements that are walls, or have an end stop."""
-    found = []
+    result = []
     for e, element in enumerate(isolated.elements):
         for effect, values in separate(element.device)[1]:
             if effect.cause == "end_stop":
                 length, gap = element.device.length, values.get("gap", 0.0)
                 low, high = values.get("behind", gap), values.get("ahead", gap)
-                found.append(Stop(e, -length * low, length * high))
-    return tuple(found)
+                result.append(Stop(e, -length * low, length * high))
+    return tuple(result)
 
 
 def contacts_of_outputs(
@@ -51,11 +51,11 @@ def contacts_of_outputs(
 
 def contacts_of_lane(isolated: IsolatedStructure, modes: Modes, work: Workspace, lane: int) -> int:
     """Contacts with all stops in one lane of a finished block."""
-    found = stops(isolated)
-    if not found:
+    all_stops = stops(isolated)
+    if not all_stops:
         return 0
     motion, total = modal_motion(work, modes.eigenvalues.size, lane, work.grid.samples), 0
-    for stop in found:
+    for stop in all_stops:
         length = isolated.elements[stop.element].device.length
         total += _entries(stop, length * (motion @ modes.deformation[stop.element, 0]).real)
     return total
@@ -67,7 +67,7 @@ def _entries(stop: Stop, deformation: NDArray) -> int:
     return int(np.count_nonzero(np.diff(beyond.astype(int), prepend=0) == 1))
 
 
-def touched(runs: Mapping[str, Any]) -> list[str]:
+def contact_warnings(runs: Mapping[str, Any]) -> list[str]:
     """Warning about contacts in several runs (``Run``)."""
     each = {
         name: {element: count for element, count in run.contacts.items() if count}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 MOST_INTERVALS = 4
 """Largest number of grid intervals of one step."""
@@ -47,16 +47,16 @@ class Grid:
 def make_grid(
     n_samples: int,
     dt: float,
-    sensed: NDArray | None = None,
-    decided: NDArray | None = None,
-    begun: NDArray | None = None,
+    measurement_times: ArrayLike = (),
+    decision_times: ArrayLike = (),
+    command_times: ArrayLike = (),
 ) -> Grid:
     """Merge a record's samples with the instants of measurements, decisions and commands."""
-    kinds = [np.empty(0) if t is None else np.asarray(t, float) for t in (sensed, decided, begun)]
+    instants = measurement_times, decision_times, command_times
     # instants closer than a millionth of a sample are merged
     unit = dt * 1e-6
     ticks = np.round(np.arange(n_samples) * dt / unit).astype(np.int64)
-    event_ticks = [np.round(t / unit).astype(np.int64) for t in kinds]
+    event_ticks = [np.round(np.asarray(t, float) / unit).astype(np.int64) for t in instants]
     event_ticks = [t[t < ticks[-1]] for t in event_ticks]
     points = np.unique(np.concatenate([ticks, *event_ticks]))
     stops = np.zeros(len(points), bool)

@@ -20,7 +20,7 @@ def dataset(run: Trajectory) -> xarray.Dataset:
     n, m = structure.n_dofs, len(isolated.elements)
     widths = [n, n, n, len(structure.storeys), m, m, m, len(structure.directions)]
     parts = np.split(run.values, np.cumsum(widths)[:-1], axis=1)
-    described = [
+    quantities = [
         ("displacement", "dof", "m", "displacement relative to the ground"),
         ("velocity", "dof", "m/s", "velocity relative to the ground"),
         ("acceleration", "dof", "m/s^2", "absolute acceleration"),
@@ -32,7 +32,7 @@ def dataset(run: Trajectory) -> xarray.Dataset:
     ]
     variables: dict[str, tuple] = {
         name: (("time", axis), values, {"units": unit, "long_name": meaning})
-        for (name, axis, unit, meaning), values in zip(described, parts, strict=True)
+        for (name, axis, unit, meaning), values in zip(quantities, parts, strict=True)
     }
     for name, values, meaning in (
         ("current", run.current, "coil current"),

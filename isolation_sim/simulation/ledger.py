@@ -107,7 +107,7 @@ def ledger(run: Trajectory) -> Ledger:
     work = np.zeros((5, len(pieces.first)))
     for low, high in pieces.stretches():
         part = np.flatnonzero(high > low)
-        some = pieces.taken(part)
+        some = pieces.select(part)
         work[:, part] += some.work(low[part], high[part])
     totals = np.zeros((5, n_points))
     for k, values in enumerate(work):
@@ -231,7 +231,7 @@ class _Works(Pieces):
         moving = np.flatnonzero(moves)
         if len(moving):
             allowed = QUADRATURE_ERROR * np.abs(total[0]).sum()
-            some = self.taken(moving)
+            some = self.select(moving)
             total[:, moving] = some._halved(
                 low[moving], high[moving], total[:, moving], allowed, MOST_HALVINGS
             )
@@ -246,7 +246,7 @@ class _Works(Pieces):
         total = parts[0] + parts[1]
         off = np.flatnonzero(np.abs(total - whole).max(axis=0) > allowed)
         if left and len(off):
-            some = self.taken(off)
+            some = self.select(off)
             total[:, off] = sum(
                 some._halved(a[off], b[off], part[:, off], allowed, left - 1)
                 for (a, b), part in zip(halves, parts, strict=True)

@@ -28,10 +28,10 @@ def plausibility_of(runs: Mapping[str, Any]) -> list[str]:
     aside = np.nan_to_num(np.asarray(runs["displacement_at_end"], float))
     lines = _listed(runs["implausible"])
     # a table of an earlier release has no such column
-    touched = np.asarray(runs.get("contacts", 0)) > 0
-    if touched.any():
+    contacts = np.asarray(runs.get("contacts", 0)) > 0
+    if contacts.any():
         lines.append(
-            f"{_of(touched)} touch a moat wall or an end stop, so that their peaks depend on its "
+            f"{_of(contacts)} touch a moat wall or an end stop, so that their peaks depend on its "
             "stiffness"
         )
     if moving.any():
@@ -59,9 +59,9 @@ def of_many(runs: Mapping[str, Any]) -> list[str]:
         lines += beyond_tests(*(runs[name] for name in OVER_TESTED))
     if {*OF_RUNS} - {"contacts"} <= set(runs):
         lines += [*plausibility_of(runs), *cautions_of_many(runs)]
-        missed = np.asarray(runs["unresolved"]) > 0
-        if missed.any():
-            lines.append(f"{_of(missed)} missed the tolerance in some integration steps")
+        unresolved = np.asarray(runs["unresolved"]) > 0
+        if unresolved.any():
+            lines.append(f"{_of(unresolved)} unresolved the tolerance in some integration steps")
     clamped = np.asarray(runs["clamped"]) > 0
     if clamped.any():
         lines.append(f"{_of(clamped)} have commands that were clamped to the supply's limits")

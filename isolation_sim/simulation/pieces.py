@@ -70,7 +70,7 @@ class Pieces:
         numbers = numbers.reshape(len(step), n_elements, width)
         self.elements = numbers[:, :, 1:]
 
-    def taken(self, which: NDArray) -> Self:
+    def select(self, which: NDArray) -> Self:
         """Some of the pieces."""
         some = copy.copy(self)
         for name in _ARRAYS:
@@ -216,6 +216,8 @@ def refined_outputs(run: Trajectory, names: list[str], n: int) -> NDArray:
     at = np.concatenate(np.transpose(time))
     columns = np.concatenate(np.transpose(values, (1, 0, 2)))
     dt = run.records[0].dt
-    wanted = np.arange((len(run.records[0].acceleration) - 1) * n + 1) * (dt / n)
-    sides = [np.interp(wanted + side, at, column) for column in columns.T for side in (-1e-9, 1e-9)]
+    instants = np.arange((len(run.records[0].acceleration) - 1) * n + 1) * (dt / n)
+    sides = [
+        np.interp(instants + side, at, column) for column in columns.T for side in (-1e-9, 1e-9)
+    ]
     return np.mean(np.reshape(sides, (len(names), 2, -1)), axis=1).T

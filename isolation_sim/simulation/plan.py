@@ -23,7 +23,7 @@ from .kernel.loading import Kernel, Shape, compiling, load
 from .kernel.slots import ALIVE, CURRENT_REFUSED
 from .modal import Modes, modes_of
 from .outputs import Outputs, outputs_of
-from .sensing import arrived, check_noise, measured_motion, noise_of
+from .sensing import check_noise, latest_samples, measured_motion, noise_of
 from .workspace import Sensing, Tables, Workspace
 
 STRONGEST = 30.0
@@ -83,7 +83,7 @@ def _fast_stiffness(device: Device, current: float) -> float:
 
 @lru_cache(maxsize=64)
 def _uniform_grid(n_samples: int, dt: float) -> Grid:
-    return make_grid(n_samples, dt, begun=np.zeros(1))
+    return make_grid(n_samples, dt, command_times=np.zeros(1))
 
 
 @lru_cache(maxsize=32)
@@ -178,10 +178,9 @@ class Plan:
             for k, lane in enumerate(lanes):
                 assert lane.schedule is not None
                 self.chosen[:, k, :width] = lane.schedule.current
-            steady = len(first.schedule.time) == 1 and first.schedule.time[0] == 0.0
-            self.grid = (
-                _uniform_grid(n, dt) if steady else make_grid(n, dt, begun=first.schedule.time)
-            )
+            times = first.schedule.time
+            steady = len(times) == 1 and times[0] == 0.0
+            self.grid = _uniform_grid(n, dt) if steady else make_grid(n, dt, command_times=times)
         if alike and self.grid is _uniform_grid(n, dt):
             thread = threading.get_ident()
             self.tables = _cached_tables(self.kernel.shape, first.isolated, n, dt, thread)
@@ -206,21 +205,21 @@ class Plan:
     def _closed_loop(self, n: int, dt: float, sensors: Sensors, delay: float) -> None:
         lanes, first = self.lanes, self.lanes[0]
         context, width = first.context, len(first.coils)
-        decided = instants(context.period, context.duration)
-        asked = decided - sensors.delay
+        decision_times = instants(context.period, context.duration)
+        times = decision_times - sensors.delay
         if sensors.sampling is not None:
-            asked = np.floor(asked / sensors.sampling * (1 + 1e-12)) * sensors.sampling
+            times = np.floor(times / sensors.sampling * (1 + 1e-12)) * sensors.sampling
         # before the first sample a sensor measures the building at rest
-        sensed, measured_for = np.unique(np.maximum(asked, 0.0), return_inverse=True)
-        measured_for = arrived(len(sensed), sensors)[measured_for.ravel()]
-        self.grid = make_grid(n, dt, sensed, decided, decided + delay)
-        self.chosen = np.zeros((len(decided), len(lanes), width + 1))
+        measurement_times, measured_for = np.unique(np.maximum(times, 0.0), return_inverse=True)
+        measured_for = latest_samples(len(measurement_times), sensors)[measured_for.ravel()]
+        self.grid = make_grid(n, dt, measurement_times, decision_times, decision_times + delay)
+        self.chosen = np.zeros((len(decision_times), len(lanes), width + 1))
         names = context.outputs[: len(context.outputs) - width]
         motion_rows = [
             measured_motion(lane.isolated, names, o.names, sensors.compensation)
             for lane, o in zip(lanes, self.outputs, strict=True)
         ]
-        noise = noise_of(names, self.outputs[0].names, len(sensed), sensors)
+        noise = noise_of(names, self.outputs[0].names, len(measurement_times), sensors)
         compiled = [lane.compiled for lane in lanes]
         self.sensing = Sensing(
             measure=np.stack(
@@ -230,8 +229,8 @@ class Plan:
             noise=np.stack([noise @ row.T for row in motion_rows], axis=2)
             if noise.size
             else np.zeros((0, 0, len(lanes))),
-            n_measurements=len(sensed),
-            decided=decided,
+            n_measurements=len(measurement_times),
+            decision_times=decision_times,
             measured_for=measured_for,
             function=compiled[0].address if compiled[0] else 0,
             settings=np.array([c.settings if c else [] for c in compiled], float),
@@ -277,16 +276,16 @@ class Plan:
         window = int(work.counts[3, lane]) - 1
         time = float(self.grid.time[self.grid.windows[window, 0]])
         if code != CURRENT_REFUSED:
-            cause = _FATES[code].format(most=MOST_TESTED, cause=_likely_cause(self.lanes[lane]))
+            cause = _CAUSES[code].format(most=MOST_TESTED, cause=_likely_cause(self.lanes[lane]))
             return Diverged(f"the run diverged at t = {time:.4g} s: {cause}")
         context = self.lanes[lane].context
         k = int(self.grid.events[: window + 1, 2].max())
         commands = work.chosen[k, lane, : len(context.low)]
         channel = int(np.argmax(~((commands >= context.low) & (commands <= context.high))))
-        return refused(float(commands[channel]), time, self.lanes[lane], channel)
+        return refusal(float(commands[channel]), time, self.lanes[lane], channel)
 
 
-def refused(current: float, time: float, lane: Lane, channel: int) -> InputError:
+def refusal(current: float, time: float, lane: Lane, channel: int) -> InputError:
     """Error for a refused current, with its controller, its time and the limits."""
     low, high = lane.context.low[channel], lane.context.high[channel]
     remedy = (
@@ -299,7 +298,7 @@ def refused(current: float, time: float, lane: Lane, channel: int) -> InputError
 
 
 # in the order of the kernel's codes
-_FATES = (
+_CAUSES = (
     "",
     "the device's force changes too fast to follow even in the smallest step; the law has left the "
     "range where it is meaningful",

@@ -133,7 +133,7 @@ def overturned_by_more(isolated: IsolatedStructure) -> Iterator[str]:
         )
 
 
-def of_inputs(
+def input_warnings(
     isolated: IsolatedStructure, modes: Modes, records: Sequence[Record]
 ) -> tuple[str, ...]:
     """Warnings about an implausible structure, its isolators and the ground motion."""
@@ -145,7 +145,7 @@ def of_inputs(
     return *of_plant, *implausible_motion(records)
 
 
-def of_end(
+def end_state(
     isolated: IsolatedStructure, modes: Modes, work: Workspace, lane: int = 0
 ) -> tuple[bool, float]:
     """Whether a building still moves at the end, and its share of the peak displacement if not."""
@@ -154,13 +154,17 @@ def of_end(
     some = grid.samples[:: _every(len(grid.samples))]
     z = modal_motion(work, modes.eigenvalues.size, lane, some)
     motion = z.real @ modes.shapes.real.T - z.imag @ modes.shapes.imag.T
-    return _end(isolated, grid.time[some] - grid.time[grid.samples[-1]], motion)
+    return _end_state(isolated, grid.time[some] - grid.time[grid.samples[-1]], motion)
 
 
-def of_saved_end(isolated: IsolatedStructure, time: NDArray, values: NDArray) -> tuple[bool, float]:
+def saved_end_state(
+    isolated: IsolatedStructure, time: NDArray, values: NDArray
+) -> tuple[bool, float]:
     """The same from all outputs at the samples, of a run without its working memory."""
     some = slice(None, None, _every(len(time)))
-    return _end(isolated, time[some] - time[-1], values[some, : 2 * isolated.structure.n_dofs])
+    return _end_state(
+        isolated, time[some] - time[-1], values[some, : 2 * isolated.structure.n_dofs]
+    )
 
 
 def _every(n_samples: int) -> int:
@@ -168,7 +172,7 @@ def _every(n_samples: int) -> int:
     return max(n_samples // INSTANTS, 1)
 
 
-def _end(isolated: IsolatedStructure, time: NDArray, motion: NDArray) -> tuple[bool, float]:
+def _end_state(isolated: IsolatedStructure, time: NDArray, motion: NDArray) -> tuple[bool, float]:
     """Judge displacements and velocities at times before the end."""
     structure, n = isolated.structure, isolated.structure.n_dofs
     last = time >= -LAST
@@ -184,7 +188,7 @@ def _end(isolated: IsolatedStructure, time: NDArray, motion: NDArray) -> tuple[b
     return False, float(np.max(aside, initial=0.0) / peak) if peak else 0.0
 
 
-def at_end(runs: Mapping[str, Any]) -> list[str]:
+def end_warnings(runs: Mapping[str, Any]) -> list[str]:
     """Warnings about the end of several runs (``Run``)."""
     moving = [as_written(name) for name, run in runs.items() if run.end[0]]
     aside = [

@@ -22,7 +22,7 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
     n_directions = len(structure.directions)
     index = {name: k for k, name in enumerate(names)}
 
-    def picked(owners: Sequence[str], quantity: str) -> NDArray:
+    def pick(owners: Sequence[str], quantity: str) -> NDArray:
         rows = np.zeros((len(owners), len(names)))
         for row, owner in zip(rows, owners, strict=True):
             row[index[f"{owner}_{quantity}"]] = 1.0
@@ -32,10 +32,10 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
         missing = n_directions - rows.shape[1]
         return np.pad(rows, ((0, 0), (0, missing), (0, 0)))
 
-    displacement = picked(structure.names, "displacement_m")
-    acceleration = picked(structure.names, "acceleration_m_s2")
-    drift = picked(structure.storeys, "drift_m")
-    force = picked(isolated.element_names, "force_N")
+    displacement = pick(structure.names, "displacement_m")
+    acceleration = pick(structure.names, "acceleration_m_s2")
+    drift = pick(structure.storeys, "drift_m")
+    force = pick(isolated.element_names, "force_N")
     base = np.array(structure.base, dtype=int)
     slabs = base[_by_direction(structure.influence[base])]
     levels, storeys = level_dofs(structure), storey_rows(structure)

@@ -21,9 +21,9 @@ from ..named_values import Criteria
 from ..rendering import Printed, render
 from ..written_names import as_written
 from .contact import contacts_of_outputs, stops
-from .plausibility import of_end, of_inputs, of_saved_end
+from .plausibility import end_state, input_warnings, saved_end_state
 from .quantities import level_dofs
-from .tested_range import Reached, of_runs, peak_currents, reached
+from .tested_range import Reached, compare_with_tests, of_runs, peak_currents
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -195,19 +195,19 @@ class Run(Printed, Trajectory):
     def reached_of_tests(self) -> Reached:
         """Peak deformations and currents, with those of the device tests."""
         currents = peak_currents(self.work)
-        return reached(self.isolated, self.modes, self.work, self.criteria, currents)
+        return compare_with_tests(self.isolated, self.modes, self.work, self.criteria, currents)
 
     @cached_property
     def implausible(self) -> tuple[str, ...]:
         """Return warnings about implausible structures, isolators and ground motions."""
-        return of_inputs(self.isolated, self.modes, self.records)
+        return input_warnings(self.isolated, self.modes, self.records)
 
     @cached_property
     def end(self) -> tuple[bool, float]:
         """Whether the building still moves at the end, and the displacement where it stays."""
         if "work" in vars(self):
-            return of_end(self.isolated, self.modes, self.work)
-        return of_saved_end(self.isolated, self.time, self.values)
+            return end_state(self.isolated, self.modes, self.work)
+        return saved_end_state(self.isolated, self.time, self.values)
 
     @cached_property
     def contacts(self) -> dict[str, int]:

@@ -16,7 +16,7 @@ from ground_motions import Record
 
 from ..errors import AccuracyWarning, InputError, warn
 from ..generated import COMPILED
-from ..laws.passive_switching import papers_rule
+from ..laws.passive_switching import instantaneous
 from ..old_names import renamed_arguments
 from ..structures import IsolatedStructure
 from .control import CoilDriver, Control, RunContext, Schedule, Sensors
@@ -24,7 +24,7 @@ from .controller_calls import calling, current_of
 from .inputs import one_per_direction, traceable
 from .kernel.loading import compiling
 from .kernel.slots import DECIDE
-from .plan import Lane, Plan, refused
+from .plan import Lane, Plan, refusal
 from .result import Run
 from .unit_run import Coupling, at_every_sample, check_limits, refuse_unit, unit_element
 from .workspace import Workspace
@@ -47,7 +47,7 @@ def simulate(
     current_outside: str = "refuse",
 ) -> Run:
     """Simulate one run."""
-    driver, sensors = check_actuation(driver, sensors)
+    driver, sensors = driver or CoilDriver(), sensors or Sensors()
     check_options(tolerance, current_outside, computation_delay)
 
     trial = partial(
@@ -64,7 +64,7 @@ def simulate(
         check_limits(isolated.elements[e], driver)
         controller = at_every_sample(controller, one_per_direction(ground)[0].dt)
     delays = sensors.delay, computation_delay
-    lane = prepared(isolated, ground, controller, nominal, driver, delays, trial, alone=True)
+    lane = prepare_lane(isolated, ground, controller, nominal, driver, delays, trial, alone=True)
     refuse = current_outside == "refuse"
     if lane.schedule is not None and refuse:
         _check_schedule(lane.schedule, lane)
@@ -130,13 +130,6 @@ class NoControl:
         return 0.0
 
 
-def check_actuation(
-    driver: CoilDriver | None, sensors: Sensors | None
-) -> tuple[CoilDriver, Sensors]:
-    """Return driver and sensors; ideal by default."""
-    return driver or CoilDriver(), sensors or Sensors()
-
-
 def check_options(tolerance: float, current_outside: str, computation_delay: float) -> None:
     """Check the options."""
     if not 1e-12 <= tolerance <= 1e-2:
@@ -147,7 +140,7 @@ def check_options(tolerance: float, current_outside: str, computation_delay: flo
         raise InputError(f"computation_delay is {computation_delay} s; expected: 0 or more")
 
 
-def prepared(
+def prepare_lane(
     isolated: IsolatedStructure,
     ground: Record | Sequence[Record],
     controller: Control,
@@ -159,14 +152,14 @@ def prepared(
 ) -> Lane:
     """Set a controller's run context; get its commands or its compiled decision."""
     tested = _check_plant(isolated, alone)
-    records = _checked(isolated, ground)
+    records = _check_records(isolated, ground)
     coils = _coils(isolated, driver)
     if nominal is not None:
         nominal = traceable(nominal)
     elif getattr(controller, "predicts_switching", False):
         nominal = isolated
     else:
-        nominal = _by_papers_rule(isolated)
+        nominal = _with_instantaneous_devices(isolated)
     context = _run_context(nominal, records, controller, coils, tested, driver, delays)
     # a controller with its own period decides during the run
     _check_memory(isolated, records, controller.period, controller.name)
@@ -235,14 +228,16 @@ def memory_size() -> float:
 
 
 @lru_cache(maxsize=256)
-def _by_papers_rule(isolated: IsolatedStructure) -> IsolatedStructure:
+def _with_instantaneous_devices(isolated: IsolatedStructure) -> IsolatedStructure:
     """The plant with instantaneous devices, whose force follows the current, for controllers."""
-    elements = tuple(replace(e, device=papers_rule(e.device)) for e in isolated.elements)
+    elements = tuple(replace(e, device=instantaneous(e.device)) for e in isolated.elements)
     unchanged = all(a.device is b.device for a, b in zip(elements, isolated.elements, strict=True))
     return isolated if unchanged else replace(isolated, elements=elements)
 
 
-def _checked(isolated: IsolatedStructure, ground: Record | Sequence[Record]) -> tuple[Record, ...]:
+def _check_records(
+    isolated: IsolatedStructure, ground: Record | Sequence[Record]
+) -> tuple[Record, ...]:
     """One record per direction, all with the same samples."""
     records = one_per_direction(ground)
     directions = isolated.structure.directions
@@ -336,7 +331,7 @@ def _drive(work: Workspace, plan: Plan, controller: Control, advance: Callable[[
     measurement_type = namedtuple("Measurement", context.outputs)  # type: ignore[misc]
     width, n_measures = len(plan.lanes[0].coils), len(context.outputs)
     events, position = work.grid.events[:, 1].tolist(), work.position
-    times, rows = sensing.decided.tolist(), sensing.measured_for.tolist()
+    times, rows = sensing.decision_times.tolist(), sensing.measured_for.tolist()
     while True:
         k = events[position[0]]
         measurement = measurement_type._make(work.measured[rows[k], 0, :n_measures].tolist())
@@ -356,4 +351,4 @@ def _check_schedule(schedule: Schedule, lane: Lane) -> None:
     outside = ~((schedule.current >= low) & (schedule.current <= high))
     if outside.any():
         k, c = np.argwhere(outside)[0]
-        raise refused(schedule.current[k, c], schedule.time[k], lane, int(c))
+        raise refusal(schedule.current[k, c], schedule.time[k], lane, int(c))

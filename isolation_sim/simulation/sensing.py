@@ -15,7 +15,7 @@ from .control import Sensors
 from .outputs import QUANTITIES
 
 
-def arrived(n_samples: int, sensors: Sensors) -> NDArray:
+def latest_samples(n_samples: int, sensors: Sensors) -> NDArray:
     """Latest received sample at the time of each sample."""
     # a separate random stream: lost samples do not change the noise of the others
     random = np.random.default_rng([sensors.seed, 1])

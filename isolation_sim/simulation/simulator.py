@@ -16,11 +16,12 @@ from ground_motions.argument_types import checked
 from ..errors import InputError
 from ..structures import IsolatedStructure
 from .control import CoilDriver, RunContext, Sensors
+from .inputs import one_per_direction
 from .kernel.loading import compiling
 from .kernel.slots import ALIVE
 from .outputs import output_names
 from .plan import Plan
-from .run import NoControl, check_options, prepared
+from .run import NoControl, check_options, prepare_lane
 
 
 class Outside(NoControl):
@@ -133,7 +134,7 @@ class Simulator:
                     raise InputError(
                         f"{name} is {value} s; expected: none, since there is a record"
                     )
-            records = (ground,) if isinstance(ground, Record) else tuple(ground)
+            records = one_per_direction(ground)
         first = records[0]
         self.period = first.dt if period is None else float(period)
         names = output_names(isolated) if measures is None else tuple(measures)
@@ -149,7 +150,7 @@ class Simulator:
                 replace(r, acceleration=np.append(r.acceleration, np.zeros(max(rest, 0))))
                 for r in records
             )
-        self._lane = prepared(
+        self._lane = prepare_lane(
             isolated, records, outside, None, driver or CoilDriver(), delays, None
         )
         context = self._lane.context
@@ -310,19 +311,15 @@ class Simulator:
         """
         work, grid = self._work, self._work.grid
         window, point = self._windows[self._k], self._points[self._k]
-        taken, begun = self._so_far(window)
-        row = len(work.z) // (len(grid.time) + 2)
+        n_measured, n_commands = self._so_far(window)
         return {
-            "k": np.array([self._k, self._seed or 0, taken, begun]),
+            "k": np.array([self._k, self._seed or 0, n_measured, n_commands]),
             "grid": np.array([self.period, *grid.time[[-1]], len(grid.time)]),
-            "measured": work.measured[self._measured_for[self._k] : taken].copy(),
-            "chosen": work.chosen[begun : self._k].copy(),
-            "z": work.z[point * row : (point + 1) * row].copy(),
-            "states": work.states[point].copy(),
+            "measured": work.measured[self._measured_for[self._k] : n_measured].copy(),
+            "chosen": work.chosen[n_commands : self._k].copy(),
             "command": work.command[point].copy(),
             "ground": work.ground[point].copy(),
-            "position": work.position.copy(),
-            **{name: array.copy() for name, array in work.carried().items()},
+            **work.state_at(point),
         }
 
     @state.setter
@@ -334,20 +331,15 @@ class Simulator:
             raise InputError(
                 "state is of another simulator; expected: the same plant, ground motion and options"
             )
-        k, seed, taken, begun = (int(number) for number in values["k"])
+        k, seed, n_measured, n_commands = (int(number) for number in values["k"])
         if seed != self._seed:
             self.reset(seed)
         self._k, work, point = k, self._work, self._points[k]
-        row = len(values["z"])
-        work.measured[self._measured_for[k] : taken] = values["measured"]
-        work.chosen[begun:k] = values["chosen"]
-        work.z[point * row : (point + 1) * row] = values["z"]
-        work.states[point], work.command[point] = values["states"], values["command"]
-        work.ground[point] = values["ground"]
+        work.measured[self._measured_for[k] : n_measured] = values["measured"]
+        work.chosen[n_commands:k] = values["chosen"]
+        work.command[point], work.ground[point] = values["command"], values["ground"]
         work.step_count[0] = 0
-        work.position[:] = values["position"]
-        for name, array in work.carried().items():
-            array[...] = values[name]
+        work.restore(point, values)
 
     def _so_far(self, window: int) -> tuple[int, int]:
         """Numbers of measurements and commands before the decision at a window's start."""

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..structures import IsolatedStructure
 from ..written_names import as_written
-from .contact import touched
+from .contact import contact_warnings
 from .modal import Modes
-from .plausibility import at_end
+from .plausibility import end_warnings
 from .workspace import Workspace, modal_motion
 
 OVER_TESTED = ("deformation_over_tested", "current_over_tested")
@@ -43,7 +43,7 @@ class Reached(NamedTuple):
         return float(np.max(self.current / tested, initial=0.0))
 
 
-def reached(
+def compare_with_tests(
     isolated: IsolatedStructure,
     modes: Modes,
     work: Workspace,
@@ -115,17 +115,19 @@ def _at_base(isolated: IsolatedStructure) -> tuple[bool, ...]:
     return tuple(alone and np.array_equal(e.direction, base) for e in isolated.elements)
 
 
-def exceeded(runs: Mapping[str, Reached], isolated: IsolatedStructure) -> list[str]:
-    """Warnings about elements and coils beyond their tests, for runs by controller."""
+def tested_range_warnings(runs: Mapping[str, Any]) -> list[str]:
+    """Warnings about deformations and currents beyond the tests, of several runs of one plant."""
+    peaks: dict[str, Reached] = {name: run.reached_of_tests for name, run in runs.items()}
+    first, isolated = next(iter(peaks.values())), next(iter(runs.values())).isolated
     sentences = []
     for name, (e, *_) in zip(isolated.device_names, isolated.groups, strict=True):
         beyond = {
             run: 1e3 * each.deformation[e]
-            for run, each in runs.items()
+            for run, each in peaks.items()
             if each.deformation[e] > each.tested_deformation[e]
         }
         if beyond:
-            tested = 1e3 * next(iter(runs.values())).tested_deformation[e]
+            tested = 1e3 * first.tested_deformation[e]
             sentences.append(
                 f"{name} deforms further than its law was tested, {tested:.0f} mm at this scale: "
                 f"{_listed(beyond, '.0f', 'mm')}"
@@ -133,12 +135,12 @@ def exceeded(runs: Mapping[str, Reached], isolated: IsolatedStructure) -> list[s
     for c in range(isolated.n_channels):
         beyond = {
             run: each.current[c]
-            for run, each in runs.items()
+            for run, each in peaks.items()
             # a controller with this limit may exceed it by a rounding error
             if each.current[c] > each.tested_current[c] * (1 + 1e-9)
         }
         if beyond:
-            tested = next(iter(runs.values())).tested_current[c]
+            tested = first.tested_current[c]
             sentences.append(
                 f"coil {c} carries more current than its devices were tested with, {tested:.3g} A: "
                 f"{_listed(beyond, '.3g', 'A')}"
@@ -152,13 +154,7 @@ def _listed(values: Mapping[str, float], form: str, unit: str) -> str:
 
 def of_runs(runs: Mapping[str, Any]) -> list[str]:
     """Warnings for several runs (``Run``) of one plant: beyond the tests, at the end, contacts."""
-    return [*beyond_of(runs), *at_end(runs), *touched(runs)]
-
-
-def beyond_of(runs: Mapping[str, Any]) -> list[str]:
-    """Warnings about deformations and currents beyond the tests, of several runs of one plant."""
-    first = next(iter(runs.values()))
-    return exceeded({name: run.reached_of_tests for name, run in runs.items()}, first.isolated)
+    return [*tested_range_warnings(runs), *end_warnings(runs), *contact_warnings(runs)]
 
 
 def beyond_tests(deformation: ArrayLike, current: ArrayLike) -> list[str]:

@@ -66,25 +66,25 @@ def at_every_sample(controller: Control, dt: float) -> Control:
     # single decisions in Python
     own: Any = controller.in_python() if hasattr(controller, "in_python") else copy(controller)
     own_prepare, own_reset, own_current = own.prepare, own.reset, own.current
-    asked, held = 0, None
+    n_calls, command = 0, None
 
-    def sampled(context: RunContext) -> RunContext:
+    def at_samples(context: RunContext) -> RunContext:
         return replace(context, period=every * dt)
 
     def prepare(context: RunContext, trial: Any) -> None:
-        own_prepare(sampled(context), trial)
+        own_prepare(at_samples(context), trial)
 
     def reset(context: RunContext) -> None:
-        nonlocal asked
-        asked = 0
-        own_reset(sampled(context))
+        nonlocal n_calls
+        n_calls = 0
+        own_reset(at_samples(context))
 
     def current(t: float, measurement: Any) -> Any:
-        nonlocal asked, held
-        if asked % every == 0:
-            held = own_current(t, measurement)
-        asked += 1
-        return held
+        nonlocal n_calls, command
+        if n_calls % every == 0:
+            command = own_current(t, measurement)
+        n_calls += 1
+        return command
 
     own.period, own.prepare, own.reset, own.current = dt, prepare, reset, current
     return own
@@ -120,38 +120,40 @@ class Coupling:
         numbers = numbers._replace(table=self.table)
         work.arguments = (*others, self.coils, numbers, lanes, history, scratch)
         self.w, self.base = scratch.w, e * work.kernel.shape.stride
-        self.k, self.begun = 0, False
+        self.started = False
         self.force = self.last = self.largest = 0.0
         self.current = np.nan
         self.unit.start()
 
     def __call__(self) -> int:
         """Integrate to the next decision, or to the end; returns the kernel's status."""
-        if not self.begun:
-            self.begun = True
+        if not self.started:
+            self.started = True
             return self.work.integrate()
         work, unit = self.work, self.unit
         window, begin = int(work.position[0]), self._motion()
         start, end = work.grid.time[work.grid.windows[window : window + 2, 0]]
         length = float(end - start)
-        saved, state = self._keep(window), unit.get_state()
+        point = int(work.grid.windows[window, 0])
+        saved, n_steps, state = work.state_at(point), work.step_count.copy(), unit.get_state()
         guess = 2.0 * self.force - self.last
         self.last = self.force
         status = self._try(guess, length)
         before = float(work.coil_history[window, self.channel, 0])
         after = float(self.coils.current[self.channel, 0])
         if before != self.current:
-            jumped = self._force_now(start, length, begin, before, self.force)
-            guess += jumped - self.force
-            self.force = jumped
+            force_after_jump = self._force_now(start, length, begin, before, self.force)
+            guess += force_after_jump - self.force
+            self.force = force_after_jump
         self.current = after
         for _ in range(MOST_ITERATIONS):
-            self._back(window, saved)
+            work.restore(point, saved)
+            work.step_count[:] = n_steps
             status = self._try(guess, length)
             if work.alive[0] != ALIVE:
                 break
             motion = self._motion()
-            force = self._asked(start, length, motion, 0.5 * (before + after))
+            force = self._step_unit(start, length, motion, 0.5 * (before + after))
             if after != before:
                 force = self._force_now(end, length, motion, after, force)
             self.largest = max(self.largest, abs(force))
@@ -179,12 +181,12 @@ class Coupling:
         if not self.unit.takes_any_step:
             return otherwise
         state = self.unit.get_state()
-        force = self._asked(time, NO_LENGTH * length, motion, current)
+        force = self._step_unit(time, NO_LENGTH * length, motion, current)
         self.unit.set_state(state)
         self.unit.free_state(state)
         return force
 
-    def _asked(self, time: float, length: float, motion: NDArray, current: float) -> float:
+    def _step_unit(self, time: float, length: float, motion: NDArray, current: float) -> float:
         inputs = dict(zip(self.inputs, [*motion.tolist(), current], strict=True))
         return self.unit.step(time, length, inputs, [self.output])[0]
 
@@ -198,24 +200,3 @@ class Coupling:
         self.table.flags.writeable = False
         self.coils.applied[self.e] = np.nan
         return work.integrate()
-
-    def _keep(self, window: int) -> dict[str, NDArray]:
-        """Complete state before the next step."""
-        work, point = self.work, self.work.grid.windows[window, 0]
-        row = len(work.z) // (len(work.grid.time) + 2)
-        return {
-            "position": work.position.copy(),
-            "z": work.z[point * row : (point + 1) * row].copy(),
-            "states": work.states[point].copy(),
-            "step_count": work.step_count.copy(),
-            **{name: array.copy() for name, array in work.carried().items()},
-        }
-
-    def _back(self, window: int, saved: dict[str, NDArray]) -> None:
-        work, point = self.work, self.work.grid.windows[window, 0]
-        row = len(saved["z"])
-        work.position[:], work.step_count[:] = saved["position"], saved["step_count"]
-        work.z[point * row : (point + 1) * row] = saved["z"]
-        work.states[point] = saved["states"]
-        for name, array in work.carried().items():
-            array[...] = saved[name]

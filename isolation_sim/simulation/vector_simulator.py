@@ -20,7 +20,7 @@ from .kernel.loading import compiling
 from .kernel.slots import ALIVE, COMMAND
 from .outputs import output_names
 from .plan import Plan
-from .run import check_options, prepared
+from .run import check_options, prepare_lane
 from .simulator import Outside, still_ground
 
 FEWEST_BLOCKS = 8
@@ -92,7 +92,7 @@ class VectorSimulator:
         records = still_ground(isolated, period, 3 * period, dt)
         self.n, self.period, self.samples = n, float(period), round(period / dt)
         names = output_names(isolated) if measures is None else tuple(measures)
-        lane = prepared(
+        lane = prepare_lane(
             isolated, records, Outside(self.period, names), None, driver or CoilDriver(),
             (0.0, 0.0), None,
         )  # fmt: skip

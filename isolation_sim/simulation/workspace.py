@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -92,7 +92,7 @@ class Sensing:
     measure: NDArray  # (n_outputs, 2 n_modes + n_elements + n_directions, lanes): Output rows
     noise: NDArray  # (n_measurements, n_outputs, lanes), or empty: Noise on each measurement
     n_measurements: int  # Number of measurements
-    decided: NDArray  # (n_decisions,): Instants of the decisions, s
+    decision_times: NDArray  # (n_decisions,): Instants of the decisions, s
     measured_for: NDArray  # (n_decisions,) int: The measurement that each decision is based on
     function: int  # Address of a compiled controller; 0 for decisions outside the kernel
     # settings, memory: (lanes, n): Settings and memory of a compiled controller
@@ -220,7 +220,7 @@ class Workspace:
                 np.empty(3, complex),
             ),
             Measurements(
-                sensing.measure, sensing.noise, self.measured, self.chosen, sensing.decided,
+                sensing.measure, sensing.noise, self.measured, self.chosen, sensing.decision_times,
                 sensing.measured_for, self._addresses_of_rows() if sensing.function else (0,) * 9,
             ),
             coils,
@@ -276,6 +276,25 @@ class Workspace:
             "moving": coils.moving, "coil": coils.current, "last_step": history.last_step,
             **lanes._asdict(),
         }  # fmt: skip
+
+    def state_at(self, point: int) -> dict[str, NDArray]:
+        """Copies of the state at a grid point and of the data carried on."""
+        row = len(self.z) // (len(self.grid.time) + 2)
+        return {
+            "position": self.position.copy(),
+            "z": self.z[point * row : (point + 1) * row].copy(),
+            "states": self.states[point].copy(),
+            **{name: array.copy() for name, array in self.carried().items()},
+        }
+
+    def restore(self, point: int, state: Mapping[str, NDArray]) -> None:
+        """Continue from a state of `state_at`."""
+        row = len(state["z"])
+        self.position[:] = state["position"]
+        self.z[point * row : (point + 1) * row] = state["z"]
+        self.states[point] = state["states"]
+        for name, array in self.carried().items():
+            array[...] = state[name]
 
     def summarise(self, quantities: Quantities) -> NDArray:
         """Every quantity's peak and mean square, (2, n_quantities, lanes)."""

@@ -200,12 +200,8 @@ def from_fixed_base(
         drift_rows=drift_rows,
         storeys=storeys,
         directions=directions,
-        heights=None if heights is None else numbers("heights", heights),
-        isolator_positions=(
-            None
-            if isolator_positions is None
-            else numbers("isolator_positions", isolator_positions)
-        ),
+        heights=heights,
+        isolator_positions=isolator_positions,
         name=name,
     )
 
@@ -259,16 +255,14 @@ def read_matrices(
         if near and near[0] not in arrays:
             raise InputError(f"{path}: array {key!r} looks like {near[0]!r} misspelt; rename it")
     optional: dict[str, Any] = {key: arrays[key] for key in _OPTIONAL if key in arrays}
-    geometry: dict[str, Any] = {
-        label: arrays[key] for key, label in _GEOMETRY.items() if key in arrays
-    }
-    geometry_arguments = {"heights": heights, "isolator_positions": isolator_positions}
-    geometry |= {label: value for label, value in geometry_arguments.items() if value is not None}
+    optional |= {label: arrays[key] for key, label in _GEOMETRY.items() if key in arrays}
+    for label, value in (("heights", heights), ("isolator_positions", isolator_positions)):
+        if value is not None:
+            optional[label] = value
     try:
         return from_matrices(
             arrays["M"], arrays["C"], arrays["K"], names=names, drift_rows=drift_rows,
-            storeys=storeys, directions=directions, name=name or Path(path).stem,
-            **optional, **geometry,
+            storeys=storeys, directions=directions, name=name or Path(path).stem, **optional,
         )  # fmt: skip
     except InputError as error:
         raise InputError(f"{path}: {error}") from None

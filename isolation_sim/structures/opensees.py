@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -80,7 +80,7 @@ def from_opensees(
         if tag not in tags:
             known = ", ".join(map(str, tags[:10])) or "none"
             raise InputError(f"the OpenSees model has no node {tag}; expected: {known}")
-    (mass, damping, stiffness), equations = _assembled(ops, tags)
+    (mass, damping, stiffness), equations = _assemble(ops, tags)
     axes = _AXES.get((len(ops.nodeCoord(base)), len(equations[base])))
     if axes is None or not set(directions) <= set(axes):
         raise InputError(f"directions are {directions!r}; expected: axes of the model's nodes")
@@ -115,22 +115,7 @@ def from_opensees(
         )
     condensed = _condensation(stiffness, heavy)
     numbers = {equation: k for k, equation in enumerate(np.flatnonzero(heavy).tolist())}
-    up = len(ops.nodeCoord(base)) - 1  # y of a plane, z of space
-    heights, rows, storeys = [], [], []
-    chain = [base, *(floors or ())]
-    for storey, (below, above) in enumerate(pairwise(chain), start=1):
-        for axis in directions:
-            row = np.zeros(n)
-            for tag, sign in ((above, 1.0), (below, -1.0)):
-                if (tag, axis) not in place:
-                    raise InputError(
-                        f"node {tag} is fixed or tied along {axis}; expected: a free floor"
-                    )
-                row[place[tag, axis]] += sign
-            rows.append(row @ condensed)
-            suffix = f"_{axis}" if len(directions) > 1 else ""
-            storeys.append(f"storey{storey}{suffix}")
-            heights.append(ops.nodeCoord(above)[up] - ops.nodeCoord(below)[up])
+    storeys, rows, heights = _storeys(ops, [base, *(floors or ())], directions, place, n)
     centre = np.array(ops.nodeCoord(base)[:2])
     return from_matrices(
         condensed.T @ mass @ condensed,
@@ -139,7 +124,7 @@ def from_opensees(
         influence=influence[heavy],
         base=[numbers[place[base, axis]] for axis in moving],
         names=[labels[equation] for equation in numbers],
-        drift_rows=np.reshape(rows, (-1, len(numbers))),
+        drift_rows=np.reshape([row @ condensed for row in rows], (-1, len(numbers))),
         storeys=storeys,
         directions=list(directions),
         heights=heights if heights and min(heights) > 0 else None,
@@ -149,6 +134,31 @@ def from_opensees(
         ),
         name=name,
     )  # fmt: skip
+
+
+def _storeys(
+    ops: Any,
+    levels: Sequence[int],
+    directions: str,
+    place: Mapping[tuple[int, str], int],
+    n: int,
+) -> tuple[list[str], list[np.ndarray], list[float]]:
+    """Names, drift rows over the n equations, and heights of the storeys between nodes."""
+    up = len(ops.nodeCoord(levels[0])) - 1  # y of a plane, z of space
+    names, rows, heights = [], [], []
+    for storey, (below, above) in enumerate(pairwise(levels), start=1):
+        for axis in directions:
+            row = np.zeros(n)
+            for tag, sign in ((above, 1.0), (below, -1.0)):
+                if (tag, axis) not in place:
+                    raise InputError(
+                        f"node {tag} is fixed or tied along {axis}; expected: a free floor"
+                    )
+                row[place[tag, axis]] += sign
+            rows.append(row)
+            names.append(f"storey{storey}_{axis}" if len(directions) > 1 else f"storey{storey}")
+            heights.append(ops.nodeCoord(above)[up] - ops.nodeCoord(below)[up])
+    return names, rows, heights
 
 
 def _module() -> Any:
@@ -164,7 +174,7 @@ def _module() -> Any:
     return sys.modules["openseespy.opensees"]
 
 
-def _assembled(ops: Any, tags: Sequence[int]) -> tuple[list[np.ndarray], dict[int, list[int]]]:
+def _assemble(ops: Any, tags: Sequence[int]) -> tuple[list[np.ndarray], dict[int, list[int]]]:
     """Mass, damping and stiffness of the session's equations, and each node's equations."""
     ops.wipeAnalysis()
     ops.constraints("Transformation")

@@ -101,7 +101,7 @@ def middle_current(device: Device) -> float:
     return (low + high) / 2 if np.isfinite(high - low) else 0.0
 
 
-def sized(
+def scale_to_period(
     structure: Any,
     device: Device,
     target_period: float,

@@ -87,13 +87,13 @@ def cones(radius: float, shear_wave_velocity: float, density: float, poisson: fl
     )
     sway_depth = np.pi / 8 * (2 - poisson) * radius
     rocking_depth = 9 * np.pi / 32 * (1 - poisson) * (speed / shear_wave_velocity) ** 2 * radius
-    trapped = 0.0 if compressible else 0.3 * np.pi * (poisson - 1 / 3) * density * radius**5
+    soil_inertia = 0.0 if compressible else 0.3 * np.pi * (poisson - 1 / 3) * density * radius**5
     return Cones(
         sway_stiffness=float(density * shear_wave_velocity**2 * area / sway_depth),
         sway_damping=float(density * shear_wave_velocity * area),
         rocking_stiffness=float(3 * density * speed**2 * inertia / rocking_depth),
         rocking_damping=float(density * speed * inertia),
-        trapped_inertia=float(trapped),
+        trapped_inertia=float(soil_inertia),
     )
 
 
@@ -149,7 +149,7 @@ def on_soil(
     dashpot = np.where(new, soil.sway_damping, soil.rocking_damping)
     own_mass = np.where(new, foundation_mass, inertia)
 
-    def enlarged(inner: np.ndarray, on_new: np.ndarray) -> np.ndarray:
+    def enlarge(inner: np.ndarray, on_new: np.ndarray) -> np.ndarray:
         return inner + np.diag(np.concatenate([np.zeros(n), on_new]))
 
     vertical = len(structure.vertical)
@@ -158,9 +158,9 @@ def on_soil(
     bare = np.hstack([np.eye(n), np.zeros((n, added))])
     on_ground = replace(
         structure,
-        mass=enlarged(bare.T @ structure.mass @ bare, own_mass),
-        damping=enlarged(relative.T @ structure.damping @ relative, dashpot),
-        stiffness=enlarged(relative.T @ structure.stiffness @ relative, spring),
+        mass=enlarge(bare.T @ structure.mass @ bare, own_mass),
+        damping=enlarge(relative.T @ structure.damping @ relative, dashpot),
+        stiffness=enlarge(relative.T @ structure.stiffness @ relative, spring),
         influence=carried,
         foundation=tuple(range(n, n + added)),
         names=(

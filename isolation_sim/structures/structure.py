@@ -19,7 +19,7 @@ from ..laws.linear import LAW as LINEAR
 from .checks import check_matrices, matrix, read_only
 from .element import Element
 from .modes import undamped_modes
-from .sizing import ModalFacts, facts, modal_facts, sized, with_damping
+from .sizing import ModalFacts, facts, modal_facts, scale_to_period, with_damping
 
 
 @checked
@@ -373,7 +373,7 @@ class Structure:
                 raise InputError(
                     f"count is {count!r} and target_period_s is set; expected: one of the two"
                 )
-            device = sized(self, device, target_period_s, design_displacement_m, biaxial)
+            device = scale_to_period(self, device, target_period_s, design_displacement_m, biaxial)
         elif design_displacement_m is not None:
             raise InputError(
                 "design_displacement_m needs target_period_s; expected: both or neither"
@@ -383,13 +383,13 @@ class Structure:
             raise InputError(
                 "overturning and vertical motion need biaxial isolators; expected: biaxial as well"
             )
+        layer = device.scaled(force=count)
         if biaxial:
-            isolated = self._on_biaxial(device.scaled(force=count), channel, load_changes)
-            return isolated if damping is None else with_damping(isolated, device, damping)
-        elements = []
-        for name, row in rows_of_base(self, "isolator").items():
-            elements.append(Element(device.scaled(force=count), row, channel, name))
-        isolated = IsolatedStructure(self, tuple(elements))
+            isolated = self._on_biaxial(layer, channel, load_changes)
+        else:
+            rows = rows_of_base(self, "isolator")
+            elements = (Element(layer, row, channel, name) for name, row in rows.items())
+            isolated = IsolatedStructure(self, tuple(elements))
         return isolated if damping is None else with_damping(isolated, device, damping)
 
     def _on_biaxial(

@@ -149,17 +149,17 @@ def with_vertical_motion(
         )
     n, mass, frequency = structure.n_dofs, structure.total_mass, 2 * np.pi / period
 
-    def enlarged(inner: np.ndarray, last: float) -> np.ndarray:
+    def enlarge(inner: np.ndarray, last: float) -> np.ndarray:
         result = np.pad(inner, ((0, 1), (0, 1)))
         result[-1, -1] = last
         return result
 
     return replace(
         structure,
-        mass=enlarged(structure.mass, mass),
-        damping=enlarged(structure.damping, 2 * damping_ratio * frequency * mass),
-        stiffness=enlarged(structure.stiffness, frequency**2 * mass),
-        influence=enlarged(structure.influence, 1.0),
+        mass=enlarge(structure.mass, mass),
+        damping=enlarge(structure.damping, 2 * damping_ratio * frequency * mass),
+        stiffness=enlarge(structure.stiffness, frequency**2 * mass),
+        influence=enlarge(structure.influence, 1.0),
         names=(*structure.names, "base_z"),
         directions=(*structure.directions, "z"),
         drift_rows=np.pad(structure.drift_rows, ((0, 0), (0, 1))),

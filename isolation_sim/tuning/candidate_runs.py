@@ -18,7 +18,7 @@ from ..scenario import Scenario
 from ..scenario.job import Job
 from ..simulation.batch import Batch, Case, run_cases
 from ..simulation.control import Control
-from ..simulation.run import prepared, simulate
+from ..simulation.run import prepare_lane, simulate
 from ..workers import Processes
 
 
@@ -82,7 +82,7 @@ def _in_python(job: Job, run: CandidateRun) -> bool:
     one = controller(run.candidate.name, **run.candidate.settings)
     options = job.options
     delays = options["sensors"].delay, options["computation_delay"]
-    lane = prepared(
+    lane = prepare_lane(
         job.isolated, run.records, one, options.get("nominal"), options["driver"], delays,
         lambda other: simulate(job.isolated, run.records, other, **options),
     )  # fmt: skip

@@ -166,7 +166,7 @@ class Tuning(Printed):
         """
         from ..scenario.control import ControllerEntry
         from ..scenario.fields import Section
-        from ..scenario.writer import written
+        from ..scenario.writer import toml_text
 
         class Written(Section):
             controller: list[ControllerEntry]
@@ -176,7 +176,7 @@ class Tuning(Printed):
             *self.verdict(),
             f"isolation-sim {self.content['isolation_sim']}: {self.content['command']}",
         ]
-        return "".join(f"# {line}\n" for line in sentences) + written(
+        return "".join(f"# {line}\n" for line in sentences) + toml_text(
             Written(controller=[entry]), False
         )
 

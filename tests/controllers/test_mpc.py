@@ -821,7 +821,7 @@ def test_coils_are_limited_to_tested_currents(isolated):
 @pytest.mark.parametrize("exponent", [1.0, 1.5])
 def test_a_moat_wall_is_predicted(isolated, record, exponent):
     """Its force is a power of the overrun, whose derivative by the exponent has a logarithm."""
-    walled = MoatWall(gap_m=0.05, stiffness_N_per_m=1e8, exponent=exponent).added(isolated)
+    walled = MoatWall(gap_m=0.05, stiffness_N_per_m=1e8, exponent=exponent).add_to(isolated)
     runs = [simulate(walled, record, c) for c in (controller("mpc"), controller("passive_off"))]
     planned, off = (run.criteria["peak_floor_acceleration_m_s2"] for run in runs)
     assert runs[1].criteria["peak_base_displacement_m"] > 0.05

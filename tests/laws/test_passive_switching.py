@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from isolation_sim.errors import InputError
-from isolation_sim.laws import CurrentDependence, Device, law, papers_rule, passive
+from isolation_sim.laws import CurrentDependence, Device, instantaneous, law, passive
 from isolation_sim.laws.fingerprint import fingerprint
 from isolation_sim.laws.hybrid import condition
 from isolation_sim.laws.registry import LAWS
@@ -199,11 +199,11 @@ def test_linearised_as_the_plain_law(device, plain):
 
 
 def test_there_and_back(device, plain):
-    back = papers_rule(device)
+    back = instantaneous(device)
     assert back.law is plain.law and back.name == plain.name
     currents = np.linspace(0, 3, 7)
     np.testing.assert_array_equal(back.parameters_at(currents), plain.parameters_at(currents))
-    assert papers_rule(plain) is plain and passive(device) is device
+    assert instantaneous(plain) is plain and passive(device) is device
 
 
 def test_same_law_for_other_numbers(plain):

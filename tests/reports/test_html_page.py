@@ -125,7 +125,7 @@ def test_an_even_abscissa_takes_no_room(unpacked):
 def test_thinning_keeps_every_peak(n):
     random = np.random.default_rng(n)
     one, two = random.normal(size=(2, n))
-    kept = charts.thinned(200, one, two)
+    kept = charts.choose_samples(200, one, two)
     assert np.all(np.diff(kept) > 0)
     assert kept[0] == 0 and kept[-1] == n - 1
     for values in (one, two):

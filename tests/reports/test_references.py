@@ -52,12 +52,14 @@ def test_a_publication_of_an_effect_does_not_hide_another(cause):
 
 
 def test_each_publication_is_told_once_with_all_its_uses():
-    told = references.cited([("a", "Li & Li, Eq 1"), ("b", "Li & Li, Table 2"), ("a", "Li & Li")])
+    told = references.citations(
+        [("a", "Li & Li, Eq 1"), ("b", "Li & Li, Table 2"), ("a", "Li & Li")]
+    )
     assert [(c.text.split(",")[0], c.uses) for c in told] == [("Y. Li", ("a", "b"))]
 
 
 def test_a_source_that_nobody_knows_stands_for_itself():
-    told = references.cited([("motion", "my shake table"), ("law", "")])
+    told = references.citations([("motion", "my shake table"), ("law", "")])
     assert [c.line for c in told] == ["my shake table. Used for: motion."]
 
 

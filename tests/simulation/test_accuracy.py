@@ -9,12 +9,12 @@ from ground_motions import Record
 from isolation_sim.simulation.control import CoilDriver, Sensors
 from isolation_sim.simulation.plan import Plan
 from isolation_sim.simulation.result import Run
-from isolation_sim.simulation.run import prepared, simulate
+from isolation_sim.simulation.run import prepare_lane, simulate
 
 
 def one_step_a_sample(isolated, record, controller):
     """A run in which every step is exactly one sample long."""
-    lane = prepared(isolated, record, controller, None, CoilDriver(), (0.0, 0.0), None)
+    lane = prepare_lane(isolated, record, controller, None, CoilDriver(), (0.0, 0.0), None)
     plan = Plan([lane], Sensors(), 0.0, alike=True)
     work = plan.workspace(1e-6, False, True)
     work.limits = work.limits._replace(iteration=1e-14, error=np.inf, defect=0.0)

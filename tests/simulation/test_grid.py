@@ -74,7 +74,7 @@ def test_without_instants_windows_are_as_long_as_they_may_be(context):
 
 
 def test_instants_at_or_after_the_end_are_left_out():
-    grid = make_grid(11, 0.1, begun=np.array([0.0, 0.5, 1.0, 1.5]))
+    grid = make_grid(11, 0.1, command_times=np.array([0.0, 0.5, 1.0, 1.5]))
     assert grid.events[:, 2].max() == 1
     assert grid.time[-1] == 1.0
 

@@ -92,7 +92,7 @@ def test_switching_the_wrong_way_diverges_by_the_papers_rule_alone(
     assert 0.2 < run.criteria["peak_base_displacement_m"] < 2.0
 
 
-def test_controllers_believe_the_papers_rule_unless_told(
+def test_controllers_predict_instantaneous_switching_by_default(
     passive_plant, stiffening, strong_motion, rule
 ):
     class Curious(rule):
@@ -102,9 +102,9 @@ def test_controllers_believe_the_papers_rule_unless_told(
 
     curious = Curious(lambda t, m: 1.5, 0.5)
     simulate(passive_plant, strong_motion, curious)
-    told = curious.nominal.elements[0].device
-    assert told.law is stiffening.elements[0].device.law
-    assert told.current == stiffening.elements[0].device.current
+    nominal = curious.nominal.elements[0].device
+    assert nominal.law is stiffening.elements[0].device.law
+    assert nominal.current == stiffening.elements[0].device.current
     simulate(passive_plant, strong_motion, curious, nominal=passive_plant)
     assert curious.nominal is passive_plant
     simulate(stiffening, strong_motion, curious)

@@ -312,6 +312,7 @@ def test_the_command_prints_tables_and_json(folder, suite, capsys):
     code, out, _ = run(capsys, *command, "--json")
     told = json.loads(out)
     assert (code, told["design_statistic"], len(told["runs"])) == (0, "maximum", 8)
+    assert told["warnings"] == suite.warnings()
 
 
 @pytest.mark.parametrize(

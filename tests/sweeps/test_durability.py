@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.errors import InputError
-from isolation_sim.io.results_folder import replaced
+from isolation_sim.io.results_folder import replace_results
 from isolation_sim.sweeps import chunk, run, store
 from isolation_sim.sweeps.run import sweep
 
@@ -114,7 +114,7 @@ def test_what_a_kill_left_can_be_replaced(tmp_path, small_chunks):
 
     with pytest.raises(KeyboardInterrupt):
         sweep(plan(), folder, workers=1, progress=killed)
-    with replaced(folder, overwrite=True, resume=False):
+    with replace_results(folder, overwrite=True, resume=False):
         assert sweep(plan(), folder, workers=1).finished
 
 

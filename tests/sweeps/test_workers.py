@@ -57,13 +57,13 @@ def test_chunks_are_taken_as_there_is_room(design):
 @pytest.fixture
 def started(monkeypatch):
     """Processes of the workers, in the order in which they start."""
-    processes, original = [], workers._started
+    processes, original = [], workers._start_process
 
     def recorded():
         processes.append(original())
         return processes[-1]
 
-    monkeypatch.setattr(workers, "_started", recorded)
+    monkeypatch.setattr(workers, "_start_process", recorded)
     return processes
 
 

@@ -29,8 +29,8 @@ def animation(runs: Mapping[str, Run], left: str, right: str) -> Animation:
     first = next(iter(runs.values()))
     structure = first.isolated.structure
     dofs = level_dofs(structure)[:, 0]
-    picked = np.unique(np.linspace(0, len(dofs) - 1, min(len(dofs), _MOST_LEVELS)).astype(int))
-    levels = [structure.names[dof] for dof in dofs[picked]]
+    indices = np.unique(np.linspace(0, len(dofs) - 1, min(len(dofs), _MOST_LEVELS)).astype(int))
+    levels = [structure.names[dof] for dof in dofs[indices]]
     time = first.time
     frames = max(int(_FRAMES_A_SECOND * (time[-1] - time[0])), 2)
     frames = min(frames, max(_MOST_NUMBERS // (len(runs) * (len(levels) + 1)), 2), len(time))

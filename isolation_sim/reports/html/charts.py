@@ -58,10 +58,14 @@ def line(name: str, look: Look, **more: Any) -> dict[str, Any]:
     return keys
 
 
+def base64_floats(values: ArrayLike) -> str:
+    """Numbers in single precision as base64."""
+    return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
+
+
 def numbers(values: ArrayLike) -> dict[str, str]:
-    """Numbers in the binary form of plotly.js: base64 of single precision."""
-    packed = np.asarray(values, dtype="<f4").tobytes()
-    return {"dtype": "f4", "bdata": base64.b64encode(packed).decode("ascii")}
+    """Numbers in the binary form of plotly.js."""
+    return {"dtype": "f4", "bdata": base64_floats(values)}
 
 
 def over(x: NDArray, y: NDArray) -> dict[str, Any]:
@@ -72,7 +76,7 @@ def over(x: NDArray, y: NDArray) -> dict[str, Any]:
     return {"x": numbers(x), "y": numbers(y)}
 
 
-def thinned(most: int, *series: NDArray) -> NDArray:
+def choose_samples(most: int, *series: NDArray) -> NDArray:
     """Choose samples to draw so that no peak is lost."""
     n = len(series[0])
     if n <= most:
@@ -90,7 +94,7 @@ def thinned(most: int, *series: NDArray) -> NDArray:
 def layout(x_title: str, y_title: str, **more: Any) -> dict[str, Any]:
     """Layout of a chart with one pair of axes."""
     axis = {"gridcolor": "#e4e4e4", "linecolor": "#777", "showline": True, "zeroline": False}
-    made: dict[str, Any] = {
+    result: dict[str, Any] = {
         "xaxis": {"title": {"text": x_title, "standoff": 6}, **axis},
         "yaxis": {"title": {"text": y_title, "standoff": 8}, **axis},
         "margin": {"l": 64, "r": 14, "t": 24, "b": 44},
@@ -100,8 +104,8 @@ def layout(x_title: str, y_title: str, **more: Any) -> dict[str, Any]:
         "autosize": True,
     }
     for key, value in more.items():
-        made[key] = {**made[key], **value} if isinstance(made.get(key), dict) else value
-    return made
+        result[key] = {**result[key], **value} if isinstance(result.get(key), dict) else value
+    return result
 
 
 def span(values: Iterable[ArrayLike], margin: float = 0.05) -> list[float]:

@@ -97,9 +97,9 @@ def step_blocks(step: Step) -> list[Block]:
 
 def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     before, after = (
-        (found.held_out, "on held-out data") if np.isfinite(found.held_out)
-        else (found.fit, "on the fitted data")
-        for found in (diagnosis.error_before, diagnosis.error_after)
+        (error.held_out, "on held-out data") if np.isfinite(error.held_out)
+        else (error.fit, "on the fitted data")
+        for error in (diagnosis.error_before, diagnosis.error_after)
     )  # fmt: skip
     floor = diagnosis.noise_floor
     alone = f"; noise alone causes {100 * floor:.2g} %" if np.isfinite(floor) else ""
@@ -109,10 +109,10 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     )
     left = diagnosis.unexplained_share
     rest = f"; {100 * left:.0f} % of the misfit remains unexplained" if left > 0.005 else ""
-    offered = diagnosis.ladder.offered if diagnosis.ladder is not None else ""
-    if offered in ("equation", "learned"):
+    rung = diagnosis.ladder.offered if diagnosis.ladder is not None else ""
+    if rung in ("equation", "learned"):
         return first, (
-            f"{diagnosis.meaning} {capital(RUNGS[offered])} found in the data, see "
+            f"{diagnosis.meaning} {capital(RUNGS[rung])} found in the data, see "
             f"Tiers, the error is {100 * after[0]:.3g} %{rest}."
         )
     if not diagnosis.causes:

@@ -7,14 +7,13 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ...criteria import is_gain
 from ...written_names import as_written
 from ..style import light_shades
 from ..sweep_tables import heading, value_text
 from ..units import unit_of
-from .charts import dashes, layout, looks, symbol
+from .charts import base64_floats, dashes, layout, looks, symbol
 from .page import Chart, Explorer
 
 if TYPE_CHECKING:
@@ -35,18 +34,18 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
     names = [name for name in sweep.criteria if not name.startswith(("energy_", "normalised_"))]
     names += [criterion] * (criterion not in names)
     runs = sweep.table[sweep.table["status"] == "ok"]
-    shown, every = _selected(sweep, runs, criterion, len(names))
+    shown, every = _select_rows(sweep, runs, criterion, len(names))
     fields = ["controller", *sweep.parameters]
-    described = [_field(shown[name]) for name in fields]
-    look = looks(described[0]["groups"])
+    entries = [_field(shown[name]) for name in fields]
+    look = looks(entries[0]["groups"])
     # a map over the quantities with most values; over controllers only if nothing else varies
-    order = [k for k in range(1, len(fields)) if len(described[k]["groups"]) > 1]
+    order = [k for k in range(1, len(fields)) if len(entries[k]["groups"]) > 1]
     pair = [*order, 0][:2] if order else []
     against = names.index(_AGAINST) if _AGAINST in names else 0
     # the peak over the floors is mostly the peak over all levels
     paths = [name for name in names if name.startswith("peak_") and "superstructure" not in name]
     data = {
-        "fields": described,
+        "fields": entries,
         "controller": 0,
         "looks": [
             {"colour": each.colour, "dashes": dashes(each), "symbol": symbol(each)}
@@ -54,11 +53,11 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
         ],
         "criteria": [
             {"name": heading(name), "more": is_gain(name),
-             "values": _packed(shown[name] * unit_of(name)[1])}
+             "values": base64_floats(shown[name] * unit_of(name)[1])}
             for name in names
         ],
         "paths": [names.index(name) for name in paths],
-        "cases": _packed(shown["case"]),
+        "cases": base64_floats(shown["case"]),
         "criterion": names.index(criterion),
         "against": against,
         "across": pair[0] if len(pair) > 1 else None,
@@ -72,7 +71,7 @@ def explorer(sweep: Sweep, criterion: str) -> Explorer:
     return Explorer(data, _charts(n_charts, len(pair) > 1))
 
 
-def _selected(
+def _select_rows(
     sweep: Sweep, runs: pandas.DataFrame, criterion: str, n_criteria: int
 ) -> tuple[pandas.DataFrame, int]:
     """Rows to show, and the number n if only every n-th case is shown."""
@@ -105,12 +104,8 @@ def _field(column: pandas.Series) -> dict[str, Any]:
         "name": str(column.name),
         "groups": groups,
         "codes": base64.b64encode(codes.astype("u1").tobytes()).decode("ascii"),
-        "values": _packed(column) if number else None,
+        "values": base64_floats(column) if number else None,
     }
-
-
-def _packed(values: ArrayLike) -> str:
-    return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode("ascii")
 
 
 def _charts(axes: int, mapped: bool) -> tuple[Chart, ...]:

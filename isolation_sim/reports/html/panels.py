@@ -7,7 +7,7 @@ from typing import Any
 
 from ..chart import OVER_TIME, Panel
 from ..style import BAND, Look
-from .charts import layout, line, numbers, over, peaks, thinned
+from .charts import choose_samples, layout, line, numbers, over, peaks
 from .page import Chart
 
 _LABEL = 20
@@ -20,17 +20,15 @@ def panel_chart(
     panel: Panel, summary: str = "", *, looks: Mapping[str, Look] | None = None,
     ids: Sequence[str] = (), most: int = 4000, height: int = 230, **axes: Any,
 ) -> Chart:  # fmt: skip
-    """Draw a panel; charts over time zoom together.
-
-    ``ids`` are the rows of the page's filtered table at the points, ``most`` is the largest number
-    of points of a line over time, and ``axes`` are keys of plotly's layout.
-    """
-    timed = panel.x == OVER_TIME
+    """Draw a panel; charts over time zoom together."""
+    # ``ids``: rows of the page's filtered table at the points; ``most``: largest number of points
+    # of a line over time; ``axes``: keys of plotly's layout
+    is_history = panel.x == OVER_TIME
     traces = []
     for name, (x, y) in panel.lines.items():
         look = {**(looks or {}), **panel.looks}[name]
-        keep = thinned(most, y) if timed else slice(None)
-        pair = over(x[keep], y[keep]) if timed else {"x": numbers(x), "y": numbers(y)}
+        keep = choose_samples(most, y) if is_history else slice(None)
+        pair = over(x[keep], y[keep]) if is_history else {"x": numbers(x), "y": numbers(y)}
         shape = {"shape": "hv"} if panel.steps and look.joined else {}
         traces.append(line(name, look, **shape) | pair | {"meta": panel.groups.get(name, name)})
         if ids and not look.joined:
@@ -42,7 +40,7 @@ def panel_chart(
     across: dict[str, Any] = {}
     if panel.log_x:
         across = dict(_LOGARITHMIC)
-    elif timed:
+    elif is_history:
         across["range"] = [float(f(t[k] for t, _ in panel.lines.values()))
                            for f, k in ((min, 0), (max, -1))]  # fmt: skip
     up: dict[str, Any] = dict(_LOGARITHMIC) if panel.log_y else {}
@@ -53,21 +51,21 @@ def panel_chart(
         every = -(-n // ((height - 80) // _LABEL))
         ticks = {"tickvals": list(range(0, n, every)), "ticktext": panel.rows[::every]}
         up |= {**ticks, "automargin": True}
-    made = layout(
+    axes_layout = layout(
         panel.x, panel.y.replace("\n", " "), xaxis=across, yaxis=up,
-        hovermode="x" if timed else "closest",
+        hovermode="x" if is_history else "closest",
     )  # fmt: skip
     for key, value in axes.items():
-        made[key] |= value
+        axes_layout[key] |= value
     if panel.band is not None:
         low, high = panel.band
-        made["shapes"] = [{
+        axes_layout["shapes"] = [{
             "type": "rect", "yref": "paper", "x0": low, "x1": high, "y0": 0, "y1": 1,
             "fillcolor": BAND, "line": {"width": 0}, "layer": "below",
         }]  # fmt: skip
     values = {name: y for name, (_, y) in panel.lines.items()}
     return Chart(
         f"{panel.title}: {panel.note}" if panel.note else panel.title,
-        {"data": traces, "layout": made}, summary or peaks(values, panel.unit),
-        "time" if timed else "", height,
+        {"data": traces, "layout": axes_layout}, summary or peaks(values, panel.unit),
+        "time" if is_history else "", height,
     )  # fmt: skip

@@ -23,7 +23,7 @@ from ..chart import (
 from ..chart import envelopes as level_envelopes
 from ..energy import SINKS, SUPPLY, instants_of, supply
 from ..style import Look
-from .charts import layout, line, numbers, over, peaks, span, symbol, thinned
+from .charts import choose_samples, layout, line, numbers, over, peaks, span, symbol
 from .page import Chart, Gallery, Key
 from .panels import panel_chart
 
@@ -139,7 +139,7 @@ def _loops(runs: Mapping[str, Run], panel: Panel, channel: int | None, most: int
     bar = {"title": {"text": "A", "side": "top"}, "thickness": 12, "len": 0.9, "outlinewidth": 0}
     charts = []
     for name in panel.lines:
-        keep = thinned(most, deformation[name], force[name])
+        keep = choose_samples(most, deformation[name], force[name])
         trace = {
             "type": "scatter", "mode": "lines+markers", "meta": name,
             "x": numbers(deformation[name][keep]), "y": numbers(force[name][keep]),
@@ -181,8 +181,8 @@ def envelopes(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Gallery:
 
 def energies(runs: Mapping[str, Run]) -> tuple[Key, Gallery]:
     """Energy ledgers over time, one chart per run with equal axes."""
-    supplied = {name: supply(run.energy) for name, run in runs.items()}
-    limits = span([[0.0], *(values for each in supplied.values() for values in each.values())])
+    series = {name: supply(run.energy) for name, run in runs.items()}
+    limits = span([[0.0], *(values for each in series.values() for values in each.values())])
     charts = []
     for name, run in runs.items():
         ledger = run.energy
@@ -200,7 +200,7 @@ def energies(runs: Mapping[str, Run]) -> tuple[Key, Gallery]:
         ]  # fmt: skip
         traces += [
             line(label, SUPPLY[label]) | over(ledger.time[at], values[at])
-            for label, values in supplied[name].items()
+            for label, values in series[name].items()
         ]
         ends = ", ".join(
             f"{label} {1e-3 * getattr(ledger, sink)[-1]:.3g} kJ" for sink, label, *_ in SINKS

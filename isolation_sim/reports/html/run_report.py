@@ -189,8 +189,8 @@ def _inputs(comparison: Comparison, scenario: str) -> Iterator[Block]:
 
 def code_facts(files: Mapping[str, str]) -> dict[str, str]:
     """The user's code files, with their SHA-256 digests."""
-    said = "; ".join(f"{path}, SHA-256 {digest}" for path, digest in files.items())
-    return {"Code": said} if said else {}
+    text = "; ".join(f"{path}, SHA-256 {digest}" for path, digest in files.items())
+    return {"Code": text} if text else {}
 
 
 def versions() -> str:

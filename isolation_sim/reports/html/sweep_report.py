@@ -87,11 +87,11 @@ def _verdict(sweep: Sweep, criterion: str) -> tuple[str, str]:
     best = good.loc[place]
     unit, factor = unit_of(criterion)
     varied = ", ".join(f"{name} {value_text(best[name])}" for name in sweep.parameters)
-    printed = good[criterion].mul(factor).map("{:.4g}".format)
-    alike = (good["case"] == best["case"]) & (printed == printed[place])
+    texts = good[criterion].mul(factor).map("{:.4g}".format)
+    alike = (good["case"] == best["case"]) & (texts == texts[place])
     return first, (
         f"The {'highest' if is_gain(criterion) else 'lowest'} {title_of(criterion)}, "
-        f"{f'{printed[place]} {unit}'.strip()}, is that of "
+        f"{f'{texts[place]} {unit}'.strip()}, is that of "
         f"{' and '.join(map(as_written, good['controller'][alike]))} in "
         f"case {best['case']}{f' ({varied})' if varied else ''}."
     )

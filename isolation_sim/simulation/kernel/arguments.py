@@ -64,7 +64,7 @@ class Measurements(NamedTuple):
     noise: NDArray
     measured: NDArray
     chosen: NDArray
-    decided: NDArray
+    decision_times: NDArray
     measured_for: NDArray
     addresses: tuple[int, ...]
 

@@ -217,7 +217,7 @@ class ElementCode:
                     body.append(self.put(f"gain{i}_{j}{k}", gain))
         return body
 
-    def _sweep(self) -> list[str]:
+    def _iterate(self) -> list[str]:
         """One fixed-point iteration: response to the forces, rates, states, forces."""
         forces = ["f0", "f1", "f2"]
         body = self.load("change")

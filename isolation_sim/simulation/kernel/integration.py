@@ -58,18 +58,9 @@ from .windows import (
 
 @njit(cache=True, nogil=True, **OPTIONS)
 def integrate(
-    position,
-    sizes,
-    limits,
-    course,
-    propagation,
-    measurements,
-    coils,
-    law_numbers,
-    lanes,
-    history,
+    position, sizes, limits, course, propagation, measurements, coils, law_numbers, lanes, history,
     scratch,
-):
+):  # fmt: skip
     """Integrate until a controller must decide, the step record is full, or the grid ends.
 
     position: window and stage at which the next call continues. The other groups are described in

@@ -144,11 +144,6 @@ def load_integration(shape: Shape) -> ModuleType:
     return load_written("kernel", tuple(shape), lambda: integration_text(shape))
 
 
-def padding(lanes: int) -> int:
-    """Modes are padded to this multiple: a single run vectorises over them, a batch over lanes."""
-    return 8 if lanes == 1 else 1
-
-
 def load(laws: Sequence[Law | None], n_ground: int, lanes: int, shared: bool = False) -> Kernel:
     """Kernel of elements of these laws; ``shared``: the structures of all lanes are equal.
 

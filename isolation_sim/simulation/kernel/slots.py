@@ -24,7 +24,7 @@ OPERATIONS = {
     "prepare_held": "",
     "prepare_moving": "",
     "relax": "h",
-    "sweep": "h, table, first",
+    "iterate": "h, table, first",
     "finish": "h, share, table, first",
     "inside": "tau, states, first",
     "accept": "states, first",
@@ -34,7 +34,7 @@ OPERATIONS = {
 """Functions of a law that the integration calls, in the order of their numbers, with their
 arguments between the element's base and the mask of lanes. ``first`` is the first lane's place in
 an array."""
-PREPARE_HELD, PREPARE_MOVING, RELAX, SWEEP, FINISH, INSIDE, ACCEPT, RESTART, PROBE = range(9)
+PREPARE_HELD, PREPARE_MOVING, RELAX, ITERATE, FINISH, INSIDE, ACCEPT, RESTART, PROBE = range(9)
 
 # forces of an element at a grid point: before and after a change of current, at the nodes
 BEFORE, AFTER, AT_NODES = range(3)

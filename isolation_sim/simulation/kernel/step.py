@@ -5,10 +5,10 @@ import numpy as np
 from ...compilation.options import inline
 from .operations import make_element, make_free_rows, make_respond_to_others
 from .shape import LANES, STRIDE, TABLE_LANES
-from .slots import CHANGE, DEFECT, DN0, ERROR, F0, FINISH, FREE0, HOPELESS, KINK, SWEEP, TINY
+from .slots import CHANGE, DEFECT, DN0, ERROR, F0, FINISH, FREE0, HOPELESS, ITERATE, KINK, TINY
 from .tables import layout
 
-MAX_SWEEPS = 40
+MOST_ITERATIONS = 40
 
 element = make_element(STRIDE, LANES)
 respond_to_others = make_respond_to_others(LANES, TABLE_LANES, STRIDE, DN0, FREE0, F0)
@@ -36,32 +36,23 @@ def solve_step(step, sizes, law_numbers, table, z, u, w, lanes):
     ground_rows, force_rows, _, _, _ = layout(sizes[:4], n_sub)
     for e in range(sizes.n_elements):
         free_rows(
-            w,
-            e * STRIDE + FREE0,
-            table,
-            offset + e * 16 * n_modes,
-            offset + ground_rows + e * sizes.n_ground * (n_sub + 1) * 8,
-            z,
-            step.start * 2 * n_pad,
-            n_modes,
-            n_pad,
-            u,
-            n_sub + 1,
-            sizes.n_ground,
-        )
+            w, e * STRIDE + FREE0, table, offset + e * 16 * n_modes,
+            offset + ground_rows + e * sizes.n_ground * (n_sub + 1) * 8, z, step.start * 2 * n_pad,
+            n_modes, n_pad, u, n_sub + 1, sizes.n_ground,
+        )  # fmt: skip
     for lane in range(LANES):
         going[lane] = active[lane]
         previous[lane] = 0.0
         defects[lane] = 0.0
     waiting = 1
-    for count in range(MAX_SWEEPS):
+    for count in range(MOST_ITERATIONS):
         for e in range(sizes.n_elements):
             for lane in range(LANES):
                 w[(e * STRIDE + CHANGE) * LANES + lane] = 0.0
             for direction in range(numbers[e, 2]):
                 respond_to_others(e + direction, sizes.n_elements, w, table, offset + force_rows)
             at = offset + force_rows + (e * sizes.n_elements + e) * 24
-            element(functions, SWEEP, e, w, h, 0.0, table, at * TABLE_LANES, going)
+            element(functions, ITERATE, e, w, h, 0.0, table, at * TABLE_LANES, going)
         waiting = 0
         for lane in range(LANES):
             if going[lane]:
@@ -71,7 +62,7 @@ def solve_step(step, sizes, law_numbers, table, z, u, w, lanes):
                 before = previous[lane]
                 previous[lane] = change
                 # What a linear convergence leaves: change r / (1 - r) with r = change / before; at
-                # the first sweep r is twice the last step's.
+                # the first iteration r is twice the last step's.
                 if count == 0:
                     ratio = 2.0 * contraction[lane]
                     done = change * ratio <= tolerance * (1.0 - ratio)

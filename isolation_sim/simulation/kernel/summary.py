@@ -63,21 +63,9 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
         for block in range(n_blocks):
             to = block * 2 * SLOTS + PAST
             quantities_at(
-                values,
-                to * 8,
-                rows,
-                block * size,
-                z,
-                points,
-                2 * n_pad,
-                n_modes,
-                n_pad,
-                present,
-                n_elements,
-                n_elements,
-                ground,
-                n_ground,
-            )
+                values, to * 8, rows, block * size, z, points, 2 * n_pad, n_modes, n_pad, present,
+                n_elements, n_elements, ground, n_ground,
+            )  # fmt: skip
             n_items = min(per_block, n_quantities - block * per_block)
             for p in range(POINTS):
                 at = (to + p) * ROWS
@@ -96,36 +84,17 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
             for block in range(n_blocks):
                 to = block * 2 * SLOTS + PAST + first
                 quantities_at(
-                    values,
-                    to * 8,
-                    rows,
-                    block * size,
-                    z,
-                    points,
-                    2 * n_pad,
-                    n_modes,
-                    n_pad,
-                    present,
-                    n_elements,
-                    n_elements,
-                    ground,
-                    n_ground,
-                )
+                    values, to * 8, rows, block * size, z, points, 2 * n_pad, n_modes, n_pad,
+                    present, n_elements, n_elements, ground, n_ground,
+                )  # fmt: skip
                 n_items = min(per_block, n_quantities - block * per_block)
                 for p in range(POINTS):
                     after = (to + p) * ROWS
                     if changed[PAST + first + p]:
                         before = after + SLOTS * ROWS
                         undo_changes(
-                            values,
-                            after,
-                            before,
-                            rows,
-                            block * size,
-                            sizes,
-                            forces,
-                            points[p],
-                        )
+                            values, after, before, rows, block * size, sizes, forces, points[p],
+                        )  # fmt: skip
                         take_norms(values, before, n_items, n_directions)
                     take_norms(values, after, n_items, n_directions)
         if fast.shape[0] > 0:
@@ -133,15 +102,9 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                 interval = start + slot - PAST - 2
                 if interval >= 0:
                     find_swings(
-                        swings[slot],
-                        unrest[slot],
-                        loudness,
-                        interval,
-                        sizes,
-                        intervals,
-                        quantities,
-                        history,
-                    )
+                        swings[slot], unrest[slot], loudness, interval, sizes, intervals,
+                        quantities, history,
+                    )  # fmt: skip
         for block in range(n_blocks):
             at = block * KINDS * ROWS
             to = block * 2 * SLOTS
@@ -166,23 +129,13 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                     find_margins(margins, block, n_items, sizes, quantities, bulges, swings[slot])
                     next_length = lengths[min(point, n_points - 1) - 1]
                     exceeded = bound_inside(
-                        bounds,
-                        values,
-                        (to + slot - 3) * ROWS,
-                        (to + slot - 2) * ROWS,
-                        (to + slot - 1) * ROWS,
-                        (to + slot) * ROWS,
-                        SLOTS * ROWS * changed[slot - 2],
-                        SLOTS * ROWS * changed[slot - 1],
-                        SLOTS * ROWS * changed[slot],
-                        1.0 / lengths[max(interval, 1) - 1],
-                        1.0 / lengths[interval],
-                        1.0 / next_length,
-                        BEND * lengths[interval],
-                        margins,
-                        track,
-                        at,
-                    )
+                        bounds, values, (to + slot - 3) * ROWS, (to + slot - 2) * ROWS,
+                        (to + slot - 1) * ROWS, (to + slot) * ROWS,
+                        SLOTS * ROWS * changed[slot - 2], SLOTS * ROWS * changed[slot - 1],
+                        SLOTS * ROWS * changed[slot], 1.0 / lengths[max(interval, 1) - 1],
+                        1.0 / lengths[interval], 1.0 / next_length, BEND * lengths[interval],
+                        margins, track, at,
+                    )  # fmt: skip
                     if exceeded > 0:
                         for k in range(n_items * LANES):
                             lane = k % LANES
@@ -192,23 +145,13 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                             if high and bounds[k] > peak:
                                 if candidates.number[lane] == CANDIDATES:
                                     look_inside(
-                                        lane,
-                                        sizes,
-                                        intervals,
-                                        quantities,
-                                        history,
-                                        modes,
-                                        candidates,
-                                        dense,
-                                        track,
-                                    )
+                                        lane, sizes, intervals, quantities, history, modes,
+                                        candidates, dense, track,
+                                    )  # fmt: skip
                                 add_candidate(
-                                    candidates,
-                                    lane,
-                                    interval,
-                                    block * per_block + k // LANES,
+                                    candidates, lane, interval, block * per_block + k // LANES,
                                     bounds[k],
-                                )
+                                )  # fmt: skip
             for slot in range(PAST):
                 for side in range(2):
                     if side == 0 or changed[slot + CHUNK]:
@@ -229,18 +172,9 @@ def summarise(sizes, intervals, quantities, history, modes, candidates, scratch,
                 for item in range(n_quantities):
                     candidates.chosen[item] = item
                 raise_peaks(
-                    np.int64(lane),
-                    interval,
-                    n_quantities,
-                    candidates.chosen,
-                    sizes,
-                    intervals,
-                    quantities,
-                    history,
-                    modes,
-                    dense,
-                    track,
-                )
+                    np.int64(lane), interval, n_quantities, candidates.chosen, sizes, intervals,
+                    quantities, history, modes, dense, track,
+                )  # fmt: skip
 
 
 @inline
@@ -318,23 +252,9 @@ def look(track, at, values, before, after, left, right):
 
 @by_lanes
 def bound_inside(
-    bounds,
-    values,
-    at0,
-    at1,
-    at2,
-    at3,
-    before1,
-    before2,
-    before3,
-    inverse0,
-    inverse1,
-    inverse2,
-    reach,
-    margins,
-    track,
-    at,
-):
+    bounds, values, at0, at1, at2, at3, before1, before2, before3, inverse0, inverse1, inverse2,
+    reach, margins, track, at,
+):  # fmt: skip
     """Bounds between the second and third of four grid points; number above their peaks.
 
     The part from the modes is smooth: its bound follows from the change of slope. ``margins`` are
@@ -548,18 +468,9 @@ def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, 
                 n_chosen += 1
                 bound[lane, k] = 0.0  # dropped in the next pass
         raise_peaks(
-            lane,
-            interval,
-            n_chosen,
-            chosen,
-            sizes,
-            intervals,
-            quantities,
-            history,
-            modes,
-            dense,
+            lane, interval, n_chosen, chosen, sizes, intervals, quantities, history, modes, dense,
             track,
-        )
+        )  # fmt: skip
     number[lane] = 0
 
 
@@ -684,19 +595,11 @@ def raise_peaks(
                             evaluate(block, lane, sizes, quantities, dense)
                             evaluated = True
                         follow(
-                            item % per_block * n_directions,
-                            n_directions,
-                            first,
-                            n_here,
-                            counted,
-                            n_dense if step + 1 == n_steps else n_dense + 1,
-                            length,
-                            past if resolved else 0.0,
-                            item,
-                            row_of(item, per_block) * LANES + PEAK * ROWS + lane,
-                            dense,
-                            track,
-                        )
+                            item % per_block * n_directions, n_directions, first, n_here, counted,
+                            n_dense if step + 1 == n_steps else n_dense + 1, length,
+                            past if resolved else 0.0, item,
+                            row_of(item, per_block) * LANES + PEAK * ROWS + lane, dense, track,
+                        )  # fmt: skip
         past = length
         counted += n_dense
         number = following
@@ -739,21 +642,9 @@ def evaluate(block, lane, sizes, quantities, dense):
     for k in range(size):
         dense.rows[k] = quantities.rows[(block * size + k) * TABLE_LANES + lane % TABLE_LANES]
     dense_quantities_at(
-        dense.values,
-        0,
-        dense.rows,
-        0,
-        dense.z,
-        dense.points,
-        2 * n_modes,
-        n_modes,
-        n_modes,
-        dense.forces,
-        n_elements,
-        n_elements,
-        dense.ground,
-        n_ground,
-    )
+        dense.values, 0, dense.rows, 0, dense.z, dense.points, 2 * n_modes, n_modes, n_modes,
+        dense.forces, n_elements, n_elements, dense.ground, n_ground,
+    )  # fmt: skip
 
 
 @exact_inline

@@ -58,47 +58,23 @@ def begin_window(position, sizes, course, measurements, coils, channel, lanes, z
         # sensors read before the current changes; then the controller decides
         if events[window, 0] >= 0:
             read_sensors(
-                events[window, 0],
-                g,
-                sizes.n_outputs,
-                n_channels,
-                sizes.n_modes,
-                n_pad,
-                sizes.n_elements,
-                sizes.n_ground,
-                measurements.rows,
-                measurements.noise,
-                ground,
-                z,
-                g * 2 * n_pad,
-                coil,
-                w,
-                measurements.measured,
-            )
+                events[window, 0], g, sizes.n_outputs, n_channels, sizes.n_modes, n_pad,
+                sizes.n_elements, sizes.n_ground, measurements.rows, measurements.noise, ground, z,
+                g * 2 * n_pad, coil, w, measurements.measured,
+            )  # fmt: skip
         if events[window, 1] >= 0:
             position[STAGE] = COMMAND
             if sizes.controller == 0:
                 return False
             call_controllers(
-                events[window, 1],
-                sizes.controller,
-                measurements.decided,
-                measurements.measured_for,
-                measurements.addresses,
-            )
+                events[window, 1], sizes.controller, measurements.decision_times,
+                measurements.measured_for, measurements.addresses,
+            )  # fmt: skip
     if events[window, 2] >= 0:
         set_commands(
-            g,
-            measurements.chosen,
-            events[window, 2],
-            n_channels,
-            sizes.clamp,
-            driver,
-            command,
-            coil,
-            lanes.alive,
-            lanes.counts,
-        )
+            g, measurements.chosen, events[window, 2], n_channels, sizes.clamp, driver, command,
+            coil, lanes.alive, lanes.counts,
+        )  # fmt: skip
     for e in range(sizes.n_elements):
         c = channel[e]
         for lane in range(LANES):
@@ -226,23 +202,9 @@ def choose_step(window, sizes, limits, course, propagation, lanes, u):
     if (number + 1) % per_interval != 0:
         end = spare
     return Step(
-        at,
-        depth,
-        number,
-        n_steps,
-        n_intervals,
-        n_sub,
-        per_interval,
-        point,
-        start,
-        end,
-        fresh,
-        offset,
-        whole,
-        h,
-        share,
-        left,
-    )
+        at, depth, number, n_steps, n_intervals, n_sub, per_interval, point, start, end, fresh,
+        offset, whole, h, share, left,
+    )  # fmt: skip
 
 
 @inline
@@ -335,21 +297,10 @@ def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
         if per_interval > 1 and (step.number + 1) % per_interval != 0:
             to = step.end
         move_modes(
-            n_pad,
-            table,
-            offset + decay,
-            offset + ground_columns,
-            offset + force_columns + i * sizes.n_elements * 6 * n_pad,
-            z,
-            start * row,
-            to * row,
-            u,
-            i * sizes.n_ground,
-            w,
-            active,
-            sizes.n_elements,
-            sizes.n_ground,
-        )
+            n_pad, table, offset + decay, offset + ground_columns,
+            offset + force_columns + i * sizes.n_elements * 6 * n_pad, z, start * row, to * row, u,
+            i * sizes.n_ground, w, active, sizes.n_elements, sizes.n_ground,
+        )  # fmt: skip
         if i + 1 < n_sub:
             for e in range(sizes.n_elements):
                 keep_force_inside(sizes, forces, point + i + 1, e, w, (i + 1.0) / n_sub, active)
@@ -422,12 +373,9 @@ def close_window(position, sizes, course, limits, coils, channel, lanes, w):
         for lane in range(LANES):
             if coil[c, lane] != command[g, c, lane]:
                 coil[c, lane] = coil_current(
-                    coil[c, lane],
-                    command[g, c, lane],
-                    driver[c, 0, lane],
-                    driver[c, 1, lane],
+                    coil[c, lane], command[g, c, lane], driver[c, 0, lane], driver[c, 1, lane],
                     course.spans[kind],
-                )
+                )  # fmt: skip
                 for e in range(sizes.n_elements):
                     if channel[e] == c:
                         applied[e, lane] = np.nan
@@ -507,17 +455,9 @@ def move_currents(step, window, e, course, coils, law_numbers, lanes, w):
         lanes.going[lane] = 0
         if moving[e, lane] and lanes.active[lane]:
             set_moving_parameters(
-                e,
-                lane,
-                t,
-                h,
-                coil[c, lane],
-                command[g, c, lane],
-                driver[c, 0, lane],
-                driver[c, 1, lane],
-                law_numbers,
-                w,
-            )
+                e, lane, t, h, coil[c, lane], command[g, c, lane], driver[c, 0, lane],
+                driver[c, 1, lane], law_numbers, w,
+            )  # fmt: skip
             lanes.going[lane] = 1
             changed = 1
     return changed > 0
@@ -614,26 +554,16 @@ def set_commands(g, target, first, n_channels, clamp, driver, command, coil, ali
 
 
 @inline
-def call_controllers(k, function, decided, measured_for, addresses):
+def call_controllers(k, function, decision_times, measured_for, addresses):
     """Decision k of every lane, by a compiled controller."""
     (
-        measured,
-        measured_step,
-        settings,
-        settings_step,
-        memory,
-        memory_step,
-        chosen,
-        chosen_step,
+        measured, measured_step, settings, settings_step, memory, memory_step, chosen, chosen_step,
         sizes,
-    ) = addresses
+    ) = addresses  # fmt: skip
     for lane in range(LANES):
         call(
-            function,
-            decided[k],
+            function, decision_times[k],
             measured + (measured_for[k] * LANES + lane) * measured_step,
-            settings + lane * settings_step,
-            memory + lane * memory_step,
-            chosen + (k * LANES + lane) * chosen_step,
-            sizes,
-        )
+            settings + lane * settings_step, memory + lane * memory_step,
+            chosen + (k * LANES + lane) * chosen_step, sizes,
+        )  # fmt: skip

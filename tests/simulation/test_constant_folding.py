@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from isolation_sim.compilation.folded_constants import folded_constants
+from isolation_sim.compilation.constant_folding import fold_constants
 
 TEXT = """
 unsigned = int
@@ -44,18 +44,18 @@ def run(text, n):
 @pytest.mark.parametrize("n", [2, 5])
 def test_it_computes_the_same(lanes, n):
     text = TEXT.format(lanes=lanes)
-    assert run(folded_constants(text), n) == run(text, n)
+    assert run(fold_constants(text), n) == run(text, n)
 
 
 def test_what_the_constants_decide_is_gone():
-    body = folded_constants(TEXT.format(lanes=1)).split("def work")[1]
+    body = fold_constants(TEXT.format(lanes=1)).split("def work")[1]
     assert "LANES" not in body and "SLOTS" not in body and "STRIDE" not in body
     assert "10.0" in body and "20.0" not in body and "30.0" not in body
     assert body.count("for lane in") == 1  # the one that is left by continue
 
 
 def test_a_loop_over_lanes_stays_one():
-    body = folded_constants(TEXT.format(lanes=4)).split("def work")[1]
+    body = fold_constants(TEXT.format(lanes=4)).split("def work")[1]
     assert body.count("for lane in range(4)") == 2
     assert "20.0" in body and "10.0" not in body
     assert "unsigned(" in body
@@ -68,4 +68,4 @@ def test_a_negative_index_is_refused(index):
     """As an unsigned number it would be near 2^64: outside every array, and nothing checks it."""
     text = TEXT.format(lanes=1).replace("w[at * LANES + lane]", f"w[{index}]")
     with pytest.raises(ValueError, match=r"negative index in w\[.*-\d\]; expected"):
-        folded_constants(text)
+        fold_constants(text)

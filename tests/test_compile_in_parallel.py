@@ -60,7 +60,7 @@ def test_the_second_process_is_ended_whatever_happens(scenario, begun, monkeypat
 
     monkeypatch.setattr(compilation.Worker, "__init__", noted)
     with pytest.raises(KeyboardInterrupt):
-        with compilation.compiled_meanwhile(scenario, scenario.build()):
+        with compilation.compile_in_parallel(scenario, scenario.build()):
             raise KeyboardInterrupt
     assert workers[0]._process is None
 

@@ -25,7 +25,7 @@ _COMPARISONS = {
 }
 
 
-def folded_constants(text: str, fields: Mapping[str, int] | None = None) -> str:
+def fold_constants(text: str, fields: Mapping[str, int] | None = None) -> str:
     """A module's text with inserted integer constants and unsigned array indices.
 
     ``fields`` are known fields of groups of arguments, such as ``sizes.n_elements``.
@@ -100,10 +100,10 @@ class _Fold(ast.NodeTransformer):
 
     def visit_If(self, node: ast.If) -> ast.stmt | list[ast.stmt]:
         node.test = self.visit(node.test)
-        decided = node.test.value if isinstance(node.test, ast.Constant) else None
-        node.body = _statements(self, node.body) if decided is not False else []
-        node.orelse = _statements(self, node.orelse) if decided is not True else []
-        if decided is None:
+        condition = node.test.value if isinstance(node.test, ast.Constant) else None
+        node.body = _statements(self, node.body) if condition is not False else []
+        node.orelse = _statements(self, node.orelse) if condition is not True else []
+        if condition is None:
             node.body = node.body or [ast.Pass()]
             return node
         return node.body + node.orelse
