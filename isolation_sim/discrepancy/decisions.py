@@ -179,9 +179,10 @@ LEAST_BUILDING_SHARE = 0.02
 NEARLY_RIGHT = 0.1
 """Share of the error that even the right cause leaves, since its form is not exact. Blind
 buildings."""
-COMPLETES = 0.4
+COMPLETES, IMPROVES = 0.4, 0.1
 """Share of what the causes before leave, on fitted and on held-out data, from which a cause counts
-however small a share of the whole misfit that is. Convention; shaking-table cases of others.
+however small a share of the whole misfit that is: always, and while more than ``REMAINS`` is left.
+Convention, seen on shaking-table cases of others.
 """
 NOT_WORSE = 1.02
 """Largest factor by which a cause may raise the mean square in a half of the held-out time. Blind

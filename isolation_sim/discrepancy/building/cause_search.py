@@ -17,6 +17,7 @@ from ..decisions import (
     BUILDING_EXPLAINED,
     COMPLETES,
     FALSE_ALARM,
+    IMPROVES,
     LEAST_BUILDING_SHARE,
     MISFIT_LEVEL,
     MOST_BUILDING_CAUSES,
@@ -96,8 +97,8 @@ class CauseSearch:
         accepted = [one for one in tried if self._is_significant(current, one)]
         if not accepted:
             return None
-        best = accepted[0]
-        self.rivals[best.causes[-1]] = _near(best, accepted[1:])
+        best = _simplest_form(accepted)
+        self.rivals[best.causes[-1]] = _near(best, accepted)
         return best
 
     def revise(self, taken: FittedBuilding) -> FittedBuilding:
@@ -145,14 +146,16 @@ class CauseSearch:
             for segments in (self.comparison.fitted, self.comparison.held_out)
         ]
         gain, gain_held_out = current.cost - one.cost, current.held_out_cost - one.held_out_cost
-        completes = gain > COMPLETES * (current.cost - noise[0]) and gain_held_out > COMPLETES * (
-            current.held_out_cost - noise[1]
-        )
+        share = IMPROVES if excess_error(self.comparison, current) > REMAINS else COMPLETES
+        improves = min(
+            gain - share * (current.cost - noise[0]),
+            gain_held_out - share * (current.held_out_cost - noise[1]),
+        ) > 0  # fmt: skip
         return (
             p_value(current, one) * self._n_tests < FALSE_ALARM
             and one.criterion(n) < current.criterion(n)
             and gain_held_out > 0
-            and (completes or gain > LEAST_BUILDING_SHARE * (self.before.cost - noise[0]))
+            and (improves or gain > LEAST_BUILDING_SHARE * (self.before.cost - noise[0]))
             and all(
                 np.all(segment.halves(after) < NOT_WORSE * segment.halves(without))
                 for segment, after, without in zip(
@@ -245,6 +248,18 @@ def cell_p_values(segment: Segment, whitened: NDArray) -> NDArray:
 def _rank(outcomes: Sequence[FittedBuilding]) -> list[FittedBuilding]:
     n = min(outcomes, key=lambda outcome: outcome.cost).n_independent
     return sorted(outcomes, key=lambda outcome: outcome.criterion(n))
+
+
+def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding:
+    """The best cause, in a form of fewer numbers if the data do not tell it from the best form."""
+    best = accepted[0]
+    n, cause = best.n_independent, best.cause_values[-1][0]
+    alike = [
+        one for one in accepted
+        if one.cause_values[-1][0].key == cause.key
+        and one.criterion(n) - best.criterion(n) < STRONG_EVIDENCE
+    ]  # fmt: skip
+    return min(alike, key=lambda one: one.n_parameters)
 
 
 def _near(best: FittedBuilding, others: Sequence[FittedBuilding]) -> list[FittedBuilding]:

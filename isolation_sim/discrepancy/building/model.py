@@ -28,6 +28,8 @@ FOUNDATION = "foundation"
 STOREY_HEIGHT = 3.5
 """Storey height of a structure without heights, m."""
 TOLERANCE = 1e-6
+_JUMP = 1e-3
+"""Half of the time, in samples, in which a held current changes."""
 
 
 @dataclass(frozen=True)
@@ -202,12 +204,13 @@ class RecordedCurrent:
 
     def __init__(self, time: NDArray, current: NDArray, delay: float, held: bool) -> None:
         step = time[1] - time[0]
-        starts, values = np.arange(current.size) * step, current
-        if not held:
-            # held over half a step about each sample and about each middle between two
-            between = (current[1:] + current[:-1]) / 2
-            values = np.append(np.column_stack([current[:-1], between]).ravel(), current[-1])
-            starts = np.arange(values.size) * step / 2 - step / 4
+        between = (current[1:] + current[:-1]) / 2
+        values = np.append(np.column_stack([current[:-1], between]).ravel(), current[-1])
+        starts = np.arange(values.size) * step / 2 - step / 4
+        if held:
+            # a sensor shows the middle of a jump
+            starts = np.repeat(np.arange(current.size), 2)[1:] * step
+            starts += np.where(np.arange(values.size) % 2, -1, 1) * _JUMP * step
         changes = np.append(False, np.diff(values) != 0)
         self._table = np.append(0.0, starts[changes] + delay), np.append(values[0], values[changes])
 
