@@ -26,7 +26,7 @@ from ..building.comparison import (
 from ..building.errors import mean_error, relative_errors, relative_noise, squared_blocks
 from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
-from ..building.record_checks import check_quantities, record_problems
+from ..building.record_checks import check_quantities, record_problems, unmeasured_floors
 from ..building.segment import Segment, band_edges, cell_means
 from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
@@ -199,7 +199,13 @@ class BuildingRecords(Problem[FittedBuilding]):
     def _problems(self) -> tuple[tuple[str, str], ...]:
         """Names of records, and suspicious features."""
         return tuple(
-            (record.name, problem) for record in self.records for problem in record_problems(record)
+            (record.name, problem)
+            for record in self.records
+            for problem in (
+                *record_problems(record),
+                *unmeasured_floors(record, self._model.structure),
+                *record.notes,
+            )
         )
 
     @property

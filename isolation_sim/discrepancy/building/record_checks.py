@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...identification.data_checks import clipped
+from ...structures import Structure
+from .model import dofs_by_level
 from .record import BuildingRecord
 
 _LOW, _HIGH = 0.2, 3.0
@@ -70,6 +72,15 @@ def record_problems(record: BuildingRecord) -> tuple[str, ...]:
                 "accelerations"
             )
     return tuple(result)
+
+
+def unmeasured_floors(record: BuildingRecord, structure: Structure) -> tuple[str, ...]:
+    """Say which floors a structure has above the last one that was measured."""
+    first, last = max(record.floors) + 1, len(dofs_by_level(structure, record.axes[0])) - 1
+    if first > last:
+        return ()
+    which = f"floor {last}" if first == last else f"floors {first} to {last}"
+    return (f"{which} of {structure.name} {'was' if first == last else 'were'} not measured",)
 
 
 def _against_displacement(
