@@ -271,6 +271,7 @@ def diagnose(
     parameters: str | Path | Device = "fit",
     *,
     scenario: Scenario | IsolatedStructure | str | Path | None = None,
+    hold_out: Sequence[str | Path] = (),
     consequence: bool = True,
     current_degree: int | None = None,
     significance: float | None = None,
@@ -296,6 +297,9 @@ def diagnose(
         The nominal building; required for building records, with as many directions as they have.
         For device tests it is the scenario of the consequence; the main job by default. If its
         isolator section has no scales, the diagnosis scales the device.
+    hold_out : sequence of paths, optional
+        Further building records, or some of ``data``, that are not used in the fit. By default it
+        is the last of several records, and the later part of a single one.
     consequence : bool, default True
         Whether to run the scenario's controllers with the evaluated and with the extended law, if
         a cause was found. For a building record this needs a scenario of the building.
@@ -328,17 +332,13 @@ def diagnose(
     """
     from .discrepancy.building.record import read_building_record
     from .discrepancy.diagnose import diagnose as of_device
-    from .discrepancy.diagnose import diagnose_building, kind_of
+    from .discrepancy.diagnose import diagnose_building
     from .scenario import Scenario
     from .scenario.consequence import with_consequence
 
     if isinstance(scenario, str | Path):
         scenario = Scenario.read(scenario)
-    paths: list[str | Path]
-    if isinstance(data, Sequence) and not isinstance(data, str):
-        paths = list(data)
-    else:
-        paths = [] if not isinstance(data, str | Path) or kind_of(data) != "building" else [data]
+    paths, held = _record_paths(data, hold_out)
     result: Diagnosis
     if not paths:
         result = of_device(
@@ -365,11 +365,31 @@ def diagnose(
                 "campaign or loop table, to which a law is fitted"
             )
         isolated = scenario.build().isolated if isinstance(scenario, Scenario) else scenario
-        records = [read_building_record(path) for path in paths]
+        records = [read_building_record(path, path in held) for path in paths]
         result = diagnose_building(records, isolated, tiers=tiers, progress=progress)
     if not (consequence and isinstance(scenario, Scenario)):
         return result
     return with_consequence(result, scenario, progress)
+
+
+def _record_paths(data: Any, hold_out: Sequence[str | Path]) -> tuple[list[Path], list[Path]]:
+    """Files of building records, and those of them that are held out; none for other data."""
+    from .discrepancy.diagnose import kind_of
+
+    several = isinstance(data, list | tuple)
+    paths = [Path(path) for path in (data if several else [data]) if isinstance(path, str | Path)]
+    held = [Path(path) for path in hold_out]
+    if not (several or held) and (not paths or kind_of(paths[0]) != "building"):
+        return [], []
+    if not paths:
+        raise InputError(f"data is {data!r}; expected: one or several building records")
+    for path in (*paths, *held):
+        if kind_of(path) != "building":
+            raise InputError(
+                f"{path}: not a CSV file of a building record; expected: one, as for every one of "
+                "several data and for what is held out beside them"
+            )
+    return [*paths, *(path for path in held if path not in paths)], held
 
 
 @checked
