@@ -30,6 +30,7 @@ from ..building.record_checks import check_quantities, record_problems, unmeasur
 from ..building.segment import Segment, band_edges, cell_means
 from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
+from ..interval import percent
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_building, significant
 from ..search import Round, SearchResult
@@ -125,13 +126,14 @@ class BuildingRecords(Problem[FittedBuilding]):
                 evidence=self._evidence(best, k, numbers[k]),
                 confusable_with=tuple(one.causes[-1] for one in space.rivals[cause.label]),
                 form=cause.form,
+                place=cause.place,
             )
             for k, (cause, _) in enumerate(best.cause_values)
         ]
 
     def _evidence(self, best: FittedBuilding, k: int, numbers: dict[str, Interval]) -> str:
         comparison, without = self.space.comparison, self.without[k]
-        errors = [100 * mean_error(comparison, outcome, True) for outcome in (without, best)]
+        errors = [percent(mean_error(comparison, one, True)) for one in (without, best)]
         what = best.cause_values[k][0].says.format(
             **{name: one.value for name, one in numbers.items()}
         )
@@ -139,7 +141,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         gain = cell_means(without.held_out[0]) - cell_means(best.held_out[0])
         return (
             f"If {what.replace('%', ' %')}, the error on data not fitted falls from "
-            f"{errors[0]:.2g} to {errors[1]:.2g} %, most of it in "
+            f"{errors[0]} to {errors[1]} %, most of it in "
             f"{_cell(segment, int(np.argmax(gain * segment.cell_sizes)))}."
         )
 
@@ -231,7 +233,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             for segments in (comparison.fitted, comparison.held_out)
         )
         rows = tuple(
-            (record.name, channel, f"{own:.2e}", f"{total:.2e}", f"{100 * total / rms:.2g}")
+            (record.name, channel, f"{own:.2e}", f"{total:.2e}", percent(total / rms))
             for record, floor in zip(comparison.records, comparison.floors, strict=True)
             for channel, own, total, rms in zip(
                 record.channels, floor.sensors, floor.total,
@@ -242,7 +244,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         return Text(
             f"Seen above {comparison.floors[0].band:.1f} Hz; noise of the measured ground motion "
             f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}. The best "
-            f"model is expected to leave an error of {100 * comparison.model_error:.2g} %.",
+            f"model is expected to leave an error of {percent(comparison.model_error)} %.",
             ("record", "channel", "sensor", "with the ground's", "% of RMS"),
             rows,
         )

@@ -17,11 +17,13 @@ from ...discrepancy.diagnosis import (
     relative_error,
     worst_first,
 )
+from ...discrepancy.interval import percent
 from ...effects.effect import in_sentence
-from ..consequence import NOTE, consequence_table
+from ..consequence import consequence_note, consequence_table
 from ..diagnosis import (
+    AGAIN,
     RUNGS,
-    cause_rows,
+    cause_cells,
     cause_text,
     consequence_text,
     data_notes,
@@ -102,9 +104,9 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
         for found in (diagnosis.error_before, diagnosis.error_after)
     )  # fmt: skip
     floor = diagnosis.noise_floor
-    alone = f"; noise alone causes {100 * floor:.2g} %" if np.isfinite(floor) else ""
+    alone = f"; noise alone causes {percent(floor)} %" if np.isfinite(floor) else ""
     first = (
-        f"{capital(diagnosis.model)} has an RMS error of {100 * before[0]:.3g} % "
+        f"{capital(diagnosis.model)} has an RMS error of {percent(before[0], 3)} % "
         f"{before[1]}{alone}."
     )
     left = diagnosis.unexplained_share
@@ -113,7 +115,7 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     if offered in ("equation", "learned"):
         return first, (
             f"{diagnosis.meaning} {capital(RUNGS[offered])} found in the data, see "
-            f"Tiers, the error is {100 * after[0]:.3g} %{rest}."
+            f"Tiers, the error is {percent(after[0], 3)} %{rest}."
         )
     if not diagnosis.causes:
         return first, diagnosis.meaning
@@ -125,7 +127,7 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     )
     return first, (
         f"{diagnosis.verdict.replace('_', ' ').capitalize()} by {names}: with "
-        f"{'these' if len(diagnosis.causes) > 1 else 'it'} the error is {100 * after[0]:.3g} %"
+        f"{'these' if len(diagnosis.causes) > 1 else 'it'} the error is {percent(after[0], 3)} %"
         f"{rest}."
     )
 
@@ -157,10 +159,9 @@ def _over_time(traces: Sequence[Trace], residual: bool = False) -> list[Chart]:
 
 
 def _rms(trace: Trace) -> str:
-    before, after = (100 * relative_error(trace, f) for f in (trace.before, trace.after))
+    before, after = (percent(relative_error(trace, f)) for f in (trace.before, trace.after))
     return (
-        f"RMS error of the simulation: {before:.2g} % of the measured signal before, {after:.2g} % "
-        "after."
+        f"RMS error of the simulation: {before} % of the measured signal before, {after} % after."
     )
 
 
@@ -209,15 +210,23 @@ def _steps(diagnosis: Diagnosis) -> Iterator[Block]:
 def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
     if not diagnosis.causes:
         return
+    headings, rows = cause_cells(diagnosis)
+    again = (
+        " Named again: share of the fits without the runs of one condition, and of the fits to "
+        "resampled runs, that name it."
+    )
     yield Table(
         caption="Causes by their share of the misfit, with 95 % intervals of their parameters",
-        headings=("Cause", "Form", "Share of the misfit, %", "p", "Named again, %", "Parameter",
-                  "Value (95 %)", "Unit"),
-        rows=text_rows(row for cause in diagnosis.causes for row in cause_rows(cause)),
-        note="p: probability of such an improvement without the cause. Named again: share of the "
-        "fits without the runs of one condition, and of the fits to resampled runs, that name it.",
+        headings=tuple(
+            "Share of the misfit, %" if name == "share, %" else name if name == "p"
+            else capital(name)
+            for name in headings
+        ),
+        rows=text_rows(rows),
+        note="p: probability of such an improvement without the cause."
+        + again * (AGAIN in headings),
     )  # fmt: skip
-    yield Facts({cause.label: cause_text(cause) for cause in diagnosis.causes})
+    yield Facts({cause.placed: cause_text(cause) for cause in diagnosis.causes})
     rivals = tuple(
         f"These data cannot distinguish {cause.name} from {', '.join(cause.confusable_with)}."
         for cause in diagnosis.causes
@@ -282,7 +291,9 @@ def _consequence(diagnosis: Diagnosis) -> Iterator[Block]:
         return
     yield Prose(tuple(consequence_text(diagnosis.consequence)))
     if diagnosis.consequence.performance:
-        yield Table.of(consequence_table(diagnosis.consequence), note=NOTE)
+        yield Table.of(
+            consequence_table(diagnosis.consequence), note=consequence_note(diagnosis.consequence)
+        )
 
 
 def _references(diagnosis: Diagnosis) -> Iterator[Block]:
