@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..discrepancy.diagnosis import Cause, Diagnosis
+from ..discrepancy.diagnosis import BuildingDiagnosis, Cause, Diagnosis
 from .consequence import consequence_note, consequence_table
 from .html.text import capital
 from .tables import TextTable
@@ -38,6 +38,8 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
     # causes on a law of the wrong family only imitate the right one
     yield from reversed(lines) if choice.get("wrong_family") else lines
     yield errors_table(diagnosis)
+    if isinstance(diagnosis, BuildingDiagnosis) and diagnosis.verdict != "adequate":
+        yield from channels_table(diagnosis)
     if diagnosis.causes:
         yield causes_table(diagnosis)
         for cause in diagnosis.causes:
@@ -91,6 +93,14 @@ def errors_table(diagnosis: Diagnosis) -> TextTable:
         low, high = (100 * g for g in diagnosis.gain)
         rows.append(("decrease, 95 %", "", f"{low:.0f} to {high:.0f}"))
     return TextTable("Residual over measured signal (RMS)", ("", "before, %", "after, %"), rows)
+
+
+def channels_table(diagnosis: BuildingDiagnosis) -> Iterator[TextTable]:
+    """Errors of each channel, from the verdict's step."""
+    for step in diagnosis.steps[-1:]:
+        if step.rows:
+            headings = ("channel", "before, %", "after, %")
+            yield TextTable("Error of each channel on data not fitted", headings, step.rows)
 
 
 RUNGS = {

@@ -14,7 +14,6 @@ from ...structures import IsolatedStructure
 from .. import inference
 from ..building.candidate import TYPICAL_PERIOD
 from ..building.cause_search import adequacy, cell_p_values, p_value, search_causes
-from ..building.channels import ROTATION, Channel
 from ..building.comparison import (
     Comparison,
     FittedBuilding,
@@ -401,14 +400,12 @@ def _segment_traces(
         measured, before, after = (
             factor * values[samples, k] for values in (record.values, *simulated)
         )
-        # a loop with the displacement along the same direction; a displacement itself over time
-        over_time = sensor.is_displacement or sensor.axis == ROTATION
         yield Trace(
             name=f"{where}, {sensor.words}",
             held_out=held_out,
             time=time,
-            across=time if over_time else 1e3 * record.displacement(sensor.axis)[samples],
-            across_label="time, s" if over_time else _displacement_label(sensor),
+            across=time,
+            across_label="time, s",
             label=_LABELS[sensor.unit],
             measured=measured,
             before=before,
@@ -425,8 +422,3 @@ _LABELS = {
     "rad/s2": "rotation, rad/s²",
 }
 """Quantity and unit in charts, by the channel's unit."""
-
-
-def _displacement_label(sensor: Channel) -> str:
-    along = f" {sensor.axis}" if sensor.axis else ""
-    return f"isolator displacement{along}, mm"

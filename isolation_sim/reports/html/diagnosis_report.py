@@ -31,7 +31,7 @@ from ..diagnosis import (
     ladder_table,
     ladder_text,
 )
-from ..diagnosis_figures import LOOKS, errors, histories, loops
+from ..diagnosis_figures import LOOKS, STRONGEST, errors, histories, loops, over_time
 from ..references import of_device
 from .page import (
     Block,
@@ -139,23 +139,28 @@ def _measured(traces: Sequence[Trace]) -> Iterator[Block]:
     charts = [panel_chart(panel, _rms(trace), height=290)
               for panel, trace in zip(loops(shown), shown, strict=False)]  # fmt: skip
     each = ", every direction in turn" if len({trace.group for trace in traces}) > 1 else ""
+    strongest = f" Over time the charts show the strongest {STRONGEST:.0f} s." * over_time(shown[0])
     yield Prose((
         f"The {len(charts)} of {len(traces)} runs with the largest errors before{each}, each on "
-        "its own axes. Titles give the error before and after.",
+        f"its own axes. Titles give the error of the whole run before and after.{strongest}",
     ))  # fmt: skip
     yield LineChoice(LOOKS, "Lines of all charts")
     yield Gallery(tuple(charts))
     charts = _over_time(traces)
-    yield TimeRange(0.0, charts[0].figure["layout"]["xaxis"]["range"][1])
+    yield TimeRange(*charts[0].figure["layout"]["xaxis"]["range"])
     yield from charts
 
 
 def _over_time(traces: Sequence[Trace], residual: bool = False) -> list[Chart]:
     """The first runs over equally long times."""
-    shown = groups_in_turn(traces)[:_HISTORIES]
+    worst, *others = groups_in_turn(traces)
+    # of a record in two parts, those of the same part
+    shown = [worst, *(one for one in others if one.time[0] < worst.time[-1]
+                      and worst.time[0] < one.time[-1])][:_HISTORIES]  # fmt: skip
+    start = min(float(trace.time[0]) for trace in shown)
     end = max(float(trace.time[-1]) for trace in shown)
     panels = histories(shown, residual)
-    return [panel_chart(panel, height=215, xaxis={"range": [0.0, end]}) for panel in panels]
+    return [panel_chart(panel, height=215, xaxis={"range": [start, end]}) for panel in panels]
 
 
 def _rms(trace: Trace) -> str:
