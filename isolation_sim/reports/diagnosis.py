@@ -38,7 +38,8 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
     # causes on a law of the wrong family only imitate the right one
     yield from reversed(lines) if choice.get("wrong_family") else lines
     yield errors_table(diagnosis)
-    if isinstance(diagnosis, BuildingDiagnosis) and diagnosis.verdict != "adequate":
+    of_causes = diagnosis.ladder is None or diagnosis.ladder.offered == "causes"
+    if isinstance(diagnosis, BuildingDiagnosis) and diagnosis.verdict != "adequate" and of_causes:
         yield from channels_table(diagnosis)
     if diagnosis.causes:
         yield causes_table(diagnosis)

@@ -16,6 +16,7 @@ from ground_motions import Record
 from ground_motions.readers.time_column import uniform_step
 
 from ...errors import InputError
+from ...identification.gaps import fill_gaps, gap_note
 from ...io.csv_table import read_csv_table
 from .channels import (
     AXES,
@@ -183,12 +184,16 @@ def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRe
     names, factors = _in_si(given, cells.head)
     axes = _axes(names)
     _check_names(names, axes, cells.head)
-    table = cells.numbers(used)[:, used]
+    table = cells.numbers(used, [k for k in used if cells.names[k] != _TIME])[:, used]
     if len(table) < MINIMUM_SAMPLES:
         raise InputError(f"{path}: {len(table)} samples; expected: {MINIMUM_SAMPLES} or more")
+    times, gaps = table[:, names.index(_TIME)], []
+    for k, column in enumerate(given):
+        table[:, k], missing = fill_gaps(table[:, k], path, cells.lines[1:], column)
+        if missing.size:
+            gaps.append(gap_note(column, missing.size, times[missing[0]]))
     columns = dict(zip(names, (table * factors).T, strict=True))
-    times = columns.pop(_TIME).tolist()
-    dt = uniform_step(times, cells.lines[1:], f"{path}, column {_TIME}")
+    dt = uniform_step(columns.pop(_TIME).tolist(), cells.lines[1:], f"{path}, column {_TIME}")
     name = Path(path).stem
     ground = tuple(
         Record(columns.pop(column), dt, f"{name}, {axis}" if axis else name, source=str(path))
@@ -199,9 +204,9 @@ def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRe
         "converted to SI": [one for one, name in zip(given, names, strict=True) if one != name],
         "columns not used": unused,
     }
-    notes = tuple(f"{what}: {', '.join(these)}" for what, these in changes.items() if these)
+    said = [f"{what}: {', '.join(these)}" for what, these in changes.items() if these]
     try:
-        return BuildingRecord(name, ground, columns, current, hold_out, notes)
+        return BuildingRecord(name, ground, columns, current, hold_out, (*gaps, *said))
     except InputError as error:
         raise InputError(str(error).replace(name, str(path), 1)) from None
 

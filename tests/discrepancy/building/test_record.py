@@ -70,6 +70,16 @@ def test_other_units_are_converted_and_other_columns_are_not_used(tmp_path):
     )
 
 
+def test_few_missing_samples_are_interpolated(tmp_path):
+    rows = _rows()
+    rows[7, 3] = np.nan
+    record = read_building_record(_write(tmp_path / "quake.csv", NAMES, rows))
+    assert record.response["floor1_acceleration_m_s2"][7] == pytest.approx(rows[[6, 8], 3].mean())
+    assert record.notes == (
+        "1 sample is missing in the floor1_acceleration_m_s2, first at 0.07 s; interpolated",
+    )
+
+
 def test_floors_without_a_sensor_are_told():
     structure = iso.reference_building()
     assert unmeasured_floors(_record(), structure) == (
@@ -85,7 +95,8 @@ def test_floors_without_a_sensor_are_told():
         (["Time_s", *NAMES[1:]], None, "did you mean 'time_s'"),
         ([*NAMES[:6], "isolator_displacement_mm"], None, "as 'isolator_displacement_m' and"),
         ([*NAMES[:4], NAMES[3], *NAMES[5:]], None, "given twice"),
-        (NAMES, (7, 3, np.nan), "line 10, column floor1_acceleration_m_s2"),
+        (NAMES, (slice(7, 60), 3, np.nan), "line 10, column floor1_acceleration_m_s2"),
+        (NAMES, (7, 0, np.nan), "line 10, column time_s"),
         (NAMES, (7, 5, 60.0), "isolator_displacement_m: sample 7 is 60"),
         (NAMES, (7, 0, 0.074), "uniform times"),
         (NAMES, (slice(None), 4, 0.25), "the same number throughout"),
