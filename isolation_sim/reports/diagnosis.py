@@ -24,6 +24,8 @@ CAUSE_HEADINGS = (
 )  # fmt: skip
 """Named again: share of the repeated fits (one condition left out; runs resampled) with a cause."""
 _OPTIONAL = {"place", "form", AGAIN}
+_PLACES = {"storey", "floor"}
+"""Numbers of a cause that only repeat its place."""
 _NOTES = 5
 """Sentences about the data, at most."""
 
@@ -181,6 +183,8 @@ def cause_rows(cause: Cause) -> list[list[str]]:
     ]  # fmt: skip
     rows: list[list[str]] = []
     for name, one in cause.parameters.items():
+        if cause.place and name in _PLACES:
+            continue
         value = f"{one}{', at its bound' if one.at_bound else ''}"
         rows.append([*(first if not rows else [""] * len(first)), name, value, one.unit])
     return rows or [[*first, "", "", ""]]

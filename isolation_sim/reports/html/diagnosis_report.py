@@ -153,10 +153,13 @@ def _measured(traces: Sequence[Trace]) -> Iterator[Block]:
 
 def _over_time(traces: Sequence[Trace], residual: bool = False) -> list[Chart]:
     """The first runs over equally long times."""
-    worst, *others = groups_in_turn(traces)
+    worst = worst_first(traces)[0]
     # of a record in two parts, those of the same part
-    shown = [worst, *(one for one in others if one.time[0] < worst.time[-1]
-                      and worst.time[0] < one.time[-1])][:_HISTORIES]  # fmt: skip
+    same = [
+        one for one in traces
+        if one.time[0] < worst.time[-1] and worst.time[0] < one.time[-1]
+    ]  # fmt: skip
+    shown = groups_in_turn(same)[:_HISTORIES]
     start = min(float(trace.time[0]) for trace in shown)
     end = max(float(trace.time[-1]) for trace in shown)
     panels = histories(shown, residual)

@@ -141,6 +141,7 @@ def test_a_sound_record_has_no_problems():
         ("isolator_displacement_m", lambda x: np.roll(x, 4), "40 ms behind"),
         ("base_acceleration_m_s2", lambda x: np.clip(x, -0.6 * x.max(), 0.6 * x.max()), "clipped"),
         ("floor1_acceleration_m_s2", lambda x: x + 2 * x.std(), "does not start at rest"),
+        ("floor3_acceleration_m_s2", lambda x: 0.01 * x, "does not move with the building"),
     ],
 )
 def test_what_does_not_hang_together_is_told(channel, spoil, told):
