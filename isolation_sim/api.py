@@ -271,6 +271,7 @@ def diagnose(
     parameters: str | Path | Device = "fit",
     *,
     scenario: Scenario | IsolatedStructure | str | Path | None = None,
+    hold_out: Sequence[str | Path] = (),
     consequence: bool = True,
     current_degree: int | None = None,
     significance: float | None = None,
@@ -296,6 +297,9 @@ def diagnose(
         The nominal building; required for building records, with as many directions as they have.
         For device tests it is the scenario of the consequence; the main job by default. If its
         isolator section has no scales, the diagnosis scales the device.
+    hold_out : sequence of paths, optional
+        Further building records, or some of ``data``, that are not used in the fit. By default it
+        is the last of several records, and the later part of a single one.
     consequence : bool, default True
         Whether to run the scenario's controllers with the evaluated and with the extended law, if
         a cause was found. For a building record this needs a scenario of the building.
@@ -334,11 +338,11 @@ def diagnose(
 
     if isinstance(scenario, str | Path):
         scenario = Scenario.read(scenario)
-    paths = _building_records(data)
+    paths, held = _record_paths(data, hold_out)
     result: Diagnosis
     if paths:
         isolated = _nominal_building(paths[0], scenario, significance, current_degree)
-        records = [read_building_record(path) for path in paths]
+        records = [read_building_record(path, path in held) for path in paths]
         result = diagnose_building(records, isolated, tiers=tiers, progress=progress)
     else:
         result = of_device(
@@ -350,15 +354,6 @@ def diagnose(
     if consequence and isinstance(scenario, Scenario):
         return with_consequence(result, scenario, progress)
     return result
-
-
-def _building_records(data: Campaign | str | Path | Sequence[str | Path]) -> list[str | Path]:
-    """Paths of building records; none for data of a device."""
-    from .discrepancy.diagnose import kind_of
-
-    if isinstance(data, Sequence) and not isinstance(data, str):
-        return list(data)
-    return [data] if isinstance(data, str | Path) and kind_of(data) == "building" else []
 
 
 def _nominal_building(
@@ -385,6 +380,26 @@ def _nominal_building(
             "campaign or loop table, to which a law is fitted"
         )
     return scenario if isinstance(scenario, IsolatedStructure) else scenario.build().isolated
+
+
+def _record_paths(data: Any, hold_out: Sequence[str | Path]) -> tuple[list[Path], list[Path]]:
+    """Files of building records, and those of them that are held out; none for other data."""
+    from .discrepancy.diagnose import kind_of
+
+    several = isinstance(data, list | tuple)
+    paths = [Path(path) for path in (data if several else [data]) if isinstance(path, str | Path)]
+    held = [Path(path) for path in hold_out]
+    if not (several or held) and (not paths or kind_of(paths[0]) != "building"):
+        return [], []
+    if not paths:
+        raise InputError(f"data is {data!r}; expected: one or several building records")
+    for path in (*paths, *held):
+        if kind_of(path) != "building":
+            raise InputError(
+                f"{path}: not a CSV file of a building record; expected: one, as for every one of "
+                "several data and for what is held out beside them"
+            )
+    return [*paths, *(path for path in held if path not in paths)], held
 
 
 @checked

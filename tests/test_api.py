@@ -161,6 +161,26 @@ def test_a_degree_of_the_current_is_refused_where_it_has_no_meaning(tmp_path):
         iso.diagnose([record], scenario=iso.Scenario(), current_degree=0)
 
 
+def test_building_records_are_held_out_by_their_paths(tmp_path, monkeypatch):
+    names = ("weak.csv", "strong.csv", "second.csv")
+    paths = [tmp_path / name for name in names]
+    for path in paths:
+        path.write_text("time_s,ground_acceleration_m_s2\n0,0\n")
+    seen = []
+    monkeypatch.setattr(
+        "isolation_sim.discrepancy.building.record.read_building_record",
+        lambda path, hold_out: seen.append((path.name, hold_out)),
+    )
+    monkeypatch.setattr("isolation_sim.discrepancy.diagnose.diagnose_building", lambda *_, **__: 0)
+    scenario = iso.Scenario()
+    for data in (paths, paths[:2]):
+        iso.diagnose(data, scenario=scenario, hold_out=[str(paths[2])], consequence=False)
+        assert seen == [("weak.csv", False), ("strong.csv", False), ("second.csv", True)]
+        seen.clear()
+    with pytest.raises(InputError, match="not a CSV file of a building record"):
+        iso.diagnose(tmp_path, hold_out=paths[2:])
+
+
 @pytest.mark.parametrize(
     ("degree", "told"),
     [

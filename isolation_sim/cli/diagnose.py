@@ -29,6 +29,7 @@ EXAMPLES = examples(
     "isolation-sim diagnose my_tests --law auto",
     "isolation-sim diagnose loops.csv --parameters published --out diagnosis",
     "isolation-sim diagnose record.csv --scenario my_building.toml --json",
+    "isolation-sim diagnose weak.csv strong.csv --hold-out second.csv --scenario my_building.toml",
 )
 _STEPS = 60
 """Approximate number of steps of a diagnosis, for the progress bar."""
@@ -36,8 +37,11 @@ _STEPS = 60
 
 def diagnose(
     data: Annotated[
-        Path,
-        typer.Argument(help="Campaign folder, CSV of a loop table, or CSV of a building record."),
+        list[Path],
+        typer.Argument(
+            help="Campaign folder, CSV of a loop table, or one or several CSV files of records of "
+            "one building."
+        ),
     ],
     law: Annotated[
         str,
@@ -54,6 +58,13 @@ def diagnose(
         typer.Option(
             help="Scenario to run with both laws; the main job by default. A building record "
             "needs the scenario of its building."
+        ),
+    ] = None,
+    hold_out: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Building record that is not used in the fit; may be repeated. By default it is "
+            "the last of several records, or the later part of a single one."
         ),
     ] = None,
     consequence: Annotated[
@@ -89,13 +100,14 @@ def diagnose(
     from ..io.results_folder import ResultsFolder
 
     check_exports(export)
-    where = chosen_folder(out, f"diagnosis of {data.resolve().stem}", overwrite)
+    names = " and ".join(path.resolve().stem for path in data)
+    where = chosen_folder(out, f"diagnosis of {names}", overwrite)
     with ResultsFolder(where, overwrite) as folder:
         with progress(quiet, _STEPS) as step:
             result = run_diagnosis(
-                data, law, parameters, scenario=scenario, consequence=consequence,
-                current_degree=current_degree, significance=significance,
-                tiers=cast("Tier", tiers), progress=step,
+                data if len(data) > 1 else data[0], law, parameters, scenario=scenario,
+                hold_out=hold_out or [], consequence=consequence, current_degree=current_degree,
+                significance=significance, tiers=cast("Tier", tiers), progress=step,
             )  # fmt: skip
         result.save(folder.unfinished)
     if as_json:

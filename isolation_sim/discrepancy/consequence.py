@@ -29,7 +29,11 @@ CASES = {
     "redesigned": "plant and controllers' nominal model by the extended law",
 }
 """How each controller is run."""
-
+SUBJECTS = {
+    "law": ("evaluated law", "extended law"),
+    "model": ("original model", "corrected model"),
+}
+"""Names of what was wrong, and of what is right: a device's law, or the model of a building."""
 
 DIGITS = 3
 """After the point, of J: controllers that are alike in these share a rank."""
@@ -50,7 +54,7 @@ class Performance:
 
 @dataclass(frozen=True)
 class Consequence:
-    """Consequence of a law's error for a controlled building."""
+    """Consequence of a law's or a model's error for a controlled building."""
 
     scenario: str  # Building and ground motion
     scaling: str  # How the tested device was scaled to the building; empty where it was not
@@ -59,6 +63,7 @@ class Consequence:
     # By controller and by case of ``CASES``; None for a run that diverged
     performance: Mapping[str, Mapping[str, Performance | None]]
     warnings: tuple[str, ...] = ()  # Runs that went further than the device was tested
+    subject: str = "law"  # What was wrong, of ``SUBJECTS``
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain numbers and text."""
@@ -95,6 +100,7 @@ def consequence(
     *,
     options: Mapping[str, Any] | None = None,
     scaling: str = "",
+    subject: str = "law",
     progress: Callable[[str], None] | None = None,
 ) -> Consequence:
     """Run controllers on a building as it was simulated and as it is."""
@@ -127,9 +133,10 @@ def consequence(
     return Consequence(
         scenario=f"{before.structure.name}, {', '.join(record.name for record in records)}",
         scaling=scaling,
-        finding=_finding(performance, refused),
+        finding=_finding(performance, refused, subject),
         performance=performance,
-        warnings=tuple(_beyond(runs)),
+        warnings=tuple(_beyond(runs, subject)),
+        subject=subject,
     )
 
 
@@ -150,15 +157,14 @@ def _ranked(runs: Mapping[str, Run | None]) -> dict[str, Performance | None]:
     return ranked
 
 
-_WHERE = {
-    "predicted": "By the evaluated law",
-    "actual": "By the extended law",
-    "redesigned": "Under controllers designed with the extended law",
-}
-
-
-def _beyond(runs: Mapping[str, Mapping[str, Run | None]]) -> list[str]:
+def _beyond(runs: Mapping[str, Mapping[str, Run | None]], subject: str) -> list[str]:
     """Say which runs deform the device further than it was tested."""
+    old, new = SUBJECTS[subject]
+    where = {
+        "predicted": f"By the {old}",
+        "actual": f"By the {new}",
+        "redesigned": f"Under controllers designed with the {new}",
+    }
     sentences = []
     for case, of_case in runs.items():
         peaks = {}
@@ -174,16 +180,16 @@ def _beyond(runs: Mapping[str, Mapping[str, Run | None]]) -> list[str]:
             how = ", ".join(
                 f"{as_written(name)} {ratio:.2f} times" for name, ratio in peaks.items()
             )
-            sentences.append(
-                f"{_WHERE[case]} the device deforms further than it was tested: {how}."
-            )
+            sentences.append(f"{where[case]} the device deforms further than it was tested: {how}.")
     return sentences
 
 
 def _finding(
     performance: Mapping[str, Mapping[str, Performance | None]],
     refused: Mapping[tuple[str, str], str],
+    subject: str,
 ) -> str:
+    old, new = SUBJECTS[subject]
     failed = [
         f"{as_written(name)}, {case}"
         for name, cases in performance.items()
@@ -205,12 +211,12 @@ def _finding(
     if not known:
         return " ".join(sentences)
     sentences.append(
-        f"The evaluated law misses the peak base displacement by "
+        f"The {old} misses the peak base displacement by "
         f"{_range(known, 'peak_base_displacement_m')} and the peak floor acceleration by "
         f"{_range(known, 'peak_floor_acceleration_m_s2')}."
     )
     if len(known) > 1:
-        sentences += [_choice(known), *_redesign(known)]
+        sentences += [_choice(known), *_redesign(known, new)]
     return " ".join(sentences)
 
 
@@ -227,7 +233,7 @@ def _range(known: _Known, quantity: str) -> str:
 
 
 def _choice(known: _Known) -> str:
-    """Name the controller that the old law would have selected, and the cost of this choice."""
+    """Name the controller that the old model would have selected, and the cost of this choice."""
     first = min(known, key=lambda name: known[name][0].J)
     second = min(known, key=lambda name: known[name][1].J)
     chosen, best = as_written(first), as_written(second)
@@ -243,14 +249,14 @@ def _choice(known: _Known) -> str:
     )
 
 
-def _redesign(known: _Known) -> list[str]:
-    """Say whom the extended law helps most as a model."""
+def _redesign(known: _Known, new: str) -> list[str]:
+    """Say whom the new law or model helps most."""
     changes = {name: after.J / before.J - 1 for name, (_, before, after) in known.items()}
     most = max(changes, key=lambda name: abs(changes[name]))
     if abs(changes[most]) < 0.005:
-        return ["Designing the controllers with the extended law changes nothing."]
+        return [f"Designing the controllers with the {new} changes nothing."]
     _, before, after = known[most]
     return [
-        f"Designing with the extended law changes {as_written(most)} most: J goes from "
+        f"Designing with the {new} changes {as_written(most)} most: J goes from "
         f"{before.J:.3f} to {after.J:.3f}."
     ]

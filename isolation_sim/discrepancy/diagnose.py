@@ -183,7 +183,7 @@ def kind_of(path: str | Path) -> str:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
         raise InputError(f"{path}: cannot be read ({reason})") from None
     head = next((line for line in lines if line.strip() and not line.startswith("#")), "")
-    if re.search(r"ground_\w*acceleration|isolator_\w*displacement", head):
+    if re.search(r"ground_\w*acceleration|isolator_\w*displacement", head, re.IGNORECASE):
         return "building"
     if "amplitude" in head or "damping_ratio" in head:
         return "loops"

@@ -53,6 +53,8 @@ class Cause:
         Share of fits from other runs in which the cause is named again: ``conditions_left_out``,
         without the runs of one condition at a time, and ``runs_resampled``. Empty where it is not
         computed.
+    place : str
+        Storey, floor or channel of it in a building; empty where there is only one.
     """
 
     name: str
@@ -63,6 +65,7 @@ class Cause:
     confusable_with: tuple[str, ...] = ()
     form: str = ""
     stability: Mapping[str, float] = field(default_factory=dict)
+    place: str = ""
 
     @property
     def acts_like(self) -> bool:
@@ -73,6 +76,11 @@ class Cause:
     def label(self) -> str:
         """The name as a report shows it."""
         return f"acts like {self.name}" if self.acts_like else self.name
+
+    @property
+    def placed(self) -> str:
+        """The label with the place."""
+        return f"{self.label} ({self.place})" if self.place else self.label
 
 
 @dataclass(frozen=True)
@@ -308,6 +316,7 @@ class Diagnosis(Printed):
                 {
                     "name": cause.name,
                     "form": cause.form,
+                    "place": cause.place,
                     "acts_like": cause.acts_like,
                     "share": number(cause.share),
                     "p_value": number(cause.p_value),
@@ -353,7 +362,7 @@ class Diagnosis(Printed):
             100 * (error.fit if np.isnan(error.held_out) else error.held_out)
             for error in (self.error_before, self.error_after)
         )
-        causes = ", ".join(cause.label for cause in self.causes) or "no cause"
+        causes = ", ".join(cause.placed for cause in self.causes) or "no cause"
         return (
             f"{type(self).__name__}({self.model} against {self.data}: {self.verdict}, {causes}; "
             f"error {before:.3g} % to {after:.3g} %, noise {100 * self.noise_floor:.3g} %)"
@@ -377,16 +386,16 @@ class Diagnosis(Printed):
         Returns
         -------
         pandas.DataFrame
-            A row for each parameter of each cause: ``cause``, ``form``, ``share``, ``p_value``,
-            ``parameter``, ``unit``, ``value``, ``low``, ``high``, ``at_bound``.
+            A row for each parameter of each cause: ``cause``, ``form``, ``place``, ``share``,
+            ``p_value``, ``parameter``, ``unit``, ``value``, ``low``, ``high``, ``at_bound``.
         """
         import pandas
 
-        columns = ["cause", "form", "share", "p_value", "parameter", "unit", "value", "low",
-                   "high", "at_bound"]  # fmt: skip
+        columns = ["cause", "form", "place", "share", "p_value", "parameter", "unit", "value",
+                   "low", "high", "at_bound"]  # fmt: skip
         rows = [
-            (cause.name, cause.form, cause.share, cause.p_value, name, one.unit, one.value,
-             one.low, one.high, one.at_bound)
+            (cause.name, cause.form, cause.place, cause.share, cause.p_value, name, one.unit,
+             one.value, one.low, one.high, one.at_bound)
             for cause in self.causes
             for name, one in cause.parameters.items()
         ]  # fmt: skip

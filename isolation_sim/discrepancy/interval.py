@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+_MOST_DIGITS = 7
+
 
 @dataclass(frozen=True)
 class Interval:
@@ -27,6 +29,26 @@ class Interval:
     high: float
     unit: str
     at_bound: bool = False
+
+    def __str__(self) -> str:
+        """Value and ends, with as many digits as the ends need to differ from the value."""
+        if self.low == self.value == self.high:
+            return f"{self.value:.4g}"
+        digits = next((n for n in range(3, _MOST_DIGITS) if self._differ(n)), _MOST_DIGITS)
+        low, high = (f"{end:.{digits}g}" for end in (self.low, self.high))
+        return f"{self.value:.{max(digits, 4)}g} ({low} to {high})"
+
+    def _differ(self, digits: int) -> bool:
+        value = f"{self.value:.{digits}g}"
+        return all(
+            end == self.value or f"{end:.{digits}g}" != value for end in (self.low, self.high)
+        )
+
+
+def percent(share: float, digits: int = 2) -> str:
+    """A share in percent, without an exponent."""
+    value = 100 * share
+    return f"{value:.0f}" if abs(value) >= 10**digits - 0.5 else f"{value:.{digits}g}"
 
 
 def number(value: float) -> float | None:

@@ -1,9 +1,10 @@
-"""Table of the consequence of a law's error for control."""
+"""Table of the consequence of a law's or a model's error for control."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ..discrepancy.consequence import SUBJECTS
 from ..written_names import as_written
 from .tables import TextTable
 from .units import unit_of
@@ -18,15 +19,20 @@ _HEADINGS = (
     "J: old", "new", "new design",
     "rank: old", "new", "new design",
 )  # fmt: skip
-NOTE = (
-    "Old: building and controllers use the evaluated law. New: the building uses the extended law, "
-    "the controllers the old one. New design: both use the extended law. J: mean of the two peaks, "
-    "each over its value with the coils off. Rank: by J."
-)
+
+
+def consequence_note(consequence: Consequence) -> str:
+    """Meaning of the table's columns."""
+    old, new = SUBJECTS[consequence.subject]
+    return (
+        f"Old: building and controllers use the {old}. New: the building uses the {new}, the "
+        f"controllers the old one. New design: both use the {new}. J: mean of the two peaks, each "
+        "over its value with the coils off. Rank: by J."
+    )
 
 
 def consequence_table(consequence: Consequence) -> TextTable:
-    """Controllers with the evaluated and with the extended law."""
+    """Controllers with the old and with the new law or model."""
     rows = []
     for name, cases in consequence.performance.items():
         predicted, actual, redesigned = (
@@ -38,7 +44,9 @@ def consequence_table(consequence: Consequence) -> TextTable:
         row += [_number(one, "J") for one in (predicted, actual, redesigned)]
         row += [str(one.rank) if one else "-" for one in (predicted, actual, redesigned)]
         rows.append(row)
-    return TextTable("Consequence of the law's error for control", _HEADINGS, rows)
+    return TextTable(
+        f"Consequence of the {consequence.subject}'s error for control", _HEADINGS, rows
+    )
 
 
 def _number(one: Performance | None, key: str) -> str:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..discrepancy.diagnosis import Cause, Diagnosis
-from .consequence import NOTE, consequence_table
+from ..discrepancy.diagnosis import BuildingDiagnosis, Cause, Diagnosis
+from .consequence import consequence_note, consequence_table
 from .html.text import capital
 from .tables import TextTable
 
@@ -17,10 +17,15 @@ if TYPE_CHECKING:
     from ..discrepancy.tiers.result import Ladder
 
 
+AGAIN = "named again, %"
 CAUSE_HEADINGS = (
-    "cause", "form", "share, %", "p", "named again, %", "parameter", "value (95 %)", "unit",
+    "cause", "place", "form", "share, %", "p", AGAIN, "parameter", "value (95 %)",
+    "unit",
 )  # fmt: skip
 """Named again: share of the repeated fits (one condition left out; runs resampled) with a cause."""
+_OPTIONAL = {"place", "form", AGAIN}
+_PLACES = {"storey", "floor"}
+"""Numbers of a cause that only repeat its place."""
 _NOTES = 5
 """Sentences about the data, at most."""
 
@@ -35,10 +40,13 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
     # causes on a law of the wrong family only imitate the right one
     yield from reversed(lines) if choice.get("wrong_family") else lines
     yield errors_table(diagnosis)
+    of_causes = diagnosis.ladder is None or diagnosis.ladder.offered == "causes"
+    if isinstance(diagnosis, BuildingDiagnosis) and diagnosis.verdict != "adequate" and of_causes:
+        yield from channels_table(diagnosis)
     if diagnosis.causes:
         yield causes_table(diagnosis)
         for cause in diagnosis.causes:
-            yield f"{cause.label}: {cause_text(cause)}"
+            yield f"{cause.placed}: {cause_text(cause)}"
             if cause.confusable_with:
                 yield f"  hard to distinguish from {', '.join(cause.confusable_with)}"
     if diagnosis.ladder is not None:
@@ -53,7 +61,7 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
     if diagnosis.consequence is not None:
         if diagnosis.consequence.performance:
             yield consequence_table(diagnosis.consequence)
-            yield NOTE
+            yield consequence_note(diagnosis.consequence)
         yield from consequence_text(diagnosis.consequence)
 
 
@@ -88,6 +96,14 @@ def errors_table(diagnosis: Diagnosis) -> TextTable:
         low, high = (100 * g for g in diagnosis.gain)
         rows.append(("decrease, 95 %", "", f"{low:.0f} to {high:.0f}"))
     return TextTable("Residual over measured signal (RMS)", ("", "before, %", "after, %"), rows)
+
+
+def channels_table(diagnosis: BuildingDiagnosis) -> Iterator[TextTable]:
+    """Errors of each channel, from the verdict's step."""
+    for step in diagnosis.steps[-1:]:
+        if step.rows:
+            headings = ("channel", "before, %", "after, %")
+            yield TextTable("Error of each channel on data not fitted", headings, step.rows)
 
 
 RUNGS = {
@@ -138,24 +154,38 @@ def ladder_text(ladder: Ladder) -> list[str]:
 
 def causes_table(diagnosis: Diagnosis) -> TextTable:
     """Causes with their numbers, for the terminal."""
+    headings, rows = cause_cells(diagnosis)
+    # cause, place and parameter together identify a row, so they are adjacent columns
+    first = [name for name in ("cause", "place", "parameter") if name in headings]
+    order = list(dict.fromkeys([*first, "value (95 %)", "unit", *headings]))
+    ordered = [
+        [row[headings.index(name)].replace(", at", "\nat") for name in order] for row in rows
+    ]
+    return TextTable("Causes", order, ordered, keys=len(first))
+
+
+def cause_cells(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows of the causes, without optional columns that are empty."""
     rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
-    # cause and parameter together identify a row, so they are adjacent columns
-    headings, *ordered = ([*row[:1], *row[5:], *row[1:5]] for row in (list(CAUSE_HEADINGS), *rows))
-    for row in ordered:
-        row[2] = row[2].replace(", at", "\nat")
-    return TextTable("Causes", headings, ordered, keys=2)
+    kept = [
+        k
+        for k, heading in enumerate(CAUSE_HEADINGS)
+        if heading not in _OPTIONAL or any(row[k] for row in rows)
+    ]
+    return [CAUSE_HEADINGS[k] for k in kept], [[row[k] for k in kept] for row in rows]
 
 
 def cause_rows(cause: Cause) -> list[list[str]]:
     """A cause's cells under ``CAUSE_HEADINGS``, one row per parameter."""
     first = [
-        cause.label, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value),
+        cause.label, cause.place, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value),
         ", ".join(_stability(cause).values()),
     ]  # fmt: skip
     rows: list[list[str]] = []
     for name, one in cause.parameters.items():
-        value = f"{one.value:.4g} ({one.low:.3g} to {one.high:.3g})"
-        value += ", at its bound" if one.at_bound else ""
+        if cause.place and name in _PLACES:
+            continue
+        value = f"{one}{', at its bound' if one.at_bound else ''}"
         rows.append([*(first if not rows else [""] * len(first)), name, value, one.unit])
     return rows or [[*first, "", "", ""]]
 
@@ -192,9 +222,8 @@ def markdown(diagnosis: Diagnosis) -> str:
         f"**{diagnosis.verdict.replace('_', ' ').capitalize()}.** {diagnosis.meaning}",
     ]
     if diagnosis.causes:
-        rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
-        parts.append(_grid(CAUSE_HEADINGS, rows))
-        parts += [f"- **{cause.label}**: {cause_text(cause)}" for cause in diagnosis.causes]
+        parts.append(_grid(*cause_cells(diagnosis)))
+        parts += [f"- **{cause.placed}**: {cause_text(cause)}" for cause in diagnosis.causes]
     if diagnosis.ladder is not None:
         ladder = ladder_table(diagnosis.ladder, diagnosis.noise_floor)
         parts += ["## Tiers", _grid(ladder.headings, ladder.rows)]
@@ -209,7 +238,8 @@ def markdown(diagnosis: Diagnosis) -> str:
         parts.append("## Consequence for control")
         if diagnosis.consequence.performance:
             table = consequence_table(diagnosis.consequence)
-            parts += [_grid(table.headings, table.rows), NOTE]
+            parts += [_grid(table.headings, table.rows),
+                      consequence_note(diagnosis.consequence)]  # fmt: skip
         parts += consequence_text(diagnosis.consequence)
     return "\n\n".join(parts) + "\n"
 

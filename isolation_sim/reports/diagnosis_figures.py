@@ -19,17 +19,19 @@ if TYPE_CHECKING:
     from ..discrepancy.diagnosis import Diagnosis, Trace
 
 LOOKS = {
-    # the measured line is wider, so that it shows on both sides of the simulated lines
-    "measured": Look("#9a9a9a", width=2.3),
-    "before": Look("#D55E00", (4, 1.2)),
-    "after": Look("#000000"),
+    # each line shows on both sides of the next one where they coincide
+    "measured": Look("#b0b0b0", width=3.4),
+    "before": Look("#D55E00", (2, 0.6), width=2.0),
+    "after": Look("#000000", width=0.8),
 }
 _ERRORS = {
     "before": Look("#D55E00", marker="o", joined=False, filled=False),
-    "after": Look("#000000", marker="o", joined=False),
+    "after": Look("#000000", marker="X", joined=False),
     "noise floor, all runs together": Look("#555555", (1.3, 1.3)),
 }
 _SHOWN = 6
+STRONGEST = 8.0
+"""Seconds of a run over time that stand in place of a loop."""
 _FAR_BELOW = 4.0
 """Ratio of the smallest error to the noise floor from which on the floor has no line."""
 
@@ -64,6 +66,8 @@ def loops(traces: Sequence[Trace]) -> list[Panel]:
     for trace in traces[:_SHOWN]:
         # the end of a run, where slow effects are fully developed
         shown = slice(-min(len(trace.time), SAMPLES), None)
+        if over_time(trace):
+            shown = _strongest(trace)
         lines = {name: (trace.across[shown], getattr(trace, name)[shown]) for name in LOOKS}
         panels.append(Panel(
             _name(trace), _heading(trace.across_label), _heading(trace.label), lines, LOOKS,
@@ -86,6 +90,20 @@ def histories(traces: Sequence[Trace], residual: bool = False) -> list[Panel]:
         panels.append(Panel(f"{title}, {_name(trace)}", OVER_TIME, y, lines, LOOKS, unit,
                             note=_change(trace)))  # fmt: skip
     return panels
+
+
+def over_time(trace: Trace) -> bool:
+    """Whether a run is drawn over time in place of a loop."""
+    return trace.across is trace.time or np.array_equal(trace.across, trace.time)
+
+
+def _strongest(trace: Trace) -> slice:
+    """The samples of the strongest seconds of a run."""
+    n = len(trace.time)
+    length = min(n, int(STRONGEST * (n - 1) / (trace.time[-1] - trace.time[0])) + 1)
+    energy = np.append(0.0, np.cumsum(trace.measured**2))
+    start = int(np.argmax(energy[length:] - energy[:-length]))
+    return slice(start, start + length)
 
 
 def errors(diagnosis: Diagnosis) -> Panel:

@@ -52,7 +52,8 @@ def _write_files(diagnosis: Diagnosis, folder: Path) -> list[Path]:
     written.append(write_table(errors, folder / "errors.csv"))
     if diagnosis.causes:
         causes = [
-            {"cause": each.name, "form": each.form, "share": each.share, "p_value": each.p_value,
+            {"cause": each.name, "form": each.form, "place": each.place, "share": each.share,
+             "p_value": each.p_value,
              **{f"{name}, {one.unit}": one.value for name, one in each.parameters.items()}}
             for each in diagnosis.causes
         ]  # fmt: skip

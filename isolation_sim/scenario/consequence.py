@@ -1,4 +1,4 @@
-"""Run a scenario with the evaluated law of a diagnosis, and with its extended law."""
+"""Run a scenario as a diagnosis found it, and with its extended law or corrected building."""
 
 from __future__ import annotations
 
@@ -22,11 +22,17 @@ if TYPE_CHECKING:
     from .scenario import Scenario
 
 
+_NOT_OF_THE_BUILDING = ("sensor_", "actuation_delay", "current_supply_limit")
+"""Beginnings of the names of causes that leave structure and isolators as they are."""
+
+
 def with_consequence(
     diagnosis: Diagnosis, scenario: Scenario, progress: Callable[[str], None] | None = None
 ) -> Diagnosis:
-    """Add the consequence of the law's error in a scenario to a diagnosis."""
-    if not diagnosis.causes:
+    """Add the consequence of the error in a scenario to a diagnosis."""
+    of_building = isinstance(diagnosis, BuildingDiagnosis)
+    unchanged = _NOT_OF_THE_BUILDING if of_building else ()
+    if all(cause.name.startswith(unchanged) for cause in diagnosis.causes):
         return diagnosis
     job = scenario.build()
     scaling = ""
@@ -49,7 +55,7 @@ def with_consequence(
         scaling = scale.words
     result = consequence(
         before, after, job.records, _controllers(job, after), options=job.options,
-        scaling=scaling, progress=progress,
+        scaling=scaling, subject="model" if of_building else "law", progress=progress,
     )  # fmt: skip
     return replace(diagnosis, consequence=result)
 

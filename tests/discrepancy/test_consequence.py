@@ -18,7 +18,7 @@ from ground_motions.spectra import response_spectrum
 from isolation_sim.discrepancy.consequence import CASES, consequence
 from isolation_sim.discrepancy.device_scale import carrying
 from isolation_sim.discrepancy.diagnosis import BuildingDiagnosis, Cause, Diagnosis, Errors
-from isolation_sim.reports.consequence import consequence_table
+from isolation_sim.reports.consequence import consequence_note, consequence_table
 from isolation_sim.reports.console import standard_console
 from isolation_sim.reports.diagnosis import markdown
 from isolation_sim.reports.html.diagnosis_report import diagnosis_report
@@ -204,6 +204,16 @@ def test_a_building_that_was_diagnosed_is_run_as_it_is(after):
         run = iso.simulate(plant, judged.records)
         peak = run.criteria["peak_base_displacement_m"]
         assert cases[case].peak_base_displacement_m == peak
+
+
+def test_a_building_with_a_wrong_model_or_sensor_has_no_wrong_law(after):
+    found = BuildingDiagnosis(**vars(_diagnosis(None, None)), building=after)
+    one = with_consequence(found, SCENARIO).consequence
+    assert one.subject == "model" and "The original model misses the peak" in one.finding
+    assert "law" not in consequence_note(one) + consequence_table(one).title + one.finding
+    cause = replace(found.causes[0], name="sensor_gain")
+    of_sensor = replace(found, causes=(cause,))
+    assert with_consequence(of_sensor, SCENARIO) is of_sensor
 
 
 def test_what_makes_no_sense_is_left_out_in_words():

@@ -81,7 +81,7 @@ def test_a_clear_cause_is_named_again_from_other_runs():
     assert "Named again in 100 % of the fits without the runs of one condition and" in (
         cause_text(cause)
     )
-    assert cause_rows(cause)[0][4].startswith("100, ")
+    assert cause_rows(cause)[0][5].startswith("100, ")
 
 
 @pytest.mark.parametrize("degree", [0, 1])

@@ -9,7 +9,7 @@ import isolation_sim as iso
 from isolation_sim.discrepancy.consequence import Consequence, Performance
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval, Step, Trace
 from isolation_sim.effects import effect, extend
-from isolation_sim.reports.diagnosis_figures import errors
+from isolation_sim.reports.diagnosis_figures import STRONGEST, errors, loops
 from isolation_sim.reports.html.diagnosis_report import diagnosis_report, equations
 
 MOST = 6_000_000
@@ -120,6 +120,15 @@ def test_errors_of_runs_stand_beside_the_noise_floor(diagnosis, figures, unpacke
         ]  # fmt: skip
         np.testing.assert_allclose(unpacked(line["x"]), expected, rtol=1e-5)
     np.testing.assert_allclose(unpacked(floor["x"]), 1.1, rtol=1e-6)
+
+
+def test_a_run_over_time_shows_its_strongest_seconds():
+    time = np.arange(4000) / 100
+    signal = np.where((time >= 20) & (time < 24), 5.0, 0.1)
+    run = Trace("a", True, time, time, "time, s", "acceleration, m/s²", signal, signal, signal)
+    (panel,) = loops([run])
+    for x, y in panel.lines.values():
+        assert x[-1] - x[0] == pytest.approx(STRONGEST) and np.sum(y == 5.0) == 400
 
 
 def test_equations_are_those_that_are_computed():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval
+from isolation_sim.discrepancy.interval import percent
 from isolation_sim.reports.diagnosis import causes_table, shown
 from isolation_sim.reports.tables import TextTable, as_text
 
@@ -55,6 +56,30 @@ def test_intervals_of_causes_stay_whole():
         assert text.count("0.001021 (0.000983 to 0.00106)") == 2
         assert text.count("at its bound") == 2
         assert "power_by_current" in text and "< 1e-9" in text
+
+
+def test_ends_of_an_interval_differ_from_its_value():
+    for numbers, said in (
+        ((0.2998, 0.2991, 0.3005), "0.2998 (0.2991 to 0.3005)"),
+        ((20.02, 19.91, 20.13), "20.02 (19.9 to 20.1)"),
+        ((3.0, 3.0, 3.0), "3"),
+        ((0.5, 0.5, 0.61), "0.5 (0.5 to 0.61)"),
+        ((1.0, -np.inf, np.inf), "1 (-inf to inf)"),
+    ):
+        assert str(Interval(*numbers, "1")) == said
+    assert [percent(share) for share in (0.0123, 0.9961, 1.0, 3.21)] == ["1.2", "100", "100", "321"]
+
+
+def test_a_cause_in_a_sensor_shows_its_channel_and_empty_columns_are_left_out():
+    nothing, place = Errors(np.nan, np.nan), "floor3_acceleration_m_s2"
+    gain = {"gain": Interval(1.15, 1.14, 1.16, "1")}
+    cause = Cause("sensor_gain", 0.9, 1e-12, gain, "It.", place=place)
+    found = Diagnosis("a", "b", "explained", 0.0, nothing, nothing, (cause,), 0.0, (), None, ())
+    assert causes_table(found).headings == (
+        ["cause", "place", "parameter", "value (95 %)", "unit", "share, %", "p"]
+    )
+    assert causes_table(found).rows[0][1] == place == found.to_dict()["causes"][0]["place"]
+    assert f"sensor_gain ({place}): It." in list(shown(found))
 
 
 def test_suspicious_data_are_said_before_the_verdict():

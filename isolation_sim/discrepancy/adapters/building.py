@@ -14,7 +14,6 @@ from ...structures import IsolatedStructure
 from .. import inference
 from ..building.candidate import TYPICAL_PERIOD
 from ..building.cause_search import adequacy, cell_p_values, p_value, search_causes
-from ..building.channels import ROTATION, Channel
 from ..building.comparison import (
     Comparison,
     FittedBuilding,
@@ -26,10 +25,11 @@ from ..building.comparison import (
 from ..building.errors import mean_error, relative_errors, relative_noise, squared_blocks
 from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
-from ..building.record_checks import check_quantities, record_problems
+from ..building.record_checks import check_quantities, record_problems, unmeasured_floors
 from ..building.segment import Segment, band_edges, cell_means
 from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
+from ..interval import percent
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_building, significant
 from ..search import Round, SearchResult
@@ -118,13 +118,14 @@ class BuildingRecords(Problem[FittedBuilding]):
                 evidence=self._evidence(best, k, numbers[k]),
                 confusable_with=tuple(one.causes[-1] for one in space.rivals[cause.label]),
                 form=cause.form,
+                place=cause.place,
             )
             for k, (cause, _) in enumerate(best.cause_values)
         ]
 
     def _evidence(self, best: FittedBuilding, k: int, numbers: dict[str, Interval]) -> str:
         comparison, without = self.space.comparison, self.without[k]
-        errors = [100 * mean_error(comparison, outcome, True) for outcome in (without, best)]
+        errors = [percent(mean_error(comparison, one, True)) for one in (without, best)]
         what = best.cause_values[k][0].says.format(
             **{name: one.value for name, one in numbers.items()}
         )
@@ -132,7 +133,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         gain = cell_means(without.held_out[0]) - cell_means(best.held_out[0])
         return (
             f"If {what.replace('%', ' %')}, the error on data not fitted falls from "
-            f"{errors[0]:.2g} to {errors[1]:.2g} %, most of it in "
+            f"{errors[0]} to {errors[1]} %, most of it in "
             f"{_cell(segment, int(np.argmax(gain * segment.cell_sizes)))}."
         )
 
@@ -192,7 +193,13 @@ class BuildingRecords(Problem[FittedBuilding]):
     def _problems(self) -> tuple[tuple[str, str], ...]:
         """Names of records, and suspicious features."""
         return tuple(
-            (record.name, problem) for record in self.records for problem in record_problems(record)
+            (record.name, problem)
+            for record in self.records
+            for problem in (
+                *record_problems(record),
+                *unmeasured_floors(record, self._model.structure),
+                *record.notes,
+            )
         )
 
     @property
@@ -218,7 +225,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             for segments in (comparison.fitted, comparison.held_out)
         )
         rows = tuple(
-            (record.name, channel, f"{own:.2e}", f"{total:.2e}", f"{100 * total / rms:.2g}")
+            (record.name, channel, f"{own:.2e}", f"{total:.2e}", percent(total / rms))
             for record, floor in zip(comparison.records, comparison.floors, strict=True)
             for channel, own, total, rms in zip(
                 record.channels, floor.sensors, floor.total,
@@ -229,7 +236,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         return Text(
             f"Seen above {comparison.floors[0].band:.1f} Hz; noise of the measured ground motion "
             f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}. The best "
-            f"model is expected to leave an error of {100 * comparison.model_error:.2g} %.",
+            f"model is expected to leave an error of {percent(comparison.model_error)} %.",
             ("record", "channel", "sensor", "with the ground's", "% of RMS"),
             rows,
         )
@@ -386,14 +393,12 @@ def _segment_traces(
         measured, before, after = (
             factor * values[samples, k] for values in (record.values, *simulated)
         )
-        # a loop with the displacement along the same direction; a displacement itself over time
-        over_time = sensor.is_displacement or sensor.axis == ROTATION
         yield Trace(
             name=f"{where}, {sensor.words}",
             held_out=held_out,
             time=time,
-            across=time if over_time else 1e3 * record.displacement(sensor.axis)[samples],
-            across_label="time, s" if over_time else _displacement_label(sensor),
+            across=time,
+            across_label="time, s",
             label=_LABELS[sensor.unit],
             measured=measured,
             before=before,
@@ -410,8 +415,3 @@ _LABELS = {
     "rad/s2": "rotation, rad/s²",
 }
 """Quantity and unit in charts, by the channel's unit."""
-
-
-def _displacement_label(sensor: Channel) -> str:
-    along = f" {sensor.axis}" if sensor.axis else ""
-    return f"isolator displacement{along}, mm"

@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
+from ...identification.raw_tests.channels import UNITS
+
 GROUND, BASE, ISOLATOR = "ground", "base", "isolator"
 AXES = ("x", "y")
 ROTATION = "rotation"
 _NAME = re.compile(
     r"(ground|base|isolator|floor[1-9]\d*)(?:_(x|y|rotation))?"
-    r"_(acceleration|displacement)_(m_s2|rad_s2|m|rad)"
+    r"_(acceleration|displacement)_(\w+)"
 )
 _UNITS = {
     ("acceleration", False): "m_s2",
@@ -57,14 +59,28 @@ class Channel(NamedTuple):
 
 
 def channel(name: str) -> Channel | None:
-    """Read a column's name; None for any other name."""
+    """Read a column's name in SI; None for any other name."""
+    found = in_any_unit(name)
+    return found[0] if found and found[0].name == name else None
+
+
+def in_any_unit(name: str) -> tuple[Channel, float] | None:
+    """Read a column's name, and what one of its unit is in SI; None for any other name."""
     match = _NAME.fullmatch(name)
     if match is None:
         return None
     result = Channel(match[1], match[2] or "", match[3])
     moved = result.is_displacement == (result.place == ISOLATOR)
     turned = (result.place, result.axis) == (GROUND, ROTATION)
-    return result if result.name == name and moved and not turned else None
+    factor = accepted_units(result).get(match[4])
+    return (result, factor) if factor and moved and not turned else None
+
+
+def accepted_units(one: Channel) -> dict[str, float]:
+    """Units as a column's name ends in them, and what one of each is in SI."""
+    if one.axis == ROTATION:
+        return {_UNITS[one.quantity, True]: 1.0}
+    return {unit.replace("/", "_"): factor for unit, factor in UNITS[one.quantity].items()}
 
 
 def required(axes: tuple[str, ...]) -> tuple[str, ...]:

@@ -16,11 +16,25 @@ from ground_motions import Record
 from ground_motions.readers.time_column import uniform_step
 
 from ...errors import InputError
+from ...identification.gaps import fill_gaps, gap_note
 from ...io.csv_table import read_csv_table
-from .channels import AXES, BASE, GROUND, ISOLATOR, ROTATION, Channel, channel, order, required
+from .channels import (
+    AXES,
+    BASE,
+    GROUND,
+    ISOLATOR,
+    ROTATION,
+    Channel,
+    accepted_units,
+    channel,
+    in_any_unit,
+    order,
+    required,
+)
 
 MINIMUM_SAMPLES = 64
 _TIME, _CURRENT = "time_s", "current_A"
+_WORDS = {GROUND, BASE, ISOLATOR, ROTATION, "roof", "floor", "acceleration", "displacement"}
 # beyond these a number is in another unit, or its sensor was broken
 _LARGEST = {"m/s2": 100.0, "rad/s2": 100.0, "m": 5.0, "rad": 1.0, "A": 1000.0}
 
@@ -41,6 +55,7 @@ class BuildingRecord:
     response: dict[str, NDArray]
     current: NDArray | None = None  # (n,), A: Coil current; None where it was not measured
     hold_out: bool = False  # Whether the record is held out of the fit, to validate it
+    notes: tuple[str, ...] = ()  # Changes that were made while the file was read
 
     def __post_init__(self) -> None:
         motions = (self.ground,) if isinstance(self.ground, Record) else tuple(self.ground)
@@ -163,24 +178,56 @@ class BuildingRecord:
 def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRecord:
     """Read one building record from a CSV file."""
     cells = read_csv_table(path)
-    axes = _axes(cells.names)
-    _check_names(cells.names, axes, cells.head)
-    table = cells.numbers(range(len(cells.names)))
+    unused = [name for name in cells.names if _is_foreign(name)]
+    used = [k for k, name in enumerate(cells.names) if name not in unused]
+    given = [cells.names[k] for k in used]
+    names, factors = _in_si(given, cells.head)
+    axes = _axes(names)
+    _check_names(names, axes, cells.head)
+    table = cells.numbers(used, [k for k in used if cells.names[k] != _TIME])[:, used]
     if len(table) < MINIMUM_SAMPLES:
         raise InputError(f"{path}: {len(table)} samples; expected: {MINIMUM_SAMPLES} or more")
-    columns = dict(zip(cells.names, table.T, strict=True))
-    times = columns.pop(_TIME).tolist()
-    dt = uniform_step(times, cells.lines[1:], f"{path}, column {_TIME}")
+    times, gaps = table[:, names.index(_TIME)], []
+    for k, column in enumerate(given):
+        table[:, k], missing = fill_gaps(table[:, k], path, cells.lines[1:], column)
+        if missing.size:
+            gaps.append(gap_note(column, missing.size, times[missing[0]]))
+    columns = dict(zip(names, (table * factors).T, strict=True))
+    dt = uniform_step(columns.pop(_TIME).tolist(), cells.lines[1:], f"{path}, column {_TIME}")
     name = Path(path).stem
     ground = tuple(
         Record(columns.pop(column), dt, f"{name}, {axis}" if axis else name, source=str(path))
         for column, axis in zip(required(axes), axes, strict=False)
     )
     current = columns.pop(_CURRENT, None)
+    changes = {
+        "converted to SI": [one for one, name in zip(given, names, strict=True) if one != name],
+        "columns not used": unused,
+    }
+    said = [f"{what}: {', '.join(these)}" for what, these in changes.items() if these]
     try:
-        return BuildingRecord(name, ground, columns, current, hold_out)
+        return BuildingRecord(name, ground, columns, current, hold_out, (*gaps, *said))
     except InputError as error:
         raise InputError(str(error).replace(name, str(path), 1)) from None
+
+
+def _is_foreign(name: str) -> bool:
+    """Whether a column has nothing of a building record in its name, such as a temperature."""
+    return not (_WORDS & set(name.lower().split("_")) or _alike(name, (_TIME, _CURRENT)))
+
+
+def _in_si(names: Sequence[str], place: str) -> tuple[list[str], list[float]]:
+    """Names of columns in SI, and the factors to it; refuses one quantity in two units."""
+    result: dict[str, tuple[str, float]] = {}
+    for name in names:
+        found = in_any_unit(name)
+        si, factor = (found[0].name, found[1]) if found else (name, 1.0)
+        if si in result:
+            first = result[si][0]
+            twice = f"given twice, as {first!r} and {name!r}" if first != name else "given twice"
+            raise InputError(f"{place}: column {si!r} {twice}; expected: once, in one unit")
+        result[si] = name, factor
+    return list(result), [factor for _, factor in result.values()]
 
 
 def _axes(names: Sequence[str]) -> tuple[str, ...]:
@@ -205,10 +252,8 @@ def _check_names(names: list[str], axes: tuple[str, ...], place: str) -> None:
             hint = f" did you mean {close[0]!r}?" if close else ""
             raise InputError(
                 f"{place}: unknown column {name!r};{hint} expected: {', '.join(known)}, "
-                f"{_further(axes)}"
+                f"{_further(axes)}, in {_units()}"
             )
-        if names.count(name) > 1:
-            raise InputError(f"{place}: column {name!r} given twice; expected: once")
     for name in needed:
         if name not in names:
             raise InputError(
@@ -217,9 +262,9 @@ def _check_names(names: list[str], axes: tuple[str, ...], place: str) -> None:
 
 
 def _alike(name: str, known: Sequence[str]) -> list[str]:
-    """The known column with the same words in another order, or one of similar spelling."""
-    words = sorted(name.split("_"))
-    same = [one for one in known if sorted(one.split("_")) == words]
+    """The known column with the same words in another order or case, or of similar spelling."""
+    words = {one: sorted(one.casefold().split("_")) for one in (name, *known)}
+    same = [one for one in known if words[one] == words[name]]
     return same or difflib.get_close_matches(name, known, n=1)
 
 
@@ -233,7 +278,13 @@ def _without_ground(names: Sequence[str]) -> list[str]:
 
 
 def _further(axes: tuple[str, ...]) -> str:
-    """Columns that a record may have beside the required ones."""
+    """Columns that a record may have beside the required ones, and units of a file."""
     if len(axes) == 1:
         return "floor2_acceleration_m_s2, ..."
     return "base_rotation_acceleration_rad_s2, floor2_x_acceleration_m_s2, ..."
+
+
+def _units() -> str:
+    """Units in which the columns of a file may be."""
+    kinds = (Channel(BASE, "", "acceleration"), Channel(ISOLATOR, "", "displacement"))
+    return " or ".join(", ".join(accepted_units(one)) for one in kinds)

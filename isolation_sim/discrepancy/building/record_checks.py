@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...identification.data_checks import clipped
+from ...structures import Structure
+from .model import dofs_by_level
 from .record import BuildingRecord
 
 _LOW, _HIGH = 0.2, 3.0
@@ -18,6 +22,10 @@ _UNITS = (9.81, 100.0, 981.0, 1000.0)
 _ALIKE, _COHERENT, _COHERENT_ALL = 0.12, 0.9, 0.97
 """Relative distance from a factor, and coherence from which it counts; coherence of what can only
 be the same motion. Convention."""
+
+
+_STILL = 0.03
+"""Motion of an accelerometer over the usual one of its direction that is none. Convention."""
 
 
 def check_quantities(record: BuildingRecord) -> None:
@@ -46,7 +54,11 @@ def record_problems(record: BuildingRecord) -> tuple[str, ...]:
     result = []
     motions = [motion.acceleration for motion in record.ground]
     signals = {**dict(zip(record.ground_channels, motions, strict=True)), **record.response}
+    still = tuple(_without_motion(record))
     for name, values in signals.items():
+        if name in still:
+            result.append(f"{name} does not move with the building: not connected?")
+            continue
         flat = clipped(values)
         if flat:
             length = flat.stop - flat.start
@@ -70,6 +82,27 @@ def record_problems(record: BuildingRecord) -> tuple[str, ...]:
                 "accelerations"
             )
     return tuple(result)
+
+
+def _without_motion(record: BuildingRecord) -> Iterator[str]:
+    """Accelerometers that show next to nothing of what the others along their direction show."""
+    for axis in record.axes:
+        sizes = {
+            one.name: float(np.std(record.response[one.name]))
+            for one in record.sensors
+            if one.axis == axis and not one.is_displacement
+        }
+        usual = np.median(list(sizes.values()))
+        yield from (name for name, size in sizes.items() if size < _STILL * usual)
+
+
+def unmeasured_floors(record: BuildingRecord, structure: Structure) -> tuple[str, ...]:
+    """Say which floors a structure has above the last one that was measured."""
+    first, last = max(record.floors) + 1, len(dofs_by_level(structure, record.axes[0])) - 1
+    if first > last:
+        return ()
+    which = f"floor {last}" if first == last else f"floors {first} to {last}"
+    return (f"{which} of {structure.name} {'was' if first == last else 'were'} not measured",)
 
 
 def _against_displacement(

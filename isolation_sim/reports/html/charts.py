@@ -31,7 +31,7 @@ def dashes(look: Look) -> str:
     """Lengths of dashes and gaps, px; empty for a solid line, all gap without a line."""
     if not look.joined:
         return "0,99"
-    return ",".join(f"{_WIDTH * length:g}px" for length in look.dashes)
+    return ",".join(f"{_WIDTH * look.width * length:g}px" for length in look.dashes)
 
 
 def symbol(look: Look) -> str:

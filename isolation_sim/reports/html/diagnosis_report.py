@@ -17,11 +17,13 @@ from ...discrepancy.diagnosis import (
     relative_error,
     worst_first,
 )
+from ...discrepancy.interval import percent
 from ...effects.effect import in_sentence
-from ..consequence import NOTE, consequence_table
+from ..consequence import consequence_note, consequence_table
 from ..diagnosis import (
+    AGAIN,
     RUNGS,
-    cause_rows,
+    cause_cells,
     cause_text,
     consequence_text,
     data_notes,
@@ -29,7 +31,7 @@ from ..diagnosis import (
     ladder_table,
     ladder_text,
 )
-from ..diagnosis_figures import LOOKS, errors, histories, loops
+from ..diagnosis_figures import LOOKS, STRONGEST, errors, histories, loops, over_time
 from ..references import of_device
 from .page import (
     Block,
@@ -102,9 +104,9 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
         for error in (diagnosis.error_before, diagnosis.error_after)
     )  # fmt: skip
     floor = diagnosis.noise_floor
-    alone = f"; noise alone causes {100 * floor:.2g} %" if np.isfinite(floor) else ""
+    alone = f"; noise alone causes {percent(floor)} %" if np.isfinite(floor) else ""
     first = (
-        f"{capital(diagnosis.model)} has an RMS error of {100 * before[0]:.3g} % "
+        f"{capital(diagnosis.model)} has an RMS error of {percent(before[0], 3)} % "
         f"{before[1]}{alone}."
     )
     left = diagnosis.unexplained_share
@@ -113,7 +115,7 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     if rung in ("equation", "learned"):
         return first, (
             f"{diagnosis.meaning} {capital(RUNGS[rung])} found in the data, see "
-            f"Tiers, the error is {100 * after[0]:.3g} %{rest}."
+            f"Tiers, the error is {percent(after[0], 3)} %{rest}."
         )
     if not diagnosis.causes:
         return first, diagnosis.meaning
@@ -125,7 +127,7 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     )
     return first, (
         f"{diagnosis.verdict.replace('_', ' ').capitalize()} by {names}: with "
-        f"{'these' if len(diagnosis.causes) > 1 else 'it'} the error is {100 * after[0]:.3g} %"
+        f"{'these' if len(diagnosis.causes) > 1 else 'it'} the error is {percent(after[0], 3)} %"
         f"{rest}."
     )
 
@@ -137,30 +139,37 @@ def _measured(traces: Sequence[Trace]) -> Iterator[Block]:
     charts = [panel_chart(panel, _rms(trace), height=290)
               for panel, trace in zip(loops(shown), shown, strict=False)]  # fmt: skip
     each = ", every direction in turn" if len({trace.group for trace in traces}) > 1 else ""
+    strongest = f" Over time the charts show the strongest {STRONGEST:.0f} s." * over_time(shown[0])
     yield Prose((
         f"The {len(charts)} of {len(traces)} runs with the largest errors before{each}, each on "
-        "its own axes. Titles give the error before and after.",
+        f"its own axes. Titles give the error of the whole run before and after.{strongest}",
     ))  # fmt: skip
     yield LineChoice(LOOKS, "Lines of all charts")
     yield Gallery(tuple(charts))
     charts = _over_time(traces)
-    yield TimeRange(0.0, charts[0].figure["layout"]["xaxis"]["range"][1])
+    yield TimeRange(*charts[0].figure["layout"]["xaxis"]["range"])
     yield from charts
 
 
 def _over_time(traces: Sequence[Trace], residual: bool = False) -> list[Chart]:
     """The first runs over equally long times."""
-    shown = groups_in_turn(traces)[:_HISTORIES]
+    worst = worst_first(traces)[0]
+    # of a record in two parts, those of the same part
+    same = [
+        one for one in traces
+        if one.time[0] < worst.time[-1] and worst.time[0] < one.time[-1]
+    ]  # fmt: skip
+    shown = groups_in_turn(same)[:_HISTORIES]
+    start = min(float(trace.time[0]) for trace in shown)
     end = max(float(trace.time[-1]) for trace in shown)
     panels = histories(shown, residual)
-    return [panel_chart(panel, height=215, xaxis={"range": [0.0, end]}) for panel in panels]
+    return [panel_chart(panel, height=215, xaxis={"range": [start, end]}) for panel in panels]
 
 
 def _rms(trace: Trace) -> str:
-    before, after = (100 * relative_error(trace, f) for f in (trace.before, trace.after))
+    before, after = (percent(relative_error(trace, f)) for f in (trace.before, trace.after))
     return (
-        f"RMS error of the simulation: {before:.2g} % of the measured signal before, {after:.2g} % "
-        "after."
+        f"RMS error of the simulation: {before} % of the measured signal before, {after} % after."
     )
 
 
@@ -209,15 +218,23 @@ def _steps(diagnosis: Diagnosis) -> Iterator[Block]:
 def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
     if not diagnosis.causes:
         return
+    headings, rows = cause_cells(diagnosis)
+    again = (
+        " Named again: share of the fits without the runs of one condition, and of the fits to "
+        "resampled runs, that name it."
+    )
     yield Table(
         caption="Causes by their share of the misfit, with 95 % intervals of their parameters",
-        headings=("Cause", "Form", "Share of the misfit, %", "p", "Named again, %", "Parameter",
-                  "Value (95 %)", "Unit"),
-        rows=text_rows(row for cause in diagnosis.causes for row in cause_rows(cause)),
-        note="p: probability of such an improvement without the cause. Named again: share of the "
-        "fits without the runs of one condition, and of the fits to resampled runs, that name it.",
+        headings=tuple(
+            "Share of the misfit, %" if name == "share, %" else name if name == "p"
+            else capital(name)
+            for name in headings
+        ),
+        rows=text_rows(rows),
+        note="p: probability of such an improvement without the cause."
+        + again * (AGAIN in headings),
     )  # fmt: skip
-    yield Facts({cause.label: cause_text(cause) for cause in diagnosis.causes})
+    yield Facts({cause.placed: cause_text(cause) for cause in diagnosis.causes})
     rivals = tuple(
         f"These data cannot distinguish {cause.name} from {', '.join(cause.confusable_with)}."
         for cause in diagnosis.causes
@@ -282,7 +299,9 @@ def _consequence(diagnosis: Diagnosis) -> Iterator[Block]:
         return
     yield Prose(tuple(consequence_text(diagnosis.consequence)))
     if diagnosis.consequence.performance:
-        yield Table.of(consequence_table(diagnosis.consequence), note=NOTE)
+        yield Table.of(
+            consequence_table(diagnosis.consequence), note=consequence_note(diagnosis.consequence)
+        )
 
 
 def _references(diagnosis: Diagnosis) -> Iterator[Block]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim.discrepancy.building.record import BuildingRecord, read_building_record
-from isolation_sim.discrepancy.building.record_checks import record_problems
+from isolation_sim.discrepancy.building.record_checks import record_problems, unmeasured_floors
 from isolation_sim.errors import InputError
 
 NAMES = [
@@ -47,13 +48,55 @@ def test_columns_in_any_order_come_out_from_below(tmp_path):
     np.testing.assert_allclose(record.current, 1.5)
 
 
+def test_other_units_are_converted_and_other_columns_are_not_used(tmp_path):
+    units = {
+        1: ("ground_acceleration_g", 1 / 9.80665),
+        2: ("base_acceleration_cm_s2", 100.0),
+        3: ("floor1_acceleration_mm_s2", 1e3),
+        5: ("isolator_displacement_mm", 1e3),
+    }
+    names, rows = [*NAMES, "temperature_C"], np.column_stack([_rows(), np.arange(N)])
+    for k, (name, factor) in units.items():
+        names[k] = name
+        rows[:, k] *= factor
+    record = read_building_record(_write(tmp_path / "quake.csv", names, rows))
+    assert record.channels == tuple(NAMES[2:6])
+    np.testing.assert_allclose(record.values, _rows()[:, 2:6], rtol=1e-8)
+    np.testing.assert_allclose(record.ground[0].acceleration, _rows()[:, 1], rtol=1e-8)
+    assert record.notes == (
+        "converted to SI: ground_acceleration_g, base_acceleration_cm_s2, "
+        "floor1_acceleration_mm_s2, isolator_displacement_mm",
+        "columns not used: temperature_C",
+    )
+
+
+def test_few_missing_samples_are_interpolated(tmp_path):
+    rows = _rows()
+    rows[7, 3] = np.nan
+    record = read_building_record(_write(tmp_path / "quake.csv", NAMES, rows))
+    assert record.response["floor1_acceleration_m_s2"][7] == pytest.approx(rows[[6, 8], 3].mean())
+    assert record.notes == (
+        "1 sample is missing in the floor1_acceleration_m_s2, first at 0.07 s; interpolated",
+    )
+
+
+def test_floors_without_a_sensor_are_told():
+    structure = iso.reference_building()
+    assert unmeasured_floors(_record(), structure) == (
+        f"floors 4 to 5 of {structure.name} were not measured",
+    )
+
+
 @pytest.mark.parametrize(
     ("names", "change", "told"),
     [
         (NAMES[:5] + NAMES[6:], None, "no column 'isolator_displacement_m'"),
-        ([*NAMES[:3], "floor1_acceleration_g", *NAMES[4:]], None, "did you mean"),
+        ([*NAMES[:3], "floor1_acceleration_v", *NAMES[4:]], None, "did you mean"),
+        (["Time_s", *NAMES[1:]], None, "did you mean 'time_s'"),
+        ([*NAMES[:6], "isolator_displacement_mm"], None, "as 'isolator_displacement_m' and"),
         ([*NAMES[:4], NAMES[3], *NAMES[5:]], None, "given twice"),
-        (NAMES, (7, 3, np.nan), "line 10, column floor1_acceleration_m_s2"),
+        (NAMES, (slice(7, 60), 3, np.nan), "line 10, column floor1_acceleration_m_s2"),
+        (NAMES, (7, 0, np.nan), "line 10, column time_s"),
         (NAMES, (7, 5, 60.0), "isolator_displacement_m: sample 7 is 60"),
         (NAMES, (7, 0, 0.074), "uniform times"),
         (NAMES, (slice(None), 4, 0.25), "the same number throughout"),
@@ -98,6 +141,7 @@ def test_a_sound_record_has_no_problems():
         ("isolator_displacement_m", lambda x: np.roll(x, 4), "40 ms behind"),
         ("base_acceleration_m_s2", lambda x: np.clip(x, -0.6 * x.max(), 0.6 * x.max()), "clipped"),
         ("floor1_acceleration_m_s2", lambda x: x + 2 * x.std(), "does not start at rest"),
+        ("floor3_acceleration_m_s2", lambda x: 0.01 * x, "does not move with the building"),
     ],
 )
 def test_what_does_not_hang_together_is_told(channel, spoil, told):
