@@ -184,6 +184,10 @@ COMPLETES, IMPROVES = 0.4, 0.1
 however small a share of the whole misfit that is: always, and while more than ``REMAINS`` is left.
 Convention, seen on shaking-table cases of others.
 """
+INSTEAD = 0.5
+"""Error that a search without the first cause must leave, over that of the search with it, for its
+causes to be named instead. Convention.
+"""
 NOT_WORSE = 1.02
 """Largest factor by which a cause may raise the mean square in a half of the held-out time. Blind
 buildings."""

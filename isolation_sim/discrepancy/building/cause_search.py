@@ -18,6 +18,7 @@ from ..decisions import (
     COMPLETES,
     FALSE_ALARM,
     IMPROVES,
+    INSTEAD,
     LEAST_BUILDING_SHARE,
     MISFIT_LEVEL,
     MOST_BUILDING_CAUSES,
@@ -52,11 +53,15 @@ class CauseSearch:
         comparison: Comparison,
         most_causes: int = MOST_BUILDING_CAUSES,
         progress: Callable[[str], None] = lambda text: None,
+        without: tuple[str, str] | None = None,  # Name and place of a cause that is not tried
     ):
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
         self.before = comparison.evaluate(())
         self.rivals: dict[str, list[FittedBuilding]] = {}
-        self._choices = candidates(comparison.model, comparison.records)
+        self._choices = [
+            cause for cause in candidates(comparison.model, comparison.records)
+            if cause.key != without
+        ]  # fmt: skip
         self._n_tests = len({choice.key for choice in self._choices})
 
     def is_explained(self, current: FittedBuilding) -> bool:
@@ -198,6 +203,13 @@ def search_causes(
     """Search for causes, again with more of a lone record fitted if its rest asks for some."""
     space, result = _search_as_expected(comparison, most_causes, progress)
     found, held_out = result.best, space.comparison.held_out
+    left = excess_error(space.comparison, found)
+    if found.cause_values and left > REMAINS:
+        # a cause that imitates two others, taken first, may keep both out
+        first = found.cause_values[0][0].key
+        other = _search_as_expected(comparison, min(most_causes, 2), progress, first)
+        if excess_error(other[0].comparison, other[1].best) < INSTEAD * left:
+            return other
     if found.cause_values or adequacy(held_out, found.held_out) >= MISFIT_LEVEL:
         return space, result
     # what grows or comes late is seen in the held-out data alone
@@ -209,12 +221,15 @@ def search_causes(
 
 
 def _search_as_expected(
-    comparison: Comparison, most_causes: int, progress: Callable[[str], None]
+    comparison: Comparison,
+    most_causes: int,
+    progress: Callable[[str], None],
+    without: tuple[str, str] | None = None,
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Repeat the search until the best model leaves no more than the expected model error."""
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     while True:
-        space = CauseSearch(comparison.expecting(expected), most_causes, progress)
+        space = CauseSearch(comparison.expecting(expected), most_causes, progress, without)
         result = search(space, space.before)
         left = excess_error(space.comparison, result.best)
         if left < max(2 * expected, relative_noise(space.comparison)):

@@ -159,7 +159,7 @@ def _yielding(place: str, number: int, row: int, stiffness: float, peak: float) 
 
     return Candidate(
         "storey_yielding", place,
-        (Parameter("yield_shear", "N", 1e-3 * peak, 10 * peak, logarithmic=True),
+        (Parameter("yield_shear", "N", 0.1 * peak, 10 * peak, logarithmic=True),
          Parameter("hardening_ratio", "1", 0.0, 0.95)),
         tuple((share * peak, 0.1) for share in (0.7, 0.4, 0.2)), apply,
         f"{place} yields at {{yield_shear:.3g}} N, with {{hardening_ratio:.2f}} of its stiffness "
