@@ -16,18 +16,18 @@ if TYPE_CHECKING:
 
 def write_suite(suite: Suite) -> None:
     """Write tables, figure and report to a suite's folder."""
-    spectra = suite.index["spectra"]["plotted"]
+    plotted = suite.index["spectra"]["plotted"]
     tables = {
         "runs": suite.table.set_index("motion"),
         "statistics": suite.statistics,
         "motions": pd.DataFrame(suite.index["motions"]).drop(columns="files").set_index("name"),
         "spectra": pd.DataFrame(
             {
-                "period_s": spectra["period_s"],
-                "target_psa_m_s2": spectra["target_m_s2"],
-                "suite_mean_psa_m_s2": pd.DataFrame(spectra["psa_m_s2"]).mean(axis=1),
+                "period_s": plotted["period_s"],
+                "target_psa_m_s2": plotted["target_m_s2"],
+                "suite_mean_psa_m_s2": pd.DataFrame(plotted["psa_m_s2"]).mean(axis=1),
             }
-            | {f"{name}_psa_m_s2": row for name, row in spectra["psa_m_s2"].items()}
+            | {f"{name}_psa_m_s2": row for name, row in plotted["psa_m_s2"].items()}
         ).set_index("period_s"),
     }
     for name, table in tables.items():
