@@ -9,6 +9,7 @@ import pandas as pd
 from ..io.atomic_write import atomic_write
 from .html.suite_report import suite_report
 from .style import save
+from .suite_figures import spectra
 
 if TYPE_CHECKING:
     from ..sweeps.suites.result import Suite
