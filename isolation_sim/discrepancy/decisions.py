@@ -179,10 +179,10 @@ LEAST_BUILDING_SHARE = 0.02
 NEARLY_RIGHT = 0.1
 """Share of the error that even the right cause leaves, since its form is not exact. Blind
 buildings."""
-COMPLETES, IMPROVES = 0.4, 0.1
+COMPLETES = 0.4
 """Share of what the causes before leave, on fitted and on held-out data, from which a cause counts
-however small a share of the whole misfit that is: always, and while more than ``REMAINS`` is left.
-Convention, seen on shaking-table cases of others.
+however small a share of the whole misfit that is. Convention, seen on shaking-table cases of
+others.
 """
 INSTEAD = 0.5
 """Error that a search without the first cause must leave, over that of the search with it, for its

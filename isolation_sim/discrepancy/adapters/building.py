@@ -27,7 +27,7 @@ from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
 from ..building.record_checks import check_quantities, record_problems, unmeasured_floors
 from ..building.segment import Segment, band_edges, cell_means
-from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL
+from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL, QUIET
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..interval import percent
 from ..problem import Evaluation, Problem, Text
@@ -55,8 +55,13 @@ class BuildingRecords(Problem[FittedBuilding]):
     def nominal(self) -> FittedBuilding:
         """Estimate the noise and simulate the engineer's model."""
         self.progress("estimating the noise")
-        self.first = compare_records(self._model, self.records).with_best_sampling()
+        self.first = compare_records(self._model, self.records)
         self.engineers = self.first.evaluate(())
+        # beside something that is wrong, the better assumption between samples is no evidence
+        other = self.first.with_best_sampling()
+        nominal = other.evaluate(())
+        if adequacy(other.fitted + other.held_out, nominal.fitted + nominal.held_out) > QUIET:
+            self.first, self.engineers = other, nominal
         return self.engineers
 
     def search(self, base: FittedBuilding) -> SearchResult[FittedBuilding]:

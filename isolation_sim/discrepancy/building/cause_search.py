@@ -17,7 +17,6 @@ from ..decisions import (
     BUILDING_EXPLAINED,
     COMPLETES,
     FALSE_ALARM,
-    IMPROVES,
     INSTEAD,
     LEAST_BUILDING_SHARE,
     MISFIT_LEVEL,
@@ -151,16 +150,15 @@ class CauseSearch:
             for segments in (self.comparison.fitted, self.comparison.held_out)
         ]
         gain, gain_held_out = current.cost - one.cost, current.held_out_cost - one.held_out_cost
-        share = IMPROVES if excess_error(self.comparison, current) > REMAINS else COMPLETES
-        improves = min(
-            gain - share * (current.cost - noise[0]),
-            gain_held_out - share * (current.held_out_cost - noise[1]),
+        completes = min(
+            gain - COMPLETES * (current.cost - noise[0]),
+            gain_held_out - COMPLETES * (current.held_out_cost - noise[1]),
         ) > 0  # fmt: skip
         return (
             p_value(current, one) * self._n_tests < FALSE_ALARM
             and one.criterion(n) < current.criterion(n)
             and gain_held_out > 0
-            and (improves or gain > LEAST_BUILDING_SHARE * (self.before.cost - noise[0]))
+            and (completes or gain > LEAST_BUILDING_SHARE * (self.before.cost - noise[0]))
             and all(
                 np.all(segment.halves(after) < NOT_WORSE * segment.halves(without))
                 for segment, after, without in zip(

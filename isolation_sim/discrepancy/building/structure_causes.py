@@ -215,7 +215,9 @@ def _floor_masses(model: BuildingModel, records: Sequence[BuildingRecord]) -> It
     """The mass of a floor, or of all floors, differs from the assumed one."""
     structure = model.structure
     levels = [dofs_by_level(structure, axis) for axis in (*records[0].axes, ROTATION)]
-    floors = [list(floor) for floor in zip(*filter(None, levels), strict=True)][1:]
+    # not every level need turn
+    along = [dofs for dofs in levels if len(dofs) == len(levels[0])]
+    floors = [list(floor) for floor in zip(*along, strict=True)][1:]
     if len(floors) > 1:
         yield _floor_mass("all floors", [dof for floor in floors for dof in floor])
     for number, dofs in enumerate(floors, start=1):
@@ -319,8 +321,8 @@ rigid, so close that the next minimum of the misfit is the deepest."""
 
 _SMOOTHNESS = 3.0
 """Exponent of a yielding storey's Bouc-Wen law."""
-_HEAVIEST_FOUNDATION = 50.0
-"""Mass of a foundation with its soil over that of the base, at most."""
+_FOUNDATION = 0.02, 50.0
+"""Least and largest mass of a foundation with its soil over that of the base."""
 
 
 def _soil(model: BuildingModel, rocking: bool) -> Candidate:
@@ -344,9 +346,9 @@ def _soil(model: BuildingModel, rocking: bool) -> Candidate:
     return Candidate(
         "soil_flexibility", "",
         tuple(
-            Parameter(name, unit, 1e-4 * start, most * start, logarithmic=True)
-            for name, unit, start, most in zip(
-                names, units, starts[0], (1e6, 1e6, _HEAVIEST_FOUNDATION), strict=True
+            Parameter(name, unit, least * start, most * start, logarithmic=True)
+            for name, unit, start, (least, most) in zip(
+                names, units, starts[0], ((1e-4, 1e6), (1e-4, 1e6), _FOUNDATION), strict=True
             )
         ),
         starts, apply,
