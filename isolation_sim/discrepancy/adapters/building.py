@@ -13,7 +13,13 @@ from ...laws import Device
 from ...structures import IsolatedStructure
 from .. import inference
 from ..building.candidate import TYPICAL_PERIOD
-from ..building.cause_search import adequacy, cell_p_values, p_value, search_causes
+from ..building.cause_search import (
+    adequacy,
+    cell_p_values,
+    is_quiet,
+    p_value,
+    search_causes,
+)
 from ..building.comparison import (
     Comparison,
     FittedBuilding,
@@ -27,7 +33,7 @@ from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
 from ..building.record_checks import check_quantities, record_problems, unmeasured_floors
 from ..building.segment import Segment, band_edges, cell_means
-from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL, QUIET
+from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..interval import percent
 from ..problem import Evaluation, Problem, Text
@@ -60,7 +66,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         # beside something that is wrong, the better assumption between samples is no evidence
         other = self.first.with_best_sampling()
         nominal = other.evaluate(())
-        if adequacy(other.fitted + other.held_out, nominal.fitted + nominal.held_out) > QUIET:
+        if is_quiet(other, nominal):
             self.first, self.engineers = other, nominal
         return self.engineers
 

@@ -65,8 +65,7 @@ class CauseSearch:
 
     def is_explained(self, current: FittedBuilding) -> bool:
         """Whether the residuals are as likely as those of noise alone."""
-        segments = self.comparison.fitted + self.comparison.held_out
-        return adequacy(segments, current.fitted + current.held_out) > QUIET
+        return is_quiet(self.comparison, current)
 
     def candidates(self, current: FittedBuilding) -> list[FittedBuilding]:
         """Fit all causes; late ones only where no other explains the records."""
@@ -77,7 +76,7 @@ class CauseSearch:
         if self.is_explained(best[0]):
             return best
         late = [cause for cause in self._choices if cause.late]
-        return _rank(best + self._fits(current, late)) if late else best
+        return _rank(best + self._fits(current, late))
 
     def _fits(self, current: FittedBuilding, choices: Sequence[Candidate]) -> list[FittedBuilding]:
         """Each cause's own numbers fitted roughly, the best causes with all numbers; best first."""
@@ -90,9 +89,9 @@ class CauseSearch:
                 for start in self._best_starts(current.cause_values, cause)[:STARTS_FITTED]
             ]
             rough.append(min(fits, key=lambda outcome: outcome.cost))
-        rough = _rank(rough) if rough else []
+        rough = _rank(rough)
         refined = [self.comparison.fit((), one.cause_values) for one in rough[:REFINED]]
-        return _rank([*refined, *rough[REFINED:]]) if rough else []
+        return _rank(refined + rough[REFINED:])
 
     def choose(
         self, current: FittedBuilding, tried: Sequence[FittedBuilding]
@@ -247,6 +246,12 @@ def adequacy(segments: Sequence[Segment], whitened: Sequence[NDArray]) -> float:
     return float(1 - (1 - p.min()) ** p.size)
 
 
+def is_quiet(comparison: Comparison, outcome: FittedBuilding) -> bool:
+    """Whether a model leaves residuals as likely as those of noise alone."""
+    segments = comparison.fitted + comparison.held_out
+    return adequacy(segments, outcome.fitted + outcome.held_out) > QUIET
+
+
 def cell_p_values(segment: Segment, whitened: NDArray) -> NDArray:
     """Chance of each cell's mean square under noise alone, (n_bands * n_channels,)."""
     from scipy.stats import t
@@ -259,6 +264,8 @@ def cell_p_values(segment: Segment, whitened: NDArray) -> NDArray:
 
 
 def _rank(outcomes: Sequence[FittedBuilding]) -> list[FittedBuilding]:
+    if not outcomes:
+        return []
     n = min(outcomes, key=lambda outcome: outcome.cost).n_independent
     return sorted(outcomes, key=lambda outcome: outcome.criterion(n))
 

@@ -41,11 +41,11 @@ def _linear(model: BuildingModel) -> Iterator[Candidate]:
 
     def damped(model: BuildingModel, values: Values) -> BuildingModel:
         damping = model.structure.damping + values[0] * pattern
-        return replace(model, structure=replace(model.structure, damping=damping))
+        return model.changed(damping=damping)
 
     def held(model: BuildingModel, values: Values) -> BuildingModel:
         stiffness = model.structure.stiffness + values[0] * pattern
-        return replace(model, structure=replace(model.structure, stiffness=stiffness))
+        return model.changed(stiffness=stiffness)
 
     yield Candidate(
         "extra_isolator_damping", "", (Parameter("coefficient", "N s/m", 0.0),),

@@ -74,6 +74,10 @@ class BuildingModel:
             e for e, one in enumerate(self.nominal.elements) if _same_device(one.device, first)
         )
 
+    def changed(self, **matrices: Any) -> BuildingModel:
+        """The model with other matrices of its structure, such as ``stiffness``."""
+        return replace(self, structure=replace(self.structure, **matrices))
+
     @property
     def device(self) -> Device:
         """The first isolator's device, with the effects around it."""

@@ -37,6 +37,7 @@ def _storeys(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     motions = [motion_of(nominal, row, axes) for row in rows]
     turns = any(sensor.axis == ROTATION for sensor in records[0].sensors)
     arms = _squared_arms(nominal)
+    peaks = {axis: _peak_force(model, records, axis) for axis in axes}
     for number, storey in enumerate(_by_storey(motions), start=1):
         along = {axis: storey[axis] for axis in axes if axis in storey}
         twist = storey.get(ROTATION)
@@ -55,8 +56,7 @@ def _storeys(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
             yield _stiffer(nominal.storeys[k], number, pattern)
             critical = 2 * float(np.sqrt(stiffness[k] * nominal.total_mass))
             yield _damped(nominal.storeys[k], number, rows[k], critical)
-            peak = _peak_force(model, records, axis)
-            yield _yielding(nominal.storeys[k], number, k, stiffness[k], peak)
+            yield _yielding(nominal.storeys[k], number, k, stiffness[k], peaks[axis])
             if turns and twist is not None:
                 reach = float(np.sqrt(stiffness[twist] / stiffness[k]))
                 turned = rows[twist] * (-1.0 if axis == "x" else 1.0)
@@ -102,7 +102,7 @@ def _softer(place: str, number: int, pattern: NDArray) -> Candidate:
 
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
         softer = model.structure.stiffness - values[0] * pattern
-        return replace(model, structure=replace(model.structure, stiffness=softer))
+        return model.changed(stiffness=softer)
 
     return Candidate(
         "storey_stiffness_loss", place, (Parameter("loss", "1", 0.0, 0.95),), ((0.1,),), apply,
@@ -115,7 +115,7 @@ def _stiffer(place: str, number: int, pattern: NDArray) -> Candidate:
 
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
         stiffer = model.structure.stiffness + values[0] * pattern
-        return replace(model, structure=replace(model.structure, stiffness=stiffer))
+        return model.changed(stiffness=stiffer)
 
     return Candidate(
         "storey_stiffness_gain", place, (Parameter("gain", "1", 0.0, 5.0),), ((0.1,),), apply,
@@ -128,7 +128,7 @@ def _damped(place: str, number: int, row: NDArray, critical: float) -> Candidate
 
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
         damping = model.structure.damping + values[0] * np.outer(row, row)
-        return replace(model, structure=replace(model.structure, damping=damping))
+        return model.changed(damping=damping)
 
     return Candidate(
         "extra_storey_damping", place, (Parameter("coefficient", "N s/m", 0.0),),
@@ -152,10 +152,8 @@ def _yielding(place: str, number: int, row: int, stiffness: float, peak: float) 
         drift = model.structure.drift_rows[row]
         elastic = model.structure.stiffness - soft * np.outer(drift, drift)
         device = storey_hysteresis(soft, yield_shear / stiffness, _SMOOTHNESS)
-        return replace(
-            model, structure=replace(model.structure, stiffness=elastic),
-            hysteresis={**model.hysteresis, row: device},
-        )  # fmt: skip
+        hysteresis = {**model.hysteresis, row: device}
+        return replace(model.changed(stiffness=elastic), hysteresis=hysteresis)
 
     return Candidate(
         "storey_yielding", place,
@@ -172,7 +170,7 @@ def _stiffness() -> Candidate:
 
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
         stiffness = (1 + values[0]) * model.structure.stiffness
-        return replace(model, structure=replace(model.structure, stiffness=stiffness))
+        return model.changed(stiffness=stiffness)
 
     return Candidate(
         "structure_stiffness_error", "", (Parameter("relative_error", "1", -0.9, 5.0),),
@@ -188,7 +186,7 @@ def _damping(model: BuildingModel) -> Iterator[Candidate]:
 
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
         damping = (1 + values[0]) * model.structure.damping
-        return replace(model, structure=replace(model.structure, damping=damping))
+        return model.changed(damping=damping)
 
     error = Parameter("relative_error", "1", -0.95, 20.0)
     yield Candidate(
@@ -200,8 +198,7 @@ def _damping(model: BuildingModel) -> Iterator[Candidate]:
     def proportional(model: BuildingModel, values: Values) -> BuildingModel:
         changed = apply(model, values)
         structure = changed.structure
-        damping = structure.damping + values[1] * structure.stiffness
-        return replace(changed, structure=replace(structure, damping=damping))
+        return changed.changed(damping=structure.damping + values[1] * structure.stiffness)
 
     yield Candidate(
         "structural_damping_error", "", (error, Parameter("per_stiffness", "s", 0.0, 1.0)),
@@ -232,7 +229,7 @@ def _floor_mass(
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
         mass = model.structure.mass.copy()
         mass[block] *= 1 + values[0]
-        return replace(model, structure=replace(model.structure, mass=mass))
+        return model.changed(mass=mass)
 
     return Candidate(
         "floor_mass_error", place, (Parameter("relative_error", "1", -0.9, 5.0),), ((0.05,),),
@@ -249,7 +246,7 @@ def _softer_frame(place: str, number: int, frame: _Frame) -> Candidate:
         loss, position = values
         drift = frame.row + position * frame.turned
         softer = model.structure.stiffness - loss * frame.stiffness * np.outer(drift, drift)
-        return replace(model, structure=replace(model.structure, stiffness=softer))
+        return model.changed(stiffness=softer)
 
     return Candidate(
         "storey_stiffness_loss", place,
@@ -269,7 +266,7 @@ def _base_mass(model: BuildingModel, records: Sequence[BuildingRecord]) -> Itera
     def change(model: BuildingModel, added: NDArray) -> BuildingModel:
         changed = model.structure.mass.copy()
         changed[block] += added
-        return replace(model, structure=replace(model.structure, mass=changed))
+        return model.changed(mass=changed)
 
     relative = Parameter("relative_error", "1", -0.9, 5.0)
     yield Candidate(
