@@ -125,7 +125,8 @@ TRIED = 14
 TERMS_TRIED = 3
 """Generic terms that are fitted beside them. Effort."""
 RIVALS_TRIED = 4
-"""Forms that are fitted in the place of an effect found before. Effort."""
+"""Forms, of device tests, and causes, of buildings, that are fitted in the place of one found
+before. Effort."""
 SCREEN_STARTS = 12
 """Shapes of an effect that are screened before one is fitted. Effort."""
 REFINE_STEPS = 6
@@ -176,6 +177,11 @@ FALSE_ALARM = 0.003
 """Level of the tests for one more cause, all candidates together. Blind buildings (``clean``)."""
 LEAST_BUILDING_SHARE = 0.02
 """Least share of the whole misfit that a cause must remove. Blind buildings."""
+MINOR_IN_BUILDING = 0.01
+"""Share of the signal. A cause beside others that corrects less, and less than
+``LEAST_BUILDING_SHARE`` of what all correct, only mends their form, unless nothing but noise is
+left with it. Convention; seen on blind pairs.
+"""
 NEARLY_RIGHT = 0.1
 """Share of the error that even the right cause leaves, since its form is not exact. Blind
 buildings."""
@@ -211,6 +217,9 @@ LEAST_SENSOR_ERROR = 3e-3
 """Smallest calibration error, as a share of a channel's reading. Instruments' data sheets."""
 STARTS_FITTED = 3
 """Starts of each cause that are fitted: those with the least misfit. Effort."""
+SIMULATED = 16
+"""Causes, of those that need a simulation, that are fitted: those that follow the residual best to
+first order. Effort."""
 SCREENING_STEPS, REFINED = 4, 4
 """Steps of a first fit of each cause, and causes that are then fitted with all numbers. Effort."""
 

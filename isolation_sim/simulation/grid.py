@@ -67,8 +67,10 @@ def make_grid(
     # a change of spacing (an instant between samples) also ends a window
     stops[1:-1] |= lengths[1:] != lengths[:-1]
     first, count = _cut(np.flatnonzero(stops))
-    keys, kind = np.unique(np.stack([lengths[first], count], 1), axis=0, return_inverse=True)
-    windows = np.column_stack([first, kind.ravel(), count])
+    # one number for length and count; rows would be sorted ten times as slowly
+    keys, kind = np.unique(lengths[first] * (MOST_INTERVALS + 1) + count, return_inverse=True)
+    span, intervals = np.divmod(keys, MOST_INTERVALS + 1)
+    windows = np.column_stack([first, kind, count])
     windows = np.vstack([windows, [len(points) - 1, 0, 0]]).astype(np.int64)
     events = np.full((len(first), 3), -1, np.int64)
     for column, t in enumerate(event_ticks):
@@ -77,8 +79,8 @@ def make_grid(
         time=points * unit,
         samples=np.searchsorted(points, ticks),
         windows=windows,
-        spans=keys[:, 0] * keys[:, 1] * unit,
-        intervals=keys[:, 1].astype(np.int64),
+        spans=span * intervals * unit,
+        intervals=intervals,
         events=events,
     )
 

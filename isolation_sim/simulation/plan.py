@@ -81,9 +81,14 @@ def _fast_stiffness(device: Device, current: float) -> float:
     return stiffness if np.isfinite(stiffness) and stiffness > 0 else 0.0
 
 
+_STEADY = np.zeros(1).tobytes()
+"""Instants of a schedule whose currents do not change."""
+
+
 @lru_cache(maxsize=64)
-def _uniform_grid(n_samples: int, dt: float) -> Grid:
-    return make_grid(n_samples, dt, command_times=np.zeros(1))
+def _scheduled_grid(n_samples: int, dt: float, instants: bytes) -> Grid:
+    """Grid with a schedule's instants; a search simulates one record with one schedule often."""
+    return make_grid(n_samples, dt, command_times=np.frombuffer(instants))
 
 
 @lru_cache(maxsize=32)
@@ -92,7 +97,7 @@ def _cached_tables(
 ) -> Tables:
     """Cached coefficients of runs without events, which depend only on the structure."""
     # The kernel fills them during a run, so that threads must not share them.
-    return Tables.empty(shape, [modes_for(isolated)[0]], _uniform_grid(n_samples, dt))
+    return Tables.empty(shape, [modes_for(isolated)[0]], _scheduled_grid(n_samples, dt, _STEADY))
 
 
 def kernel_for(isolated: IsolatedStructure, lanes: int, alike: bool) -> Kernel:
@@ -170,6 +175,7 @@ class Plan:
         self.sensing = Sensing.none(len(lanes))
         n, dt = len(first.records[0].acceleration), first.records[0].dt
         width = len(first.coils)
+        steady = False
         if first.schedule is None:
             self._closed_loop(n, dt, sensors, computation_delay)
         else:
@@ -178,10 +184,10 @@ class Plan:
             for k, lane in enumerate(lanes):
                 assert lane.schedule is not None
                 self.chosen[:, k, :width] = lane.schedule.current
-            times = first.schedule.time
-            steady = len(times) == 1 and times[0] == 0.0
-            self.grid = _uniform_grid(n, dt) if steady else make_grid(n, dt, command_times=times)
-        if alike and self.grid is _uniform_grid(n, dt):
+            times = np.ascontiguousarray(first.schedule.time, float).tobytes()
+            steady = times == _STEADY
+            self.grid = _scheduled_grid(n, dt, times)
+        if alike and steady:
             thread = threading.get_ident()
             self.tables = _cached_tables(self.kernel.shape, first.isolated, n, dt, thread)
         else:

@@ -61,7 +61,7 @@ class BuildingRecords(Problem[FittedBuilding]):
     def nominal(self) -> FittedBuilding:
         """Estimate the noise and simulate the engineer's model."""
         self.progress("estimating the noise")
-        self.first = compare_records(self._model, self.records)
+        self.first = compare_records(self._model, self.records).with_best_current()
         self.engineers = self.first.evaluate(())
         # beside something that is wrong, the better assumption between samples is no evidence
         other = self.first.with_best_sampling()

@@ -8,7 +8,7 @@ on data not fitted is then the floor, and the search is repeated with weights th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from ..decisions import (
     FALSE_ALARM,
     INSTEAD,
     LEAST_BUILDING_SHARE,
+    LEAST_SENSOR_ERROR,
+    MINOR_IN_BUILDING,
     MISFIT_LEVEL,
     MOST_BUILDING_CAUSES,
     NEARLY_RIGHT,
@@ -26,7 +28,9 @@ from ..decisions import (
     QUIET,
     REFINED,
     REMAINS,
+    RIVALS_TRIED,
     SCREENING_STEPS,
+    SIMULATED,
     STARTS_FITTED,
     STRONG_EVIDENCE,
     TO_BLAME,
@@ -35,8 +39,8 @@ from ..inference import f_chance, rivals
 from ..search import SearchResult, search
 from .candidate import Candidate, Values
 from .causes import candidates
-from .comparison import CauseValues, Comparison, FittedBuilding, compare_records
-from .errors import excess_error, relative_noise
+from .comparison import CauseValues, Comparison, FittedBuilding, compare_records, squared
+from .errors import excess_error, mean_error, relative_noise
 from .segment import Segment, cell_means
 
 
@@ -57,6 +61,8 @@ class CauseSearch:
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
         self.before = comparison.evaluate(())
         self.rivals: dict[str, list[FittedBuilding]] = {}
+        # for each cause taken, the others that came next to it, with their numbers
+        self._others: dict[str, list[tuple[Candidate, Values]]] = {}
         self._choices = [
             cause for cause in candidates(comparison.model, comparison.records)
             if cause.key != without
@@ -81,17 +87,36 @@ class CauseSearch:
     def _fits(self, current: FittedBuilding, choices: Sequence[Candidate]) -> list[FittedBuilding]:
         """Each cause's own numbers fitted roughly, the best causes with all numbers; best first."""
         rough = []
-        for cause in choices:
-            if cause.label in current.causes:
-                continue
+        for cause, starts in self._promising(current, choices):
             fits = [
                 self.comparison.fit(current.cause_values, ((cause, start),), SCREENING_STEPS)
-                for start in self._best_starts(current.cause_values, cause)[:STARTS_FITTED]
+                for start in starts
             ]
             rough.append(min(fits, key=lambda outcome: outcome.cost))
         rough = _rank(rough)
         refined = [self.comparison.fit((), one.cause_values) for one in rough[:REFINED]]
         return _rank(refined + rough[REFINED:])
+
+    def _promising(
+        self, current: FittedBuilding, choices: Sequence[Candidate]
+    ) -> Iterator[tuple[Candidate, Sequence[Values]]]:
+        """Causes that follow the residual best to first order, each with its best starts."""
+        found = []
+        for cause in choices:
+            if cause.label in current.causes:
+                continue
+            trials = [
+                self.comparison.fitted_residuals((*current.cause_values, (cause, start)))
+                for start in cause.starts
+            ]
+            order = np.argsort([squared(trial) for trial in trials], kind="stable")
+            left = min(_left_along(current.fitted, trial) for trial in trials)
+            found.append((left, cause, [cause.starts[k] for k in order[:STARTS_FITTED]]))
+        of_sensors = [one for one in found if one[1].of_sensor]
+        simulated = sorted((one for one in found if not one[1].of_sensor), key=lambda one: one[0])
+        # the error of a sensor is fitted without a simulation
+        for _, cause, starts in of_sensors + simulated[:SIMULATED]:
+            yield cause, starts
 
     def choose(
         self, current: FittedBuilding, tried: Sequence[FittedBuilding]
@@ -102,6 +127,7 @@ class CauseSearch:
             return None
         best = _simplest_form(accepted)
         self.rivals[best.causes[-1]] = _near(best, accepted)
+        self._others[best.causes[-1]] = _best_of_each(tried, best.cause_values[-1][0])
         return best
 
     def revise(self, taken: FittedBuilding) -> FittedBuilding:
@@ -112,6 +138,8 @@ class CauseSearch:
         ).with_best_sampling(taken.cause_values)
         self.before = self.comparison.evaluate(())
         current = self.comparison.fit((), taken.cause_values)
+        if not self.is_explained(current):
+            current = self._exchange_causes(current)
         while len(current.cause_values) > 1:
             best = min(self._without_each(current), key=lambda outcome: outcome.cost)
             if p_value(best, current) * self._n_tests < FALSE_ALARM:
@@ -122,7 +150,7 @@ class CauseSearch:
     def finish(self, best: FittedBuilding) -> FittedBuilding:
         """Replace each cause by a better variant; name none if together they remove too little."""
         if len(best.cause_values) > 1:
-            best = self._exchange_variants(best)
+            best = self._without_negligible(self._exchange_variants(best))
         return best if self.removed_share(best) >= TO_BLAME else self.before
 
     def without_each(self, best: FittedBuilding) -> list[FittedBuilding]:
@@ -176,6 +204,37 @@ class CauseSearch:
     def _without_each(self, current: FittedBuilding) -> list[FittedBuilding]:
         result = current.cause_values
         return [self.comparison.fit((), result[:k] + result[k + 1 :]) for k in range(len(result))]
+
+    def _without_negligible(self, best: FittedBuilding) -> FittedBuilding:
+        """Drop causes that correct too little of the signal, the least one first."""
+        while len(best.cause_values) > 1:
+            trials = self._without_each(best)
+            left = [mean_error(self.comparison, one, True) ** 2 for one in (best, *trials)]
+            least = int(np.argmin(left[1:]))
+            without, corrected = trials[least], max(left[1 + least] - left[0], 0.0)
+            all_corrected = mean_error(self.comparison, self.before, True) ** 2 - left[0]
+            small = corrected < min(MINOR_IN_BUILDING**2, LEAST_BUILDING_SHARE * all_corrected)
+            completes = self.is_explained(best) and not self.is_explained(without)
+            if corrected > LEAST_SENSOR_ERROR**2 and (completes or not small):
+                break
+            best = without
+        return best
+
+    def _exchange_causes(self, current: FittedBuilding) -> FittedBuilding:
+        """Put others that were tried in the place of earlier causes, if they are nearer now."""
+        for k in range(len(current.cause_values) - 1):
+            before, after = current.cause_values[:k], current.cause_values[k + 1 :]
+            cause = current.cause_values[k][0]
+            for other in self._others[cause.label]:
+                if other[0].label in current.causes:
+                    continue
+                trial = self.comparison.fit((), (*before, other, *after))
+                n = min((trial, current), key=lambda outcome: outcome.cost).n_independent
+                if trial.criterion(n) < current.criterion(n) - STRONG_EVIDENCE:
+                    current = trial
+                    self.rivals.setdefault(other[0].label, [])
+                    self._others.setdefault(other[0].label, [])
+        return current
 
     def _exchange_variants(self, current: FittedBuilding) -> FittedBuilding:
         for k in range(len(current.cause_values)):
@@ -270,6 +329,18 @@ def _rank(outcomes: Sequence[FittedBuilding]) -> list[FittedBuilding]:
     return sorted(outcomes, key=lambda outcome: outcome.criterion(n))
 
 
+def _left_along(residual: Sequence[NDArray], trial: Sequence[NDArray]) -> float:
+    """Least squared residual on the line from a residual to that of a trial."""
+    before, after = (
+        np.concatenate([part.ravel() for part in parts]) for parts in (residual, trial)
+    )
+    change = after - before
+    length = float(change @ change)
+    if not 0 < length < np.inf:
+        return np.inf
+    return float(before @ before) - float(before @ change) ** 2 / length
+
+
 def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding:
     """The best cause, in a form of fewer numbers if the data do not tell it from the best form."""
     best = accepted[0]
@@ -280,6 +351,18 @@ def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding:
         and one.criterion(n) - best.criterion(n) < STRONG_EVIDENCE
     ]  # fmt: skip
     return min(alike, key=lambda one: one.n_parameters)
+
+
+def _best_of_each(
+    tried: Sequence[FittedBuilding], taken: Candidate
+) -> list[tuple[Candidate, Values]]:
+    """The best causes beside the one taken, each in its best form."""
+    found: dict[tuple[str, str], tuple[Candidate, Values]] = {}
+    for one in tried:
+        cause, values = one.cause_values[-1]
+        if cause.key != taken.key:
+            found.setdefault(cause.key, (cause, values))
+    return list(found.values())[:RIVALS_TRIED]
 
 
 def _near(best: FittedBuilding, others: Sequence[FittedBuilding]) -> list[FittedBuilding]:

@@ -13,13 +13,15 @@ from ...errors import InputError
 from ...identification.least_squares import Optimum, levenberg_marquardt
 from ..decisions import FITTED_ENERGY, MOST_NOISE
 from .candidate import Candidate, Parameter, Values
-from .model import BuildingModel
+from .model import JUMPS, BuildingModel
 from .noise import NoiseFloor, noise_floor
 from .record import MINIMUM_SAMPLES, BuildingRecord
 from .segment import Segment, make_segment
 
 _STEP = 1e-3
 _MOST_STEPS = 15
+_CACHED_BYTES = 2e8
+"""Memory, about, for simulations that a search meets again."""
 
 CauseValues = tuple[tuple[Candidate, Values], ...]
 """Causes with their numbers."""
@@ -39,12 +41,12 @@ class FittedBuilding:
     @cached_property
     def cost(self) -> float:
         """Sum of squared weighted residuals where it was fitted."""
-        return _square(self.fitted)
+        return squared(self.fitted)
 
     @cached_property
     def held_out_cost(self) -> float:
         """The same where it was not."""
-        return _square(self.held_out)
+        return squared(self.held_out)
 
     @property
     def causes(self) -> tuple[str, ...]:
@@ -129,21 +131,34 @@ class Comparison:
         # most of what changes between two calls is a sensor's error, which needs no simulation
         key = (record.name, end, *((c, v) for c, v in result if not c.of_sensor))
         if key not in self._cache:
-            if len(self._cache) > 64:
+            if len(self._cache) * record.values.nbytes > _CACHED_BYTES:
                 self._cache.clear()
             self._cache[key] = _simulated(model, record, end)
         return record.values[:end] - model.sensed(record, self._cache[key])
 
+    def with_best_current(self) -> Comparison:
+        """Compare again if a current that jumps and rests is nearer as it is held."""
+        if all(record.current_steps for record in self.records):
+            return self._best_of(self._other_currents(self.model), ())
+        return self
+
     def with_best_sampling(self, result: CauseValues = ()) -> Comparison:
-        """Compare again if ground or current between the samples follow the other assumption."""
-        best, cost = self.model, self.evaluate(result).cost
-        for change in (_other_ground, _other_current):
-            other = change(best)
-            trial = replace(self, model=other, _cache={}).evaluate(result).cost
-            if trial < cost:
-                best, cost = other, trial
-        if best is self.model:
+        """Compare again if ground or current between the samples follow another assumption."""
+        other = replace(self.model, band_limited=not self.model.band_limited)
+        best = self._best_of([other], result)
+        return best._best_of(self._other_currents(best.model), result)
+
+    def _other_currents(self, model: BuildingModel) -> list[BuildingModel]:
+        if any(record.current is None for record in self.records):
+            return []
+        return [replace(model, jump=jump) for jump in (None, *JUMPS) if jump != model.jump]
+
+    def _best_of(self, models: Sequence[BuildingModel], result: CauseValues) -> Comparison:
+        """Compare again with one of some models if it is nearer to the records than the present."""
+        costs = [replace(self, model=one, _cache={}).evaluate(result).cost for one in models]
+        if not costs or min(costs) >= self.evaluate(result).cost:
             return self
+        best = models[int(np.argmin(costs))]
         return compare_records(best, self.records, result, self.model_error, self.later)
 
     def expecting(self, model_error: float) -> Comparison:
@@ -167,6 +182,10 @@ class Comparison:
         if len(record) - held_out.samples.start < MINIMUM_SAMPLES:
             return None
         return replace(self, fitted=(fitted,), held_out=(held_out,), later=True)
+
+    def fitted_residuals(self, result: CauseValues) -> tuple[NDArray, ...]:
+        """Weigh the residuals of the fitted segments alone, with given causes in the model."""
+        return self._weighted_residuals(result, self.fitted)
 
     def evaluate(self, result: CauseValues, optimum: Optimum | None = None) -> FittedBuilding:
         """Weigh the residuals of all segments, with given causes in the model."""
@@ -192,8 +211,7 @@ class Comparison:
             return fixed + fitted
 
         def residuals(x: NDArray) -> NDArray:
-            weighted = self._weighted_residuals(put(x), self.fitted)
-            return np.concatenate([one.ravel() for one in weighted])
+            return np.concatenate([one.ravel() for one in self.fitted_residuals(put(x))])
 
         def problem(x: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
             at = residuals(x)
@@ -304,14 +322,6 @@ def values_of(parameters: Sequence[Parameter], x: NDArray) -> list[float]:
     ]
 
 
-def _other_ground(model: BuildingModel) -> BuildingModel:
-    return replace(model, band_limited=not model.band_limited)
-
-
-def _other_current(model: BuildingModel) -> BuildingModel:
-    return replace(model, held=not model.held)
-
-
 def _simulated(model: BuildingModel, record: BuildingRecord, end: int) -> NDArray:
     try:
         return model.simulated(record, end=end)
@@ -321,6 +331,7 @@ def _simulated(model: BuildingModel, record: BuildingRecord, end: int) -> NDArra
         return np.full((end, len(record.channels)), np.nan)
 
 
-def _square(parts: Sequence[NDArray]) -> float:
+def squared(parts: Sequence[NDArray]) -> float:
+    """Sum of squares of weighted residuals; infinite if the model diverged."""
     total = sum(float(np.vdot(part, part)) for part in parts)
     return total if np.isfinite(total) else np.inf

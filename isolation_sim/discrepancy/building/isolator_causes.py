@@ -14,6 +14,9 @@ from .isolator_effects import ISOLATOR_EFFECTS
 from .model import BuildingModel, force_scales, total_force_scale
 from .record import BuildingRecord
 
+_WEAK = 0.05
+"""Share of its strength with which an effect begins where it does too much in full."""
+
 
 def layer_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
     """Causes in the isolation layer."""
@@ -106,21 +109,29 @@ def _around_the_law(
         numbers = dict(zip(effect.parameter_names, values, strict=True))
         return replace(model, effects={**model.effects, effect: numbers})
 
-    parameters, columns = [], []
-    for q in effect.parameters:
-        parameters.append(
-            Parameter(q.name, q.unit, q.lower, q.upper, factor=factors.get(q.unit, 1.0))
-        )
-        columns.append([start * sizes.get(q.unit, 1.0) for start in q.starts])
-    most = max(len(column) for column in columns)
+    parameters = [
+        Parameter(q.name, q.unit, q.lower, q.upper, factor=factors.get(q.unit, 1.0))
+        for q in effect.parameters
+    ]
+    # an effect that does too much in full begins weakly
     starts = tuple(
-        tuple(column[min(k, len(column) - 1)] for column in columns) for k in range(most)
-    )
+        tuple(
+            q.starts[min(k, len(q.starts) - 1)]
+            * sizes.get(q.unit, 1.0) * (share if q.strength else 1.0)
+            for q in effect.parameters
+        )
+        for share in (1.0, _WEAK)
+        for k in range(max(len(q.starts) for q in effect.parameters))
+    )  # fmt: skip
     says = ", ".join(f"{q.name} {{{q.name}:.3g}} {q.unit}" for q in parameters)
     return Candidate(
         name, "", tuple(parameters), starts, apply,
         f"{in_sentence(effect.title)} in the isolation layer ({says})", form=effect.form,
     )  # fmt: skip
+
+
+_DELAYS = (0.001,), (0.005,), (0.05,), (0.2,)
+"""Delays from which fits start, s."""
 
 
 def _delays() -> Iterator[Candidate]:
@@ -134,12 +145,12 @@ def _delays() -> Iterator[Candidate]:
 
     yield Candidate(
         "actuation_delay", "", (Parameter("delay", "s", 0.0, 2.0),),
-        ((0.005,), (0.05,), (0.2,)), late,
+        _DELAYS, late,
         "the current acts {delay:.3g} s after it was recorded", form="dead_time",
     )  # fmt: skip
     yield Candidate(
         "actuation_delay", "", (Parameter("lag", "s", 1e-4, 2.0),),
-        ((0.005,), (0.05,), (0.2,)), sluggish,
+        _DELAYS, sluggish,
         "the current acts through a lag of {lag:.3g} s", form="first_order",
     )  # fmt: skip
 
@@ -158,7 +169,7 @@ def _limits(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
 
     yield Candidate(
         "current_supply_limit", "", (Parameter("limit", "A", 0.0, highest),),
-        ((0.97 * highest,), (0.8 * highest,), (0.5 * highest,)), clipped,
+        tuple((share * highest,) for share in (0.99, 0.97, 0.8, 0.5)), clipped,
         "the current stops at {limit:.3g} A", form="largest_current",
     )  # fmt: skip
     fastest = max(
@@ -168,6 +179,6 @@ def _limits(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
     yield Candidate(
         "current_supply_limit", "",
         (Parameter("slew", "A/s", 1e-3 * fastest, fastest, logarithmic=True),),
-        ((0.7 * fastest,), (0.2 * fastest,), (0.05 * fastest,)), slow,
+        tuple((share * fastest,) for share in (0.98, 0.9, 0.7, 0.2, 0.05)), slow,
         "the current changes by {slew:.3g} A/s at most", form="slew",
     )  # fmt: skip

@@ -30,6 +30,9 @@ STOREY_HEIGHT = 3.5
 TOLERANCE = 1e-6
 _JUMP = 1e-3
 """Half of the time, in samples, in which a held current changes."""
+JUMPS = 0.0, -2 * _JUMP, 2 * _JUMP
+"""Times, in samples after its sample, at which a held current may jump: the channels of that sample
+then show the middle of the jump, or they were taken just after or before it."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,8 @@ class BuildingModel:
     soil: Soil | None = None  # None for a rigid soil
     # Hysteretic elements in storeys, by the storey's place among the drifts
     hysteresis: Mapping[int, Device] = field(default_factory=dict)
-    held: bool = False  # Whether the recorded current is held from sample to sample, or linear
+    # Which of ``JUMPS`` a recorded current makes that is held; None if it is linear between samples
+    jump: float | None = None
     # Whether the ground motion has no frequencies above the samples', or is linear between them
     band_limited: bool = False
     delay: float = 0.0  # Delay of the recorded current at the isolators, s
@@ -144,9 +148,10 @@ class BuildingModel:
             motions.append(replace(motion, acceleration=shaking[:end]))
         isolated = self.assembled()
         driver = CoilDriver()
-        if record.current is not None and (self.lag or np.isfinite(self.slew)):
+        slew = np.inf if self.jump is None else self.slew
+        if record.current is not None and (self.lag or np.isfinite(slew)):
             start = float(np.clip(record.current[0], *isolated.current_range()))
-            driver = CoilDriver(lag=self.lag, slew=self.slew, initial=start)
+            driver = CoilDriver(lag=self.lag, slew=slew, initial=start)
         return simulate(
             isolated,
             motions,
@@ -196,24 +201,35 @@ class BuildingModel:
         if record.current is None:
             return controller("passive_off")
         current = np.minimum(record.current, self.supply_limit)
-        return RecordedCurrent(record.time, current, self.delay, self.held)
+        return RecordedCurrent(record.time, current, self.delay, self.jump, self.slew)
 
 
 class RecordedCurrent:
-    """The current of a record, with a delay: held from sample to sample, or linear between them."""
+    """The current of a record, with a delay: held from sample to sample, or linear between them.
+
+    A current that is linear also follows a slew rate; it would lag behind the steps of a schedule.
+    """
 
     name = "recorded"
     period: float | None = None
     preview_time = 0.0
 
-    def __init__(self, time: NDArray, current: NDArray, delay: float, held: bool) -> None:
+    def __init__(
+        self,
+        time: NDArray,
+        current: NDArray,
+        delay: float,
+        jump: float | None,
+        slew: float = np.inf,
+    ) -> None:
         step = time[1] - time[0]
         between = (current[1:] + current[:-1]) / 2
         values = np.append(np.column_stack([current[:-1], between]).ravel(), current[-1])
+        if jump is None and np.isfinite(slew):
+            values = _followed(values, slew * step / 2)
         starts = np.arange(values.size) * step / 2 - step / 4
-        if held:
-            # a sensor shows the middle of a jump
-            starts = np.repeat(np.arange(current.size), 2)[1:] * step
+        if jump is not None:
+            starts = (np.repeat(np.arange(current.size), 2)[1:] + jump) * step
             starts += np.where(np.arange(values.size) % 2, -1, 1) * _JUMP * step
         changes = np.append(False, np.diff(values) != 0)
         self._table = np.append(0.0, starts[changes] + delay), np.append(values[0], values[changes])
@@ -241,6 +257,14 @@ class RecordedCurrent:
         within = time < context.duration
         channels = len(context.low)
         return Schedule(time[within], np.repeat(current[within, np.newaxis], channels, axis=1))
+
+
+def _followed(values: NDArray, most: float) -> NDArray:
+    """Values that follow others by at most so much from one to the next."""
+    followed = [float(values[0])]
+    for value in values[1:].tolist():
+        followed.append(min(max(value, followed[-1] - most), followed[-1] + most))
+    return np.array(followed)
 
 
 def building_model(isolated: IsolatedStructure, records: Sequence[BuildingRecord]) -> BuildingModel:

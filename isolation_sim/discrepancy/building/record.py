@@ -33,6 +33,8 @@ from .channels import (
 )
 
 MINIMUM_SAMPLES = 64
+_ALONE = 0.8
+"""Share of a stepping current's changes that stand alone, beyond those before and after them."""
 _TIME, _CURRENT = "time_s", "current_A"
 _WORDS = {GROUND, BASE, ISOLATOR, ROTATION, "roof", "floor", "acceleration", "displacement"}
 # beyond these a number is in another unit, or its sensor was broken
@@ -160,6 +162,16 @@ class BuildingRecord:
         values = np.column_stack(list(self.response.values()))
         values.flags.writeable = False
         return values
+
+    @property
+    def current_steps(self) -> bool:
+        """Whether the current jumps and rests until the next jump, as a sampled controller's."""
+        if self.current is None or not np.ptp(self.current) > 0:
+            return False
+        changes = np.abs(np.diff(self.current))
+        padded = np.pad(changes, 1)
+        alone = np.maximum(changes - np.maximum(padded[:-2], padded[2:]), 0.0)
+        return bool(alone.sum() > _ALONE * changes.sum())
 
     def displacement(self, axis: str) -> NDArray:
         """Displacement of the isolators along a direction, (n,), m."""

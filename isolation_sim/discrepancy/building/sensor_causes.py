@@ -37,12 +37,16 @@ def _biases(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
                 "sensor_bias", name, tuple(Parameter(n, sensor.unit) for n in names),
                 ((size, *(0.0,) * (len(names) - 1)),), apply,
                 f"{name} is off by {{mean:.3g}} {sensor.unit}"
-                + (" on average, drifting" if form == "drifting" else ""),
+                + (" on average, drifting" if len(names) > 1 else ""),
                 form=form,
             )  # fmt: skip
 
 
-_BIASES = {"constant": ("mean",), "drifting": ("mean", "slope", "curvature", "cubic")}
+_BIASES = {
+    "constant": ("mean",),
+    "linear": ("mean", "slope"),
+    "drifting": ("mean", "slope", "curvature", "cubic"),
+}
 """Parameters of each form of a bias: coefficients of Legendre polynomials over the record."""
 
 

@@ -1,0 +1,122 @@
+"""The recorded current between its samples: held or linear, and how it follows a supply's slew."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.signal import butter, sosfiltfilt
+
+import isolation_sim as iso
+from ground_motions import Record
+from isolation_sim.discrepancy.building.model import RecordedCurrent
+from isolation_sim.discrepancy.building.record import BuildingRecord
+from isolation_sim.discrepancy.diagnose import diagnose_building
+
+MASSES, STIFFNESS, DAMPING = (2.0e5, 1.5e5), 6.0e7, 3.0e5
+RUBBER, RUBBER_DAMPING, PER_AMPERE = 3.0e6, 1.5e5, 2.0e6
+DT, FINE = 0.01, 10
+N = 2000
+
+
+@pytest.fixture(scope="module")
+def isolated():
+    """A base and one floor on rubber that a current stiffens."""
+    structure = iso.shear_building(MASSES[1:], [STIFFNESS], base_mass=MASSES[0])
+    damping = DAMPING * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    structure = replace(structure, damping=damping)
+    law = iso.law("kelvin_voigt", {"k": [RUBBER, PER_AMPERE], "c": RUBBER_DAMPING})
+    return structure.on(law)
+
+
+def _held(period, shown, seed=0, noise=0.01):
+    """A record, exact at every step, whose current jumps every ``period`` samples."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(N * FINE) * DT / FINE
+    sos = butter(4, [0.3, 6.0], btype="band", fs=FINE / DT, output="sos")
+    ground = sosfiltfilt(sos, rng.standard_normal(t.size)) * np.minimum(t / 2, 1) * np.exp(-t / 8)
+    ground *= 3.0 / np.abs(ground).max()
+    levels = rng.uniform(0.0, 3.0, N // period + 1)
+    k = np.array([[STIFFNESS, -STIFFNESS], [-STIFFNESS, STIFFNESS]])
+
+    def rows(current):
+        """Absolute accelerations over displacements and velocities."""
+        rubber = np.diag([1.0, 0.0])
+        stiffness = k + (RUBBER + PER_AMPERE * current) * rubber
+        damping = DAMPING / STIFFNESS * k + RUBBER_DAMPING * rubber
+        return -np.hstack([stiffness, damping]) / np.array(MASSES)[:, np.newaxis]
+
+    def step(current):
+        """Exact step of states, ground motion and its change within the step."""
+        h, rates = DT / FINE, np.zeros((6, 6))
+        rates[:2, 2:4], rates[2:4, :4], rates[2:4, 4] = np.eye(2), rows(current), -1.0
+        rates[4, 5] = 1 / h
+        return expm(h * rates)
+
+    current = np.repeat(levels, period)[:N]
+    steps = {level: step(level) for level in levels}
+    y, x = np.zeros(4), np.zeros((N, 4))
+    for i in range(N):
+        x[i] = y
+        matrix = steps[current[i]]
+        for j in range(i * FINE, min((i + 1) * FINE, t.size - 1)):
+            y = (matrix @ [*y, ground[j], ground[j + 1] - ground[j]])[:4]
+    seen = current if shown == "after" else np.append(current[0], current[:-1])
+    shaking = ground[::FINE]
+    absolute = np.array([rows(one) @ state for one, state in zip(seen, x, strict=True)])
+    signals = np.column_stack([absolute, x[:, 0]])
+    signals += noise * signals.std(axis=0) * rng.standard_normal(signals.shape)
+    shaking = shaking + noise * shaking.std() * rng.standard_normal(N)
+    names = "base_acceleration_m_s2", "floor1_acceleration_m_s2", "isolator_displacement_m"
+    response = dict(zip(names, signals.T, strict=True))
+    return BuildingRecord("held", (Record(shaking, DT, "held"),), response, current)
+
+
+@pytest.mark.parametrize(("period", "shown"), [(2, "after"), (5, "after"), (5, "before")])
+def test_a_clean_record_with_a_held_current_is_adequate(isolated, period, shown):
+    diagnosis = diagnose_building(_held(period, shown), isolated)
+    assert diagnosis.verdict == "adequate", [cause.label for cause in diagnosis.causes]
+    assert diagnosis.error_before.held_out < 3 * diagnosis.noise_floor
+
+
+def _with_current(current):
+    n = len(current)
+    wave = np.sin(np.arange(n) / 7)
+    names = "base_acceleration_m_s2", "isolator_displacement_m"
+    motion = Record(wave, DT, "any")
+    return BuildingRecord("any", (motion,), dict.fromkeys(names, wave), current)
+
+
+RNG = np.random.default_rng(3)
+LEVELS = np.repeat(RNG.uniform(0, 3, 50), 4)
+
+
+@pytest.mark.parametrize(
+    ("current", "steps"),
+    [
+        (LEVELS, True),
+        (np.repeat(RNG.uniform(0, 3, 100), 2), True),
+        (LEVELS + 1e-3 * RNG.standard_normal(200), True),
+        (np.repeat([0.0, 2.0, 0.0], [80, 40, 80]), True),
+        (np.full(200, 1.0), False),
+        (1 + np.sin(np.arange(200) / 9), False),
+        # a supply that ramps between two levels
+        (np.interp(np.arange(200), [50, 60, 120, 130], [0.0, 3.0, 3.0, 0.0]), False),
+        (RNG.uniform(0, 3, 200), False),
+    ],
+)
+def test_a_current_that_jumps_and_rests_is_told_from_one_that_moves(current, steps):
+    assert _with_current(current).current_steps is steps
+
+
+def test_a_ramp_behind_a_slew_rate_is_followed_without_delay():
+    time = np.arange(300) * DT
+    ramp = np.interp(time, [0.5, 0.75], [0.0, 3.0])
+    table = RecordedCurrent(time, ramp, 0.0, None, slew=8.0)._table
+    fine = np.arange(0, 2.9, 1e-5)
+    given = table[1][np.searchsorted(table[0], fine, side="right") - 1]
+    exact = np.clip((fine - 0.5) * 8.0, 0.0, 3.0)
+    # the area between them over the height is the mean delay
+    assert abs(np.sum(exact - given) * 1e-5 / 3.0) < 0.02 * DT
