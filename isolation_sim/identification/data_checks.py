@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.units import STANDARD_GRAVITY
+
 from ..errors import InputError
 from .fitted import RunError, pooled
 from .force_channel import averaging_note
@@ -401,7 +403,7 @@ def _rms(values: NDArray) -> float:
 
 def _unit_factor(factor: float) -> str:
     """The confusion of units that a factor looks like; empty if none."""
-    for unit, text in ((9.80665, "9.81"), (1000.0, "1000")):
+    for unit, text in ((STANDARD_GRAVITY, "9.81"), (1000.0, "1000")):
         if abs(factor / unit - 1) < _UNIT_ERROR:
             return text
         if abs(factor * unit - 1) < _UNIT_ERROR:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ground_motions.units import ACCELERATION_UNITS
+from ground_motions.units import UNITS
 
 from ...errors import InputError, unknown_name
 
@@ -14,16 +14,6 @@ NEEDED = ("time", "displacement", "force")
 CHOSEN = (*NEEDED, "current")
 """Quantities for which a choice between two columns is asked for."""
 
-# quantity -> spelling -> what one of that unit is in SI (temperature in deg C)
-UNITS: dict[str, dict[str, float]] = {
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
-    "displacement": {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "in": 0.0254},
-    "force": {"N": 1.0, "kN": 1e3, "MN": 1e6, "lbf": 4.4482216, "kip": 4448.2216, "kgf": 9.80665},
-    "current": {"A": 1.0, "mA": 1e-3},
-    "velocity": {"mm/s": 1e-3, "m/s": 1.0, "cm/s": 1e-2, "in/s": 0.0254},
-    "acceleration": dict(ACCELERATION_UNITS),
-    "temperature": {"C": 1.0},
-}
 _SAME = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sek": "s", "sekunden": "s",
     "msec": "ms", "mikrometer": "um", "micron": "um", "inch": "in", "inches": "in", "lbs": "lbf",
