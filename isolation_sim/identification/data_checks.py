@@ -55,8 +55,8 @@ _COLUMN_UNITS = (1.0, 1e3, 1e6)
 _FAR_OFF, _NEAR = 30.0, 4.0
 """Factors on the stiffness of the other runs: of one whose columns may be swapped, and of the same
 run with its columns exchanged. Convention."""
-_LARGEST_CURRENT = 100.0
-"""A. A larger current is asked for its unit. Convention."""
+_LARGEST_CURRENT, _LARGEST_FORCE = 100.0, 1e8
+"""A, N. A larger current or force is asked for its unit. Convention."""
 _SMALLEST_FORCE, _SMALLEST_DEFORMATION = 1.0, 1e-5
 """N, m. Runs that all stay below it are asked for their unit. Convention."""
 _RAMP = 0.8
@@ -82,6 +82,20 @@ def data_notes(runs: Sequence[TestRun], averaging: NDArray) -> list[str]:
     """Describe suspicious features of the runs; ``averaging`` of each run's force, (n_runs,), s."""
     notes = [note for check in _CHECKS for note in check(runs)]
     return [*notes, *filter(None, [averaging_note(averaging)])]
+
+
+def unit_notes(runs: Sequence[TestRun]) -> list[str]:
+    """Name runs whose sizes suggest that a column has another unit than its name says."""
+    return [*_implausible_sizes(runs), *_unit_of_force(runs)]
+
+
+def same_forces_notes(runs: Sequence[TestRun]) -> list[str]:
+    """Name runs whose forces are those of another run, sample by sample."""
+    first: dict[bytes, TestRun] = {}
+    again = [run for run in runs if first.setdefault(run.force.tobytes(), run) is not run]
+    if not again:
+        return []
+    return [f"{_names(again, runs)}: the forces are those of another test, sample by sample"]
 
 
 def refuse_swapped(runs: Sequence[TestRun]) -> None:
@@ -210,9 +224,13 @@ def _implausible_sizes(runs: Sequence[TestRun]) -> Iterator[str]:
         most = max(currents.values())
         yield f"{_names(wrong, runs)}: current reaches {most:.3g} A{others}; is its unit right?"
     for run in runs:
-        largest = float(np.max(np.abs(run.displacement)))
-        if largest > _LARGEST_DEFORMATION:
-            yield f"{run.name}: deformation reaches {largest:.3g} m; is its unit right?"
+        for what, values, most, unit in (
+            ("deformation", run.displacement, _LARGEST_DEFORMATION, "m"),
+            ("force", run.force, _LARGEST_FORCE, "N"),
+        ):
+            largest = float(np.max(np.abs(values)))
+            if largest > most:
+                yield f"{run.name}: {what} reaches {largest:.3g} {unit}; is its unit right?"
 
 
 def _drifting_channels(runs: Sequence[TestRun]) -> Iterator[str]:

@@ -18,10 +18,10 @@ from ...errors import InputError
 from ...io.output_place import check_writable
 from ...rendering import Printed, render
 from ..campaign import Campaign, write_campaign
+from ..data_checks import same_forces_notes, unit_notes
 from ..run_table import MINIMUM_SAMPLES, TestRun, make_run
 from ..spikes import repaired
 from .channels import NEEDED, Channel, check_choices, find_channels, listed
-from .ranges import range_notes
 from .samples import samples_of
 from .tables import READERS, RawTable, read_tables
 
@@ -172,7 +172,7 @@ def import_tests(
     source = f"imported from {', '.join(map(str, places[:3]))}{' ...' if len(places) > 3 else ''}"
     campaign = Campaign(title, source, tuple(_held_out(runs, hold_out)))
     campaign, wrong = repaired(campaign)
-    notes += [*wrong, *range_notes(campaign.runs)]
+    notes += [*wrong, *unit_notes(campaign.runs), *same_forces_notes(campaign.runs)]
     result = ImportedTests(campaign, tuple(channels), tuple(notes))
     if out is None:
         return result
