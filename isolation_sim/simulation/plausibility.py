@@ -14,7 +14,8 @@ from ground_motions import STANDARD_GRAVITY, Record
 from ..laws.current_dependence import CurrentDependence
 from ..laws.law import Law
 from ..structures import IsolatedStructure
-from ..structures.sizing import ISOLATED_PERIODS, implausible, isolation_elements
+from ..structures.element_groups import isolation_elements
+from ..structures.plausibility import ISOLATED_PERIODS, implausible
 from ..written_names import as_written
 from .modal import Modes
 from .workspace import Workspace, modal_motion
