@@ -16,7 +16,7 @@ from .blind import building_cases as blind
 from .blind.building_model import Building
 from .blind.building_score import BuildingScored, confusion_table, rates
 from .blind.buildings import DAMPING_RATIO, ISOLATOR
-from .blind.study import diagnose_cases, part, share_from, write_tables
+from .blind.study import part, share_from, study_records
 
 if TYPE_CHECKING:
     from isolation_sim.discrepancy.tiers.result import Tier
@@ -58,10 +58,7 @@ def score(case: blind.BuildingCase) -> BuildingScored:
 
 def main(share: float = 1.0) -> None:
     """Diagnose all cases and print the rates."""
-    results, seconds = diagnose_cases(cases(share), score)
-    lines = [f"- {name}: {rate}" for name, rate in rates(results).items()]
-    lines.append(f"- {len(results)} records, {seconds:.1f} s each")
-    write_tables(lines, confusion_table(results), "building_")
+    study_records(cases(share), score, rates, confusion_table, "building_")
 
 
 if __name__ == "__main__":
