@@ -119,8 +119,8 @@ def diagnose_building(
         raise InputError(f"tiers is {tiers!r}; expected of {lacking}: auto or causes")
     problem = BuildingRecords(several, isolated, most_causes, progress or (lambda text: None))
     devices = [element.device for element in isolated.elements]
-    found, result = diagnose_problem(problem, devices)
-    diagnosis = BuildingDiagnosis(**vars(found), building=problem.building(result))
+    common, result = diagnose_problem(problem, devices)
+    diagnosis = BuildingDiagnosis(**vars(common), building=problem.building(result))
     explained = diagnosis.verdict in ("adequate", "explained")
     diverges = not np.isfinite([result.base.cost, result.best.cost]).all()
     if tiers == "causes" or lacking or diverges or (tiers == "auto" and explained):

@@ -170,8 +170,8 @@ def _holds(force: NDArray, part: slice) -> bool:
     """Whether a force stands still or relaxes, as that of a device whose deformation is held."""
     # behind a clipped channel the motion goes on, and the force changes until the end
     n = part.stop - part.start
-    settled = force[part][n // 10 :]
-    begin, middle, end = (float(np.mean(each)) for each in np.array_split(settled, 5)[::2])
+    later = force[part][n // 10 :]
+    begin, middle, end = (float(np.mean(each)) for each in np.array_split(later, 5)[::2])
     if np.ptp([begin, middle, end]) < _STILL * np.ptp(force):
         return True
     return abs(end - middle) < _RELAXED * abs(middle - begin)
