@@ -52,7 +52,7 @@ def score(case: blind.BuildingCase) -> BuildingScored:
         record = read_building_record(written / "record.csv")
     tiers: Tier = "auto" if case.kind == "outside" else "causes"
     diagnosis = diagnose_building(record, engineers(case.record.nominal), tiers=tiers)
-    # afresh: the record that a case keeps cannot go to another process
+    # a new case: the record that a case caches cannot go to another process
     return BuildingScored(replace(case), diagnosis.to_dict())
 
 

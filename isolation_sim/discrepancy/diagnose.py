@@ -91,7 +91,7 @@ def diagnose(
         problem = DeviceTests(data, *options, significance, choice, runs, wrong)
         diagnosis = diagnose_problem(problem)[0]
         explained = diagnosis.verdict in ("adequate", "explained")
-        # given numbers are judged as they are
+        # given parameter values are not fitted
         if tiers == "causes" or (tiers == "auto" and (explained or device is not None)):
             return diagnosis
         from .tiers.ladder import Climb, climb
@@ -195,7 +195,7 @@ def kind_of(path: str | Path) -> str:
 
 
 def read_parameters(law: Law, parameters: str | Path | Device) -> Device | None:
-    """Find the numbers with which a law is to be judged."""
+    """Find the parameter values of the nominal law."""
     if isinstance(parameters, Device):
         device = parameters
     elif str(parameters) == "fit":

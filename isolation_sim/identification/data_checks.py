@@ -352,7 +352,7 @@ def _velocity_channel(runs: Sequence[TestRun]) -> Iterator[str]:
 def _unit_of_force(runs: Sequence[TestRun]) -> Iterator[str]:
     """Forces of one run a thousand times those of the others, or as many as kilograms are newtons.
 
-    A factor of 9.81 is told only where another run has the same motion.
+    A factor of 9.81 is reported only where another run has the same motion.
     """
     stiffness = np.array([_rms(run.force) / _rms(run.displacement) for run in runs])
     for run, one in zip(runs, stiffness / np.median(stiffness), strict=True):

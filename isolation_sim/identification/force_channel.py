@@ -51,7 +51,7 @@ class Averaging(NamedTuple):
     """Moving average in the force channel of some runs."""
 
     widths: NDArray  # (n_runs,): Averaging time of each run's force, s; 0 if it is not averaged
-    # Averaging times, s, if few runs cannot tell; a law remains to judge them
+    # Averaging times, s, if few runs do not decide; a fitted law then decides
     suspected: NDArray
 
 

@@ -198,7 +198,7 @@ class CornerCurve:
         def left(terms: Terms) -> tuple[float, int]:
             return _left(force, terms.rows(away, np.sign(away)))
 
-        # few terms of one parity, or those for either side could hardly be told from them
+        # few terms of one parity, or those for either side could hardly be distinguished from them
         if not _needed(left(_KINK._replace(jump=0, kink=0)), left(_KINK), force):
             return smooth
         usual, rich = _KINK, _RICH_KINK

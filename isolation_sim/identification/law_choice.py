@@ -115,7 +115,7 @@ def choose_law(
     prescribed: Device | None = None,
 ) -> LawChoice:
     """Fit every law to short data, the best few further, and rank them."""
-    # The fitted runs are fitted and those held out judge; of the best laws, each condition of the
+    # The held-out runs validate the fit; of the best laws, each condition of the
     # fitted runs is left out in turn as well. A law with fewer numbers is preferred where the
     # errors are nearly the same. ``advance`` is called after each law. A ``prescribed`` device
     # stands for its law if its error on the same data is smaller.
@@ -188,7 +188,7 @@ def _rank_prescribed(
 
 
 def _rank_further(one: LawRank, model: LawModel, pool: ThreadPoolExecutor) -> LawRank:
-    """Fit a law further, as ``fit`` does, and judge it by conditions left out in turn, too."""
+    """Fit a law further, as ``fit`` does, and cross-validate it over conditions, too."""
     model, end = refine_law(model, one.values)
     return replace(_evaluate(model, end), left_out=_left_out(model, end.x, pool))
 

@@ -1,4 +1,4 @@
-"""Conditions of measured runs that are left out of a fit in turn, to judge it."""
+"""Conditions of measured runs that are left out of a fit in turn: cross-validation."""
 
 from __future__ import annotations
 

@@ -297,14 +297,14 @@ class DeviceTests(Problem[FittedModel]):
         return False
 
     def _corrected(self, searched: FittedModel, place: int) -> NDArray:
-        """RMS force that one effect corrects on the samples that judge, as ``_squared``."""
+        """RMS force that one effect corrects on the validation samples, as ``_squared``."""
         searched_without = self.space.without(searched, place)
         without = replace(searched_without, model=self.final.model.without(place))
         added = self._squared(self.data.bounded(without.force)) - self._squared(self.after)
         return np.sqrt(np.maximum(added, 0.0))
 
     def _squared(self, force: NDArray) -> NDArray:
-        """Squared error over that of the force: of all samples that judge, mean over their runs."""
+        """Squared error over that of the force: of all validation samples, mean over their runs."""
         # in the mean a weak run, at small amplitude, counts as much as a strong one
         data, residual = self.data, force - self.data.force
         runs = [np.arange(run.start, run.stop)[self.validation_samples[run]] for run in data.runs]
@@ -327,11 +327,11 @@ class DeviceTests(Problem[FittedModel]):
         return self.data.bounded(self.final.force)
 
     def _error(self, force: NDArray) -> float:
-        """Error of a force on the samples that judge, over that of the force."""
+        """Error of a force on the validation samples, over that of the force."""
         return self.data.relative(force - self.data.force, self.validation_samples)
 
     def _misfit(self, force: NDArray, chosen: NDArray | None = None) -> float:
-        """Cost of a force above that of noise; by default of the samples that judge."""
+        """Cost of a force above that of noise; by default of the validation samples."""
         chosen = self.validation_samples if chosen is None else chosen
         noise = float(np.sum(np.mean(self.noise**2, axis=1)[chosen]))
         return max(self.data.cost(force, chosen) - noise, 0.0)
@@ -359,7 +359,7 @@ class DeviceTests(Problem[FittedModel]):
         )  # fmt: skip
 
     def squared_blocks(self, after: NDArray) -> NDArray:
-        """Squared residual of quarters of the runs that judge, before and after, (n_blocks, 2)."""
+        """Squared residual of quarters of the validation runs, before and after, (n_blocks, 2)."""
         data = self.data
         residuals = self.before - data.force, after - data.force
         pieces = (

@@ -146,7 +146,7 @@ class LoopTableTests(Problem[FittedLoops]):
         return significant(dependences, LOOP_CORRELATION)
 
     def devices(self, result: SearchResult[FittedLoops]) -> tuple[Device, Device]:
-        """The law as it was judged, and with the effects found."""
+        """The nominal law, and the law with the effects found."""
         table, base, best = self.table, result.base, result.best
         varies = np.ptp(table.current) > 0
         evaluated = Device(

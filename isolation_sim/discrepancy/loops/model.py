@@ -197,7 +197,7 @@ class FittedLoops:
 class LoopSearch:
     """The search space of loop tables; see ``search.SearchSpace``.
 
-    A large table is searched on some of its rows; the others judge.
+    A large table is searched on some of its rows; the others validate.
     """
 
     whole: LoopTable  # Measured loops
@@ -218,7 +218,7 @@ class LoopSearch:
 
     @cached_property
     def judging(self) -> LoopTable | None:
-        """The rows that judge a search on some rows: those held out, or all that are left."""
+        """Validation rows of a search on some rows: those held out, or all others."""
         if not self.is_large:
             return None
         held_out = self.whole.held_out

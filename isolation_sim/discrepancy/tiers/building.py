@@ -308,7 +308,7 @@ class BuildingTiers(Tiers[_Rung]):
         return () if rung.causes else tuple(cause.name for cause, _ in self.causes.causes)
 
     def noise_floor(self, diagnosis: Diagnosis) -> float:
-        """Error that noise alone leaves on the data that judge."""
+        """Error that noise alone leaves on the validation data."""
         return held_out_noise(self.comparison)
 
     def verdict(

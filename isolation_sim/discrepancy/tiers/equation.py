@@ -2,7 +2,7 @@
 
 Candidate terms are screened by orthogonal regression on the force residual along the measured
 motion, beside the tangent of everything fitted so far. The numbers inside the leading terms are
-searched before terms are judged. A term is taken if it lowers the error on conditions left out by
+searched before terms are selected. A term is taken if it lowers the error on conditions left out by
 more than one standard error and makes none of them worse, and if it is also the choice without most
 of the conditions. The whole is then written as a law and fitted through the simulation, together
 with the numbers inside its terms.
@@ -33,11 +33,11 @@ from .regression import Regression
 from .terms import Term, along, library
 
 _SCREENED = 40
-"""Candidates that are judged on conditions left out."""
+"""Candidates that are validated on conditions left out."""
 _TRIED = 5
 """Candidates that are asked for their stability."""
 _LEADING = 6
-"""Terms whose numbers are searched before they are judged."""
+"""Terms whose numbers are searched before the selection."""
 _SEARCHED = 40
 """Trials of a term's numbers."""
 _REACH = 5.0

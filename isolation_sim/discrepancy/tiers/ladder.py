@@ -86,7 +86,7 @@ class Tiers(ABC, Generic[R]):
     QUANTITY = "force"
     WORSE_THAN = "{} worse than the {} on what was left out or held out, and not offered."
     NO_EQUATION = "No term of an equation lowers the error on every condition left out."
-    # Rungs that are never offered, since the search has judged the next one already
+    # Rungs that are never offered, since the search has compared the next one already
     superseded: tuple[str, ...] = ()
     negligible = 0.0  # Decrease of the error below which a simpler rung is offered
 
@@ -116,7 +116,7 @@ class Tiers(ABC, Generic[R]):
 
     @abstractmethod
     def noise_floor(self, diagnosis: Diagnosis) -> float:
-        """Error that noise alone leaves on the data that judge."""
+        """Error that noise alone leaves on the validation data."""
 
     @abstractmethod
     def verdict(
@@ -422,7 +422,7 @@ class Climb(Tiers[_Rung]):
         return choice.better_than(name) if choice is not None else None
 
     def noise_floor(self, diagnosis: Diagnosis) -> float:
-        """Error that noise alone leaves on the data that judge."""
+        """Error that noise alone leaves on the validation data."""
         return diagnosis.noise_floor
 
     def verdict(
@@ -611,7 +611,7 @@ def _power(rung: _Rung) -> float:
 
 
 def _deciding_error(rung: Rung) -> float:
-    """Error on the data that judge: held out if there are any, else left out."""
+    """Error on the validation data: held out if there are any, else left out."""
     return rung.held_out if np.isfinite(rung.held_out) else rung.left_out
 
 
