@@ -41,15 +41,15 @@ class Report:
     iterations: list[int] = field(default_factory=list)
     # Last estimate of the force scale: isolator force over that of the nominal model; None without
     # ``learning``
-    strength: float | None = None
+    force_scale: float | None = None
 
     def __str__(self) -> str:
         if not self.seconds:
             return "no decisions"
         median, slow = np.percentile(self.seconds, [50, 99]) * 1e3
         learnt = ""
-        if self.strength is not None:
-            learnt = f"; estimated force scale of the isolators {self.strength:.2f}"
+        if self.force_scale is not None:
+            learnt = f"; estimated force scale of the isolators {self.force_scale:.2f}"
         return (
             f"{len(self.seconds)} decisions, {self.failed} failed and {self.late} late (the "
             f"previous plan was followed); median {median:.3f} ms, 99th percentile "
@@ -409,7 +409,7 @@ class MPC(Estimating, CompiledController):
         report.iterations.append(int(state[at.ITERATED]))
         report.failed += int(state[at.FAILED])
         if self.learning is not None:
-            report.strength = float(state[at.FACTOR])
+            report.force_scale = float(state[at.FACTOR])
         if self.deadline is not None and took > self.deadline:
             report.late += 1
             if begun:

@@ -1,4 +1,4 @@
-"""A mixture of random far-field motions and near-fault pulses, to tune and to judge by."""
+"""A mixture of random far-field motions and near-fault pulses, to tune and evaluate controllers."""
 
 from __future__ import annotations
 

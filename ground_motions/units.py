@@ -1,7 +1,8 @@
-"""Units of acceleration that files may come in."""
+"""Units of the files that are read, and their factors to SI."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from ground_motions.errors import InputError
@@ -9,18 +10,29 @@ from ground_motions.errors import InputError
 STANDARD_GRAVITY = 9.80665
 """Standard gravity, m/s2 (3rd General Conference on Weights and Measures, 1901)."""
 
-ACCELERATION_UNITS = MappingProxyType(
+_INCH, _FOOT, _POUND_FORCE = 0.0254, 0.3048, 4.4482216
+
+UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
     {
-        "m/s2": 1.0,
-        "g": STANDARD_GRAVITY,
-        "cm/s2": 1e-2,
-        "gal": 1e-2,
-        "mm/s2": 1e-3,
-        "ft/s2": 0.3048,
-        "in/s2": 0.0254,
+        "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+        "displacement": {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "in": _INCH},
+        "force": {
+            "N": 1.0, "kN": 1e3, "MN": 1e6, "lbf": _POUND_FORCE, "kip": 1e3 * _POUND_FORCE,
+            "kgf": STANDARD_GRAVITY,
+        },
+        "current": {"A": 1.0, "mA": 1e-3},
+        "velocity": {"mm/s": 1e-3, "m/s": 1.0, "cm/s": 1e-2, "in/s": _INCH},
+        "acceleration": {
+            "m/s2": 1.0, "g": STANDARD_GRAVITY, "cm/s2": 1e-2, "gal": 1e-2, "mm/s2": 1e-3,
+            "ft/s2": _FOOT, "in/s2": _INCH,
+        },
+        "temperature": {"C": 1.0},
     }
-)
-"""Each accepted unit in m/s2."""
+)  # fmt: skip
+"""Accepted units of each quantity and their factors to SI (temperature in degree Celsius)."""
+
+ACCELERATION_UNITS = UNITS["acceleration"]
+"""Accepted units of acceleration and their factors to m/s2."""
 
 _SPELLINGS = {" ": "", "²": "2", "**": "", "^": "", "sec": "s", "/s/s": "/s2", "gals": "gal"}
 
@@ -43,3 +55,9 @@ def to_m_s2(unit: str, place: str = "unit") -> float:
         others = ", ".join(each for each in ACCELERATION_UNITS if each not in same)
         raise InputError(place, f"unit {unit!r}", hint + others)
     return ACCELERATION_UNITS[name]
+
+
+def column_units(quantity: str, units: Iterable[str] = ()) -> dict[str, float]:
+    """Return factors to SI by a unit's spelling in column names, such as ``m_s2`` for ``m/s2``."""
+    known = UNITS[quantity]
+    return {unit.replace("/", "_"): known[unit] for unit in units or known}

@@ -14,7 +14,7 @@ from ground_motions import STANDARD_GRAVITY
 from .errors import InputError
 from .simulation.pieces import refined_outputs
 from .structures import IsolatedStructure
-from .structures.sizing import isolation_elements
+from .structures.element_groups import isolation_elements
 
 if TYPE_CHECKING:
     from .laws.law import Law

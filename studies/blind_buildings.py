@@ -16,7 +16,7 @@ from .blind import building_cases as blind
 from .blind.building_model import Building
 from .blind.building_score import BuildingScored, confusion_table, rates
 from .blind.buildings import DAMPING_RATIO, ISOLATOR
-from .blind.study import diagnose_cases, part, share_from, write_tables
+from .blind.study import part, share_from, study_records
 
 if TYPE_CHECKING:
     from isolation_sim.discrepancy.tiers.result import Tier
@@ -52,16 +52,13 @@ def score(case: blind.BuildingCase) -> BuildingScored:
         record = read_building_record(written / "record.csv")
     tiers: Tier = "auto" if case.kind == "outside" else "causes"
     diagnosis = diagnose_building(record, engineers(case.record.nominal), tiers=tiers)
-    # afresh: the record that a case keeps cannot go to another process
+    # a new case: the record that a case caches cannot go to another process
     return BuildingScored(replace(case), diagnosis.to_dict())
 
 
 def main(share: float = 1.0) -> None:
     """Diagnose all cases and print the rates."""
-    results, seconds = diagnose_cases(cases(share), score)
-    lines = [f"- {name}: {rate}" for name, rate in rates(results).items()]
-    lines.append(f"- {len(results)} records, {seconds:.1f} s each")
-    write_tables(lines, confusion_table(results), "building_")
+    study_records(cases(share), score, rates, confusion_table, "building_")
 
 
 if __name__ == "__main__":

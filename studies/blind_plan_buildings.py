@@ -14,7 +14,7 @@ from pathlib import Path
 from .blind import plan_buildings as blind
 from .blind.building_score import BuildingScored, answer, confusion_table
 from .blind.score import Rate, named
-from .blind.study import diagnose_cases, part, share_from, write_tables
+from .blind.study import part, share_from, study_records
 
 CLEAN = 12
 SIZES = (0.03, 0.1)
@@ -80,10 +80,7 @@ def rates(results: list[BuildingScored]) -> dict[str, Rate]:
 def main(share: float = 1.0) -> None:
     """Diagnose all cases and print the rates."""
     listed = [*part(singles(), share), *part(clean(), share)]
-    results, seconds = diagnose_cases(listed, score)
-    lines = [f"- {name}: {rate}" for name, rate in rates(results).items()]
-    lines.append(f"- {len(results)} records, {seconds:.1f} s each")
-    write_tables(lines, confusion_table(results), "plan_")
+    study_records(listed, score, rates, confusion_table, "plan_")
 
 
 if __name__ == "__main__":

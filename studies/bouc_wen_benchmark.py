@@ -113,7 +113,7 @@ def refine(mass: float, device: Device, signal: Training) -> tuple[float, Device
 
 
 def campaign(mass: float, signal: Training) -> Campaign:
-    """Loops of the spring, if the mass is right: half a period to fit, half to judge."""
+    """Loops of the spring, if the mass is right: half a period to fit, half to validate."""
     force, time = signal.force - mass * signal.a, DT * np.arange(PERIOD // 2)
     halves = {"first half": slice(None, PERIOD // 2), "second half": slice(PERIOD // 2, None)}
     runs = [

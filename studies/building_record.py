@@ -38,7 +38,7 @@ TITLE = "A real building on rubber isolators: errors of a linear isolation layer
 RECORDS = {"ICA50": "ICA 50 %", "ICA100": "ICA 100 %", "CNP100": "Canoga Park 100 %"}
 FIRST = "ICA50"
 SHOWN = (("ICA50",), ("ICA50", "ICA100"))
-"""Records that the diagnosis is shown; the others judge."""
+"""Records that the diagnosis uses; the others validate."""
 EVERY = 4
 """Samples of 200 Hz that become one of 50 Hz: the building's modes lie below 15 Hz."""
 LOOPS_EVERY, SHORT_EVERY = 2, 3

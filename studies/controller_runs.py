@@ -206,8 +206,8 @@ def constants(record: Record) -> list[dict[str, float]]:
 def possible(record: Record) -> dict[str, Any]:
     """Solve for the clairvoyant bound of one motion; a minute or two for 30 s of motion.
 
-    It is kept in the cache folder: an interrupted study resumes, and other controllers are judged
-    by it without solving again.
+    It is saved in the cache folder: an interrupted study resumes, and other controllers are
+    compared with it without solving again.
     """
 
     def find() -> dict[str, Any]:

@@ -6,8 +6,8 @@ the passive rule. Score: J, the peak base displacement and the peak floor accele
 its value without current, added. The clairvoyant optimum bounds what is possible; the best constant
 current must be beaten. Both know the motion.
 
-Tuned were the feedback laws on random motions of Kanai and Tajimi, ``mpc`` on those of Clough and
-Penzien with seeds 300 to 399, its margin on 0 to 80; judged is on seeds 200 to 219.
+The feedback laws were tuned on random motions of Kanai and Tajimi, ``mpc`` on those of Clough and
+Penzien with seeds 300 to 399, its margin on 0 to 80. The evaluation uses seeds 200 to 219.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ SHORT = ("passive_off", "best_constant", "clipped_lqr", "on_off")
 
 
 def candidates(short: bool) -> dict[str, Controller]:
-    """Return the controllers to judge, by the name to print."""
+    """Return the controllers to evaluate, by the name to print."""
     if short:
         return {name: controller(**published_entry(name)) for name in SHORT}
     names = [name for name in available_controllers() if name not in NOT_EVALUATED]

@@ -3,7 +3,7 @@
 Eighteen sinusoidal tests (``mr_damper`` of the shared data): six conditions of amplitude and
 frequency at three currents. The conventional Bouc-Wen law is fitted, all laws are compared, and the
 best one is diagnosed. Parameters follow the current linearly. This is done twice: without the runs
-of one condition, and without those of one current; what was left out judges.
+of one condition, and without those of one current; what was left out validates.
 """
 
 from __future__ import annotations

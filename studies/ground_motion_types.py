@@ -55,13 +55,13 @@ DEGRADED = {
     "noise, delay and 20 % too soft": "soft", "noise, delay and 20 % too stiff": "stiff",
     "passive rule": runs.PASSIVE,
 }  # fmt: skip
-"""Conditions under which what measures by sensors is judged besides, on the recorded motions."""
+"""Degraded conditions of controllers with sensors, on the recorded motions."""
 
 Rows = list[dict[str, Any]]
 
 
 def candidates(short: bool) -> dict[str, tuple[Controller, runs.Case]]:
-    """Return the controllers to judge and their conditions, by the name to print."""
+    """Return the controllers to evaluate and their conditions, by the name to print."""
     ideal = runs.CASES[runs.NOMINAL]
     if short:
         return {"mpc": (controller("mpc"), ideal)}

@@ -108,9 +108,8 @@ def _choices(motion: str, table: Sequence[dict[str, Any]]) -> str:
 def _figure(runs: pandas.DataFrame) -> Figure:
     from isolation_sim.reports.style import (
         DOUBLE_COLUMN,
-        contour_lines,
+        contour_map,
         label_outer,
-        light_shades,
         new_figure,
         style,
     )
@@ -124,11 +123,9 @@ def _figure(runs: pandas.DataFrame) -> Figure:
                     index="current_A", columns="period_s", values=key
                 )
                 values = cells.to_numpy() * factor
-                image = axes.contourf(cells.columns, cells.index, values, 20, cmap=light_shades())
-                contour_lines(axes, cells.columns, cells.index, values, 7)
+                image = contour_map(axes, cells.columns, cells.index, values, 20, 7)
                 figure.colorbar(image, ax=axes)
                 axes.set(title=f"{motion}: {title}", xlabel="isolation period at 1.5 A, s",
                          ylabel="current, A")  # fmt: skip
-                axes.grid(False)
         label_outer(panels.ravel().tolist(), 2)
     return figure

@@ -147,9 +147,8 @@ def _figure(maps: Maps) -> Figure:
 
     from isolation_sim.reports.style import (
         DOUBLE_COLUMN,
-        contour_lines,
+        contour_map,
         label_outer,
-        light_shades,
         new_figure,
         style,
     )
@@ -162,15 +161,14 @@ def _figure(maps: Maps) -> Figure:
         panels = list(figure.subplots(len(RULES), across, squeeze=False).ravel())
         for axes, ((rule, name), cells) in zip(panels, maps.items(), strict=True):
             at = cells.columns, 1e3 * cells.index, cells
-            image = axes.contourf(*at, levels, cmap=light_shades(), norm=LogNorm())
-            contour_lines(axes, *at, [1.2, 1.5, 2, 4, 8, 12], "%g")
+            lines = [1.2, 1.5, 2, 4, 8, 12]
+            image = contour_map(axes, *at, levels, lines, "%g", norm=LogNorm())
             axes.set(xlabel="nominal over true force", ylabel="delay, ms",
                      title=f"{as_written(name)}, {rule}", xscale="log")  # fmt: skip
             axes.set_xticks([0.5, 1.0, 2.0])
             axes.xaxis.set_major_formatter("{x:g}")
             axes.xaxis.set_minor_formatter("")
             axes.set_xlim(cells.columns.min(), cells.columns.max())
-            axes.grid(False)
         label_outer(panels, across)
         ticks = [tick for tick in (0.5, 1, 2, 5, 10, 20) if levels[0] <= tick <= levels[-1]]
         bar = figure.colorbar(image, ax=panels, ticks=ticks, format="%g")

@@ -55,6 +55,10 @@ MOST_LOSS = 2.0
 LARGEST_GRADIENT = 0.5
 AVERAGED = 0.98
 """Factor of the moving average of the weights."""
+_STEPS_TO_AVERAGE = 50
+"""Steps until the average of the weights is better than the last ones."""
+_MOTIONS_AT_ONCE = 512
+"""Motions that are simulated at once before the training."""
 
 
 def broadband_motion(draw: np.random.Generator) -> NDArray:
@@ -453,6 +457,92 @@ def new_network(seed: int, n_ahead: int = 0) -> dict[str, NDArray]:
     return dict(zip(LAYERS, arrays, strict=True))
 
 
+class Batch(NamedTuple):
+    """Motions of one step of the training, some of them with the other sign."""
+
+    ground: Any  # (count, n_samples), m/s^2
+    inputs: Any  # (n_decisions, count, n_inputs): Of the network, from the ground motion
+    units: tuple[Any, Any]  # (n_decisions, count), m and m/s^2: Peaks that scale the other inputs
+    best: Any  # (3, count): See ``Training.best_constant``
+
+
+class TrainingSet(NamedTuple):
+    """All training motions, with what does not depend on the network."""
+
+    motions: NDArray  # (count, SAMPLES), m/s^2
+    inputs: NDArray  # (n_decisions, count, n_inputs), half precision
+    units: tuple[NDArray, NDArray]  # (n_decisions, count), m and m/s^2
+    best: NDArray  # (3, count)
+    odd: tuple[int, ...]  # Inputs that change their sign with the motion
+
+    @classmethod
+    def of(cls, training: Training, motions: NDArray, duration: float) -> TrainingSet:
+        """Simulate the motions under constant currents; ``duration`` is used of each, s."""
+        import jax
+
+        parts = [
+            motions[k : k + _MOTIONS_AT_ONCE] for k in range(0, len(motions), _MOTIONS_AT_ONCE)
+        ]
+        best = np.concatenate([training.best_constant(part) for part in parts], axis=1)
+        ground_inputs = jax.jit(training.ground_inputs)
+        inputs, x0, a0 = zip(*(map(np.asarray, ground_inputs(part)) for part in parts), strict=True)
+        n = min(round(duration / DECISION), len(inputs[0]))
+        halved = [each[:n].astype(np.float16) for each in inputs]
+        x0, a0 = ([each[:n] for each in peaks] for peaks in (x0, a0))
+        return cls(
+            motions[:, : N_SUB * n + 1], np.concatenate(halved, axis=1),
+            (np.concatenate(x0, axis=1), np.concatenate(a0, axis=1)), best,
+            (*ODD, *range(at.N_GROUND, at.N_GROUND + training.n_ahead)),
+        )  # fmt: skip
+
+    def draw(self, draw: np.random.Generator, count: int) -> Batch:
+        """Draw motions, each with a random sign."""
+        some = draw.choice(len(self.motions), min(count, len(self.motions)), replace=False)
+        sign = draw.choice(np.float32([-1.0, 1.0]), len(some))
+        inputs = self.inputs[:, some].astype(np.float32)
+        inputs[:, :, self.odd] *= sign[:, np.newaxis]
+        x0, a0 = self.units
+        ground = self.motions[some] * sign[:, np.newaxis]
+        return Batch(ground, inputs, (x0[:, some], a0[:, some]), self.best[:, some])
+
+
+class Adam:
+    """Weights that follow clipped gradients (Kingma and Ba 2015), and their moving average."""
+
+    def __init__(self, weights: dict[str, Any]) -> None:
+        self.weights, self.average = dict(weights), dict(weights)
+        self.first = {name: np.zeros_like(value) for name, value in weights.items()}
+        self.second = dict(self.first)
+
+    def update(self, step: int, gradient: dict[str, Any], rate: float) -> bool:
+        """Make a step, counted from 1; False, and no change, if the gradient is not finite."""
+        import jax.numpy as jnp
+
+        size = float(jnp.sqrt(sum(jnp.sum(g**2) for g in gradient.values())))
+        if not np.isfinite(size):
+            return False
+        clip = min(1.0, LARGEST_GRADIENT / size)
+        for name, g in gradient.items():
+            self.first[name] = 0.9 * self.first[name] + 0.1 * clip * g
+            self.second[name] = 0.99 * self.second[name] + 0.01 * (clip * g) ** 2
+            scaled = jnp.sqrt(self.second[name] / (1 - 0.99**step)) + 1e-6
+            change = rate * self.first[name] / (1 - 0.9**step) / scaled
+            self.weights[name] = self.weights[name] - change
+            self.average[name] = AVERAGED * self.average[name] + (1 - AVERAGED) * self.weights[name]
+        return True
+
+    def result(self, step: int) -> dict[str, NDArray]:
+        """Averaged weights; those of the last step during the first steps."""
+        weights = self.average if step > _STEPS_TO_AVERAGE else self.weights
+        return {name: np.asarray(value) for name, value in weights.items()}
+
+
+def learning_rate(step: int, steps: int, highest: float) -> float:
+    """Rate of a step: a linear rise, then a cosine down to a twentieth."""
+    cosine = 0.05 + 0.475 * (1 + np.cos(np.pi * step / steps))
+    return highest * min(1.0, step / 20) * cosine
+
+
 def train(
     network: dict[str, NDArray], motions: NDArray, steps: int, *, batch: int = 128,
     rate: float = 4e-3, harm: float = 0.3, degraded: float = 0.4, seed: int = 0,
@@ -460,48 +550,19 @@ def train(
 ) -> Iterator[tuple[int, float, dict[str, NDArray]]]:  # fmt: skip
     """Train a network: yields the step, its mean J minus constant, and the averaged weights."""
     import jax
-    import jax.numpy as jnp
 
     training = Training(plant(), n_ahead=len(network["Wg"]) - at.N_GROUND - at.N_MOTION)
-    odd = (*ODD, *range(at.N_GROUND, at.N_GROUND + training.n_ahead))
-    parts = range(0, len(motions), 512)
-    prepare = jax.jit(training.ground_inputs)
-    best = np.concatenate([training.best_constant(motions[k : k + 512]) for k in parts], axis=1)
-    prepared = [tuple(map(np.asarray, prepare(motions[k : k + 512]))) for k in parts]
-    inputs = np.concatenate([one[0].astype(np.float16) for one in prepared], axis=1)
-    x0, a0 = (np.concatenate([one[k] for one in prepared], axis=1) for k in (1, 2))
-    n = min(round(duration / DECISION), len(inputs))
-    gradient = jax.jit(jax.value_and_grad(partial(training.loss, harm=harm), has_aux=True))
-    draw = np.random.default_rng(seed)
-    first = {k: jnp.zeros_like(w) for k, w in network.items()}
-    second, average = dict(first), dict(network)
+    data = TrainingSet.of(training, motions, duration)
+    loss_and_gradient = jax.jit(jax.value_and_grad(partial(training.loss, harm=harm), has_aux=True))
+    draw, optimiser = np.random.default_rng(seed), Adam(network)
     for step in range(1, steps + 1):
-        some = draw.choice(len(motions), min(batch, len(motions)), replace=False)
-        sign = draw.choice(np.float32([-1.0, 1.0]), len(some))
-        some_inputs = inputs[:n, some].astype(np.float32)
-        some_inputs[:, :, odd] *= sign[:, np.newaxis]
-        ground = motions[some][:, : N_SUB * n + 1] * sign[:, np.newaxis]
-        (_, differences), slope = gradient(
-            network,
-            ground,
-            some_inputs,
-            (x0[:n, some], a0[:n, some]),
-            best[:, some],
-            draw_sensing(draw, n, len(some), degraded),
+        some = data.draw(draw, batch)
+        sensing = draw_sensing(draw, len(some.inputs), len(some.ground), degraded)
+        (_, differences), gradient = loss_and_gradient(
+            optimiser.weights, some.ground, some.inputs, some.units, some.best, sensing
         )
-        size = float(jnp.sqrt(sum(jnp.sum(g**2) for g in slope.values())))
-        if not np.isfinite(size):
-            continue
-        clip = min(1.0, LARGEST_GRADIENT / size)
-        now = rate * min(1.0, step / 20) * (0.05 + 0.475 * (1 + np.cos(np.pi * step / steps)))
-        for key, g in slope.items():
-            first[key] = 0.9 * first[key] + 0.1 * clip * g
-            second[key] = 0.99 * second[key] + 0.01 * (clip * g) ** 2
-            scaled = jnp.sqrt(second[key] / (1 - 0.99**step)) + 1e-6
-            network[key] = network[key] - now * first[key] / (1 - 0.9**step) / scaled
-            average[key] = AVERAGED * average[key] + (1 - AVERAGED) * network[key]
-        result = average if step > 50 else network
-        yield step, float(np.mean(differences)), {k: np.asarray(w) for k, w in result.items()}
+        if optimiser.update(step, gradient, learning_rate(step, steps, rate)):
+            yield step, float(np.mean(differences)), optimiser.result(step)
 
 
 def main() -> None:

@@ -51,7 +51,7 @@ def tuned_settings() -> dict[str, dict[str, Any]]:
 
 
 def motions(short: bool) -> tuple[dict[str, MotionSet], str]:
-    """Return the sets of motions to judge by, and what is absent."""
+    """Return the sets of motions for the evaluation, and what is absent."""
     job = Scenario.read(TUNED / "reference.toml").build()
     if short:
         return {"mixture": motion_set("mixture:4", job, UNSEEN_SEED)}, ""

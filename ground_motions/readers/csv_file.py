@@ -12,14 +12,11 @@ from ground_motions.errors import InputError, nearest
 from ground_motions.readers.lines import excerpt, parse_number, require_two, table_cells
 from ground_motions.readers.time_column import uniform_step
 from ground_motions.record import Record
-from ground_motions.units import to_m_s2, unit_name
+from ground_motions.units import ACCELERATION_UNITS, to_m_s2, unit_name
 
 TIME_COLUMN = "time_s"
 PREFERRED_QUANTITY = "ground_acceleration"
-_SUFFIXES = {
-    "_m_s2": "m/s2", "_cm_s2": "cm/s2", "_mm_s2": "mm/s2", "_ft_s2": "ft/s2", "_in_s2": "in/s2",
-    "_gal": "gal", "_g": "g",
-}  # fmt: skip
+_SUFFIXES = {f"_{unit.replace('/', '_')}": unit for unit in ACCELERATION_UNITS}
 # "Acc[cm/s2]", "Beschleunigung [m/s²]", "Acceleration (g)"
 _BRACKETS = re.compile(r"(?P<quantity>.*?)\s*[\[(](?P<unit>[^\[\]()]+)[\])]")
 _SECONDS = ("s", "sec", "second", "seconds")

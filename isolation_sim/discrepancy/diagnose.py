@@ -91,7 +91,7 @@ def diagnose(
         problem = DeviceTests(data, *options, significance, choice, runs, wrong)
         diagnosis = diagnose_problem(problem)[0]
         explained = diagnosis.verdict in ("adequate", "explained")
-        # given numbers are judged as they are
+        # given parameter values are not fitted
         if tiers == "causes" or (tiers == "auto" and (explained or device is not None)):
             return diagnosis
         from .tiers.ladder import Climb, climb
@@ -119,8 +119,8 @@ def diagnose_building(
         raise InputError(f"tiers is {tiers!r}; expected of {lacking}: auto or causes")
     problem = BuildingRecords(several, isolated, most_causes, progress or (lambda text: None))
     devices = [element.device for element in isolated.elements]
-    found, result = diagnose_problem(problem, devices)
-    diagnosis = BuildingDiagnosis(**vars(found), building=problem.building(result))
+    common, result = diagnose_problem(problem, devices)
+    diagnosis = BuildingDiagnosis(**vars(common), building=problem.building(result))
     explained = diagnosis.verdict in ("adequate", "explained")
     diverges = not np.isfinite([result.base.cost, result.best.cost]).all()
     if tiers == "causes" or lacking or diverges or (tiers == "auto" and explained):
@@ -195,7 +195,7 @@ def kind_of(path: str | Path) -> str:
 
 
 def read_parameters(law: Law, parameters: str | Path | Device) -> Device | None:
-    """Find the numbers with which a law is to be judged."""
+    """Find the parameter values of the nominal law."""
     if isinstance(parameters, Device):
         device = parameters
     elif str(parameters) == "fit":

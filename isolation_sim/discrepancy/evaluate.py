@@ -21,7 +21,7 @@ from ..identification.parameterisation import Parameterisation
 from ..identification.run_starts import start_note
 from ..identification.spikes import repaired
 from ..laws import Device
-from .device.kept_history import can_be_kept, kept
+from .device.carried_history import can_carry_history, carry_history
 from .device.model import Model
 
 _LESS = 0.7
@@ -66,10 +66,10 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
 def _forces(model: Model, values: NDArray, scale: float) -> tuple[NDArray, str]:
     """Forces of a law, N, and a note if its effects go on from run to run, as in one specimen."""
     force = scale * model.forces(values, False)[0]
-    going_on = [effect for effect in model.effects if can_be_kept(effect)]
+    going_on = [effect for effect in model.effects if can_carry_history(effect)]
     if not going_on or model.data.past is None:
         return force, ""
-    effects = tuple(kept(one) if one in going_on else one for one in model.effects)
+    effects = tuple(carry_history(one) if one in going_on else one for one in model.effects)
     other = scale * replace(model, effects=effects).forces(values, False)[0]
     misfits = [float(np.sum((one - model.data.force) ** 2)) for one in (other, force)]
     if not misfits[0] < _LESS * misfits[1]:
@@ -78,12 +78,14 @@ def _forces(model: Model, values: NDArray, scale: float) -> tuple[NDArray, str]:
     return other, f"{names}: goes on from run to run, which is nearer to the forces"
 
 
-def _averaged(data: MeasuredRuns, force: NDArray, found: Averaging) -> tuple[MeasuredRuns, NDArray]:
+def _averaged(
+    data: MeasuredRuns, force: NDArray, averaging: Averaging
+) -> tuple[MeasuredRuns, NDArray]:
     """Average the force of a law as the channel does, if that is near to the measured force."""
     # Clear signs of an average count unless the force itself is clearly nearer; where runs are too
     # few to tell, the averaged one has to be.
-    clear = bool(found.widths.any())
-    widths = found.widths if clear else found.suspected
+    clear = bool(averaging.widths.any())
+    widths = averaging.widths if clear else averaging.suspected
     if not widths.any():
         return data, force
     averaged = replace(data, averaging=widths)

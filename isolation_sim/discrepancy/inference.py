@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..identification.least_squares import DETERMINED, unit_columns
-from .decisions import AT_BOUND, RESAMPLES, UNDETERMINED
+from ..identification.least_squares import at_bound as at_bound  # beside the other inference
+from .decisions import RESAMPLES, UNDETERMINED
 from .device.generic_terms import OUTSIDE
 from .diagnosis import Cause
 from .verdict import Verdict
@@ -64,12 +65,6 @@ def half_widths(jacobian: NDArray, variance: float) -> NDArray:
     half = 1.96 * np.sqrt(shares[:, known] @ (variance / power[known])) / norm
     open_ = shares[:, ~known].sum(axis=1) > UNDETERMINED
     return np.where(open_ | ~np.isfinite(half), np.inf, half)
-
-
-def at_bound(value: float, lower: float, upper: float) -> bool:
-    """Whether a fitted value lies at a bound of its range."""
-    size = upper - lower if np.isfinite(upper - lower) else abs(value)
-    return bool(min(abs(value - lower), abs(upper - value)) <= AT_BOUND * size)
 
 
 def gain_interval(blocks: NDArray, seed: int = 0) -> tuple[float, float] | None:

@@ -36,7 +36,7 @@ class Evaluation:
     unexplained: float
     adequate: bool  # Whether the nominal model misses the data by no more than noise
     explained: bool  # Whether the remainder is small enough for the verdict "explained"
-    # (n_blocks, 2): Squared residual before and after in blocks of the data that judge, for the
+    # (n_blocks, 2): Squared residual before and after in blocks of the validation data, for the
     # gain
     blocks: NDArray = field(default_factory=lambda: np.empty((0, 2)))
     details: dict[str, Any] = field(default_factory=dict)  # Further plain numbers for the JSON
@@ -83,7 +83,7 @@ class Problem(ABC, Generic[H]):
 
     @abstractmethod
     def devices(self, result: SearchResult[H]) -> tuple[Device | None, Device | None]:
-        """Return the device that was judged, and the one with the causes in it."""
+        """Return the nominal device, and the one with the causes in it."""
 
     @abstractmethod
     def traces(self, result: SearchResult[H]) -> tuple[Trace, ...]:

@@ -37,7 +37,7 @@ def whole_force(signals: Signals, states: tuple, parameters: tuple) -> Any:
     return positive(1 - parameters[0] * np.fabs(signals.x))
 
 
-STRENGTH = EffectParameter(
+LOSS = EffectParameter(
     "loss", "1/m", "loss of field with deformation", lower=0.0, upper=1e4, strength=True,
     starts=(0.1, 0.4),
 )  # fmt: skip
@@ -47,7 +47,7 @@ FORMS = (
         cause="field_gap_coupling",
         form="field",
         title="Field-gap coupling",
-        parameters=(STRENGTH,),
+        parameters=(LOSS,),
         current=field,
         source="Li & Li, Section 4.2",
     ),
@@ -55,7 +55,7 @@ FORMS = (
         cause="field_gap_coupling",
         form="reluctance",
         title="Field-gap coupling by reluctance",
-        parameters=(STRENGTH,),
+        parameters=(LOSS,),
         current=reluctance,
         source="magnetic circuit with a gap that grows as x^2",
     ),
@@ -64,7 +64,7 @@ FORMS = (
         form="off_centre",
         title="Field-gap coupling by reluctance, off centre",
         parameters=(
-            STRENGTH,
+            LOSS,
             EffectParameter(
                 "centre", "m", "deformation at which the poles are in line", lower=-100.0,
                 upper=100.0, starts=(0.2, -0.2),
@@ -77,7 +77,7 @@ FORMS = (
         cause="field_gap_coupling",
         form="whole_force",
         title="Field-gap coupling of the whole force",
-        parameters=(STRENGTH,),
+        parameters=(LOSS,),
         factor=whole_force,
         source="Li & Li, Eq 15",
     ),

@@ -40,7 +40,7 @@ def slope(signals: Signals, states: tuple, parameters: tuple) -> Any:
     return signals.current + decrease * (saturated - signals.current)
 
 
-STRENGTH = EffectParameter(
+SATURATION = EffectParameter(
     "saturation", "1/A", "inverse of the saturation current", lower=0.0, upper=100.0,
     strength=True, starts=(0.5, 1.5),
 )  # fmt: skip
@@ -54,7 +54,7 @@ FORMS = (
         cause="field_saturation",
         form="knee",
         title="Field saturation",
-        parameters=(STRENGTH, EXPONENT),
+        parameters=(SATURATION, EXPONENT),
         current=knee,
         source="Froelich (1881), Kennelly (1891), with a free knee",
     ),
@@ -62,7 +62,7 @@ FORMS = (
         cause="field_saturation",
         form="tanh",
         title="Field saturation, hyperbolic tangent",
-        parameters=(STRENGTH,),
+        parameters=(SATURATION,),
         current=tanh,
         source="Jiles (1991), Introduction to Magnetism and Magnetic Materials",
     ),

@@ -24,13 +24,13 @@ def tested_currents(currents: Sequence[NDArray]) -> NDArray:
     same = _STEADY * float(np.max(np.abs(seen)))
     if not 1e-6 < noise < same:
         return seen
-    levels = levels_of([float(np.mean(current)) for current in currents], same)
+    levels = group_currents([float(np.mean(current)) for current in currents], same)
     # a step of this decimal is not above the noise
     decimal = -int(np.floor(np.log10(noise)))
     return np.unique([round(float(np.mean(level)), decimal) + 0.0 for level in levels])
 
 
-def levels_of(means: Sequence[float], same: float) -> list[NDArray]:
+def group_currents(means: Sequence[float], same: float) -> list[NDArray]:
     """Mean currents of runs, increasing, those that differ by no more than ``same`` together."""
     ordered = np.sort(means)
     return np.split(ordered, np.flatnonzero(np.diff(ordered) > same) + 1)

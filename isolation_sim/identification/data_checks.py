@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.units import STANDARD_GRAVITY
+
 from ..errors import InputError
 from .fitted import RunError, pooled
 from .force_channel import averaging_note
@@ -53,8 +55,8 @@ _COLUMN_UNITS = (1.0, 1e3, 1e6)
 _FAR_OFF, _NEAR = 30.0, 4.0
 """Factors on the stiffness of the other runs: of one whose columns may be swapped, and of the same
 run with its columns exchanged. Convention."""
-_LARGEST_CURRENT = 100.0
-"""A. A larger current is asked for its unit. Convention."""
+_LARGEST_CURRENT, _LARGEST_FORCE = 100.0, 1e8
+"""A, N. A larger current or force is asked for its unit. Convention."""
 _SMALLEST_FORCE, _SMALLEST_DEFORMATION = 1.0, 1e-5
 """N, m. Runs that all stay below it are asked for their unit. Convention."""
 _RAMP = 0.8
@@ -80,6 +82,20 @@ def data_notes(runs: Sequence[TestRun], averaging: NDArray) -> list[str]:
     """Describe suspicious features of the runs; ``averaging`` of each run's force, (n_runs,), s."""
     notes = [note for check in _CHECKS for note in check(runs)]
     return [*notes, *filter(None, [averaging_note(averaging)])]
+
+
+def unit_notes(runs: Sequence[TestRun]) -> list[str]:
+    """Name runs whose sizes suggest that a column has another unit than its name says."""
+    return [*_implausible_sizes(runs), *_unit_of_force(runs)]
+
+
+def same_forces_notes(runs: Sequence[TestRun]) -> list[str]:
+    """Name runs whose forces are those of another run, sample by sample."""
+    first: dict[bytes, TestRun] = {}
+    again = [run for run in runs if first.setdefault(run.force.tobytes(), run) is not run]
+    if not again:
+        return []
+    return [f"{_names(again, runs)}: the forces are those of another test, sample by sample"]
 
 
 def refuse_swapped(runs: Sequence[TestRun]) -> None:
@@ -154,8 +170,8 @@ def _holds(force: NDArray, part: slice) -> bool:
     """Whether a force stands still or relaxes, as that of a device whose deformation is held."""
     # behind a clipped channel the motion goes on, and the force changes until the end
     n = part.stop - part.start
-    settled = force[part][n // 10 :]
-    begin, middle, end = (float(np.mean(each)) for each in np.array_split(settled, 5)[::2])
+    later = force[part][n // 10 :]
+    begin, middle, end = (float(np.mean(each)) for each in np.array_split(later, 5)[::2])
     if np.ptp([begin, middle, end]) < _STILL * np.ptp(force):
         return True
     return abs(end - middle) < _RELAXED * abs(middle - begin)
@@ -208,9 +224,13 @@ def _implausible_sizes(runs: Sequence[TestRun]) -> Iterator[str]:
         most = max(currents.values())
         yield f"{_names(wrong, runs)}: current reaches {most:.3g} A{others}; is its unit right?"
     for run in runs:
-        largest = float(np.max(np.abs(run.displacement)))
-        if largest > _LARGEST_DEFORMATION:
-            yield f"{run.name}: deformation reaches {largest:.3g} m; is its unit right?"
+        for what, values, most, unit in (
+            ("deformation", run.displacement, _LARGEST_DEFORMATION, "m"),
+            ("force", run.force, _LARGEST_FORCE, "N"),
+        ):
+            largest = float(np.max(np.abs(values)))
+            if largest > most:
+                yield f"{run.name}: {what} reaches {largest:.3g} {unit}; is its unit right?"
 
 
 def _drifting_channels(runs: Sequence[TestRun]) -> Iterator[str]:
@@ -332,7 +352,7 @@ def _velocity_channel(runs: Sequence[TestRun]) -> Iterator[str]:
 def _unit_of_force(runs: Sequence[TestRun]) -> Iterator[str]:
     """Forces of one run a thousand times those of the others, or as many as kilograms are newtons.
 
-    A factor of 9.81 is told only where another run has the same motion.
+    A factor of 9.81 is reported only where another run has the same motion.
     """
     stiffness = np.array([_rms(run.force) / _rms(run.displacement) for run in runs])
     for run, one in zip(runs, stiffness / np.median(stiffness), strict=True):
@@ -401,7 +421,7 @@ def _rms(values: NDArray) -> float:
 
 def _unit_factor(factor: float) -> str:
     """The confusion of units that a factor looks like; empty if none."""
-    for unit, text in ((9.80665, "9.81"), (1000.0, "1000")):
+    for unit, text in ((STANDARD_GRAVITY, "9.81"), (1000.0, "1000")):
         if abs(factor / unit - 1) < _UNIT_ERROR:
             return text
         if abs(factor * unit - 1) < _UNIT_ERROR:

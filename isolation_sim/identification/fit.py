@@ -13,7 +13,7 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError
 from ..laws import Device
-from ..laws.law import Law, Quantity
+from ..laws.law import Law
 from ..laws.registry import LAWS
 from ..laws.trace_check import check_traceable
 from .campaign import Campaign, read_campaign
@@ -21,7 +21,7 @@ from .data_checks import data_notes, outlier_note, refuse_swapped
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
 from .law_choice import AUTO, choose_law
 from .law_fit import LARGEST_DERIVATIVE, STARTS, LawModel, fit_law, from_off, parameterise
-from .least_squares import Optimum
+from .least_squares import Optimum, at_bound
 from .measured_runs import LEAST_NOISE, hold_out_some, measured_runs
 from .noise import correlation_time
 from .parameterisation import Parameterisation
@@ -29,8 +29,6 @@ from .run_starts import start_note
 from .spikes import repaired
 from .workers import workers
 
-_AT_BOUND = 2e-6
-"""Distance from a bound, over the parameter's size by the data, at which a value lies at it."""
 _DATA_NOTES = 5
 """Notes on the data, at most."""
 _LACKING = 3.0
@@ -205,29 +203,24 @@ def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], ND
     half = 1.96 * np.sqrt(np.diag(covariance))
     # whatever basis of the open directions the decomposition has chosen
     undirected = np.linalg.norm(vt[~keep], axis=0) > 0.3
-    at_bound = (best.x <= p.lower) | (best.x >= p.upper)
-    loose = (np.abs(at_currents) > 1e-9) @ (undirected | at_bound)
+    bounded = (best.x <= p.lower) | (best.x >= p.upper)
+    loose = (np.abs(at_currents) > 1e-9) @ (undirected | bounded)
     estimates = tuple(
         Estimate(
             name=quantity.name,
             unit=quantity.unit,
             current=float(current) if n > 1 else None,
-            value=float(values[i]),
-            low=float(max(values[i] - half[i], quantity.lower)),
-            high=float(min(values[i] + half[i], quantity.upper)),
-            determined=bool(half[i] < abs(values[i]) and not loose[i]),
-            at_bound=_at_bound(values[i], quantity, p.scale[i]),
+            value=value,
+            low=float(max(value - half[i], quantity.lower)),
+            high=float(min(value + half[i], quantity.upper)),
+            determined=bool(half[i] < abs(value) and not loose[i]),
+            at_bound=at_bound(value, p.lower[i], p.upper[i], max(p.scale[i], abs(value))),
         )
         for k, quantity in enumerate(p.free)
         for i, current in enumerate(p.currents, k * n)
+        for value in [float(values[i])]
     )
     return estimates, covariance
-
-
-def _at_bound(value: float, quantity: Quantity, scale: float) -> bool:
-    """Whether a value lies at a bound of its parameter, up to a small part of the data's size."""
-    away = min(value - quantity.lower, quantity.upper - value)
-    return bool(away <= _AT_BOUND * max(scale, abs(value)))
 
 
 def _notes(

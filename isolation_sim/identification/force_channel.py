@@ -51,15 +51,15 @@ class Averaging(NamedTuple):
     """Moving average in the force channel of some runs."""
 
     widths: NDArray  # (n_runs,): Averaging time of each run's force, s; 0 if it is not averaged
-    # Averaging times, s, if few runs cannot tell; a law remains to judge them
+    # Averaging times, s, if few runs do not decide; a fitted law then decides
     suspected: NDArray
 
 
 def find_averaging(runs: Sequence[TestRun]) -> Averaging:
     """Find the averaging time of each run's force."""
-    found = [_harmonics(run) for run in runs]
+    harmonics = [_harmonics(run) for run in runs]
     none, widths = np.zeros(len(runs)), np.zeros(len(runs))
-    known = [one for one in found if one is not None]
+    known = [one for one in harmonics if one is not None]
     if not known:
         return Averaging(none, none)
     varied = len(known) >= _LEAST_RUNS and all(
@@ -71,7 +71,7 @@ def find_averaging(runs: Sequence[TestRun]) -> Averaging:
     best = int(np.argmin(averaged.sum(axis=0)))
     left = averaged[:, best]
     clear = left.sum() < _EXPLAINED * smooth.sum() and np.mean(left < _LESS * smooth) >= _AGREE
-    for k, one in enumerate(found):
+    for k, one in enumerate(harmonics):
         if one is not None:
             widths[k] = _WIDTHS[best] / one.frequency
     suspicious = clear or left.sum() < _LESS * smooth.sum()

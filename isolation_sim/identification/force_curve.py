@@ -131,7 +131,8 @@ class CornerCurve:
     ):
         fewest = sum(terms) if terms else _SAMPLES_A_SIDE
         reach = min(max(2 * np.pi * reach, fewest * cycles.step), 2 * np.pi * _WIDEST)
-        self.cycles, self.centre, self.corner, self.given = cycles, centre, corner, bool(terms)
+        self.cycles, self.centre, self.corner = cycles, centre, corner
+        self.has_own_terms = terms is not None
         low, high = (float(np.clip(limit, -reach, reach)) for limit in limits)
         self.low, self.high = low, high
         """Phases relative to the centre between which the curve holds, rad."""
@@ -159,7 +160,7 @@ class CornerCurve:
     @property
     def smooth(self) -> bool:
         """Whether the harmonics describe the force here as well."""
-        if self.given:
+        if self.has_own_terms:
             return self.left_by_harmonics < _MUCH * self.left
         return self.left_by_harmonics * (1.0 if self.terms.jump else _CLEARLY) < self.left
 
@@ -197,7 +198,7 @@ class CornerCurve:
         def left(terms: Terms) -> tuple[float, int]:
             return _left(force, terms.rows(away, np.sign(away)))
 
-        # few terms of one parity, or those for either side could hardly be told from them
+        # few terms of one parity, or those for either side could hardly be distinguished from them
         if not _needed(left(_KINK._replace(jump=0, kink=0)), left(_KINK), force):
             return smooth
         usual, rich = _KINK, _RICH_KINK

@@ -28,17 +28,17 @@ def fill_gaps(
     if not where.size:
         return values, where
 
-    def refuse(sample: int, given: str, expected: str) -> InputError:
+    def refuse(sample: int, actual: str, expected: str) -> InputError:
         place = f"{path}, line {lines[sample]}, column {column}"
-        return InputError(place, given, expected)
+        return InputError(place, actual, expected)
 
     longest = max(np.split(where, np.flatnonzero(np.diff(where) > 1) + 1), key=len)
     if len(longest) > LONGEST:
-        given = f"{len(longest)} samples in a row without a number"
-        raise refuse(longest[0], given, f"at most {LONGEST}, which are interpolated")
+        actual = f"{len(longest)} samples in a row without a number"
+        raise refuse(longest[0], actual, f"at most {LONGEST}, which are interpolated")
     if len(where) > max(MOST * len(values), 1):
-        given = f"the first of {len(where)} samples without a number, of {len(values)}"
-        raise refuse(where[0], given, f"at most {MOST:.0%}, which are interpolated")
+        actual = f"the first of {len(where)} samples without a number, of {len(values)}"
+        raise refuse(where[0], actual, f"at most {MOST:.0%}, which are interpolated")
     if missing[0] or missing[-1]:
         ends = "numbers in the first and in the last row"
         raise refuse(0 if missing[0] else len(values) - 1, "no number", ends)

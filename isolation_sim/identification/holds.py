@@ -22,11 +22,11 @@ def hold_still(x: NDArray, v: NDArray, a: NDArray, step: float) -> _Motion:
     """Give a device that rests the constant velocity of the line through its displacement."""
     # Noise of a velocity that is zero in truth drives every state that grows with |v|: a Bouc-Wen
     # law would relax in a rest.
-    found = list(_rests(x, v, step))
-    if not found:
+    rests = list(_rests(x, v, step))
+    if not rests:
         return x, v, a
     x, v, a = x.copy(), v.copy(), a.copy()
-    for rest in found:
+    for rest in rests:
         time = step * np.arange(rest.stop - rest.start)
         slope, first = np.polyfit(time, x[rest], 1)
         x[rest], v[rest], a[rest] = first + slope * time, slope, 0.0

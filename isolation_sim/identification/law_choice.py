@@ -52,7 +52,7 @@ class LawRank:
     left_out: float
     # (n_numbers,): Unknowns of the fit, as ``parameterise`` has them; empty without finite forces
     values: NDArray = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)
-    given: bool = False  # Whether the values were given and not fitted
+    prescribed: bool = False  # Whether the values were given and not fitted
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class LawChoice:
         """The choice in words."""
         best, near = self.best, [one.law for one in self.near if one is not self.best]
         how = (
-            " as given fits best: it misses short data" if best.given
+            " as given fits best: it misses short data" if best.prescribed
             else " fits best: fitted to short data, it misses what was left out of the fit"
         )  # fmt: skip
         text = f"Of {len(self.ranks)} laws {best.law}{how} by {100 * best.left_out:.3g} %."
@@ -112,13 +112,13 @@ def choose_law(
     seed: int = 0,
     advance: Callable[[], None] = lambda: None,
     laws: Iterable[str] = LAWS,
-    given: Device | None = None,
+    prescribed: Device | None = None,
 ) -> LawChoice:
     """Fit every law to short data, the best few further, and rank them."""
-    # The fitted runs are fitted and those held out judge; of the best laws, each condition of the
+    # The held-out runs validate the fit; of the best laws, each condition of the
     # fitted runs is left out in turn as well. A law with fewer numbers is preferred where the
-    # errors are nearly the same. ``advance`` is called after each law. A ``given`` device stands
-    # for its law if its error on the same data is smaller.
+    # errors are nearly the same. ``advance`` is called after each law. A ``prescribed`` device
+    # stands for its law if its error on the same data is smaller.
     # Raises InputError if no law gives finite forces.
     cycles = max(_SAMPLES / _A_CYCLE / len(data.dt), 1.5)
     short = data.cycles(cycles, _A_CYCLE)
@@ -141,8 +141,8 @@ def choose_law(
     if not best:
         raise InputError(f"{campaign.name}: no law gives finite forces under the measured motion")
     ranks = [*best, *ranks[len(best) :]]
-    if given is not None:
-        own = _rank_given(campaign, short, degree, given)
+    if prescribed is not None:
+        own = _rank_prescribed(campaign, short, degree, prescribed)
         better = [one for one in ranks if one.law == own.law and one.left_out < own.left_out]
         ranks = [*(one for one in ranks if one.law != own.law), *(better or [own])]
     ranks.sort(key=lambda one: one.left_out)
@@ -163,7 +163,7 @@ def _rank(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> tuple[LawRank
     near = replace(model, data=fitted)
 
     def resolved(end: Optimum) -> LawRank:
-        return _judged(*model.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-3))
+        return _evaluate(*model.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-3))
 
     ends = pool.map(lambda start: search_roughly(near, start, _STEPS, 1e-3), begin[:_RESOLVED])
     none = LawRank(p.law.name, p.law.title, len(p.scale), np.inf, np.inf)
@@ -171,32 +171,34 @@ def _rank(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> tuple[LawRank
     return best, model
 
 
-def _rank_given(
-    campaign: Campaign, short: MeasuredRuns, degree: int | None, given: Device
+def _rank_prescribed(
+    campaign: Campaign, short: MeasuredRuns, degree: int | None, prescribed: Device
 ) -> LawRank:
     """The rank of a law with given values: no sample took part in a fit of them."""
-    p = parameterise(campaign, given.law, short, degree, given=given)
-    values = p.of(given)
+    p = parameterise(campaign, prescribed.law, short, degree, prescribed=prescribed)
+    values = p.of(prescribed)
     model = LawModel(short, p).resolve_steps(values).settle_starts(values)
     data = model.data
     residual = data.bounded(model.forces(values, False)[0]) - data.force
     error = data.relative(residual, data.fitted)
     left_out = data.relative(residual, np.ones(len(residual), bool))
-    return LawRank(given.law.name, given.law.title, len(p.scale), error, left_out, values, True)
+    return LawRank(
+        prescribed.law.name, prescribed.law.title, len(p.scale), error, left_out, values, True
+    )
 
 
 def _rank_further(one: LawRank, model: LawModel, pool: ThreadPoolExecutor) -> LawRank:
-    """Fit a law further, as ``fit`` does, and judge it by conditions left out in turn, too."""
+    """Fit a law further, as ``fit`` does, and cross-validate it over conditions, too."""
     model, end = refine_law(model, one.values)
-    return replace(_judged(model, end), left_out=_left_out(model, end.x, pool))
+    return replace(_evaluate(model, end), left_out=_left_out(model, end.x, pool))
 
 
-def _judged(model: LawModel, end: Optimum) -> LawRank:
+def _evaluate(model: LawModel, end: Optimum) -> LawRank:
     """The rank of a fitted law, by the held-out samples if there are any."""
     data, law = model.data, model.parameterisation.law
     residual = data.bounded(model.forces(end.x, False)[0]) - data.force
-    judged = data.fitted if data.fitted.all() else ~data.fitted
-    errors = data.relative(residual, data.fitted), data.relative(residual, judged)
+    counted = data.fitted if data.fitted.all() else ~data.fitted
+    errors = data.relative(residual, data.fitted), data.relative(residual, counted)
     return LawRank(law.name, law.title, len(model.parameterisation.scale), *errors, end.x)
 
 

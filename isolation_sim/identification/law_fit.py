@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..laws import Device
 from ..laws.law import Law, StateScaling
 from .campaign import Campaign
-from .current_basis import currents_of, levels_of
+from .current_basis import currents_of, group_currents
 from .least_squares import Optimum, levenberg_marquardt
 from .measured_runs import MeasuredRuns
 from .multistart import distinct, screen_starts
@@ -222,14 +222,14 @@ def parameterise(
     data: MeasuredRuns,
     degree: int | None = None,
     fixed: Mapping[str, float] | None = None,
-    given: Device | None = None,
+    prescribed: Device | None = None,
 ) -> Parameterisation:
     """Choose the unknown parameters of a law for measured runs, with scales from the fitted ones.
 
     Where every run has one current, a scale of a state is redundant. If the parameters follow the
     current, the state is scaled to 1 at most; else the law's own redundant parameter is held. Of a
-    ``given`` device the one is held that it does not change with the current, at its value there. A
-    current that changes within a run determines the scale.
+    ``prescribed`` device the one is held that it does not change with the current, at its value
+    there. A current that changes within a run determines the scale.
 
     Raises InputError if the data cannot excite the law or do not determine the degree.
     """
@@ -246,8 +246,8 @@ def parameterise(
     span = from_off(least, most), most
     numbers: dict[str, NDArray] = {}
     held: dict[str, float | NDArray] = {**law.smoothing}
-    if given is not None:
-        numbers = dict(zip(law.parameter_names, given.current.at(currents), strict=True))
+    if prescribed is not None:
+        numbers = dict(zip(law.parameter_names, prescribed.current.at(currents), strict=True))
         held |= {name: _powers(currents, numbers[name]) for name in law.smoothing}
     held |= fixed or {}
     redundancy = law.redundancy
@@ -258,7 +258,7 @@ def parameterise(
     scaling = None
     if steady and redundancy is not None and not held.keys() & set(redundancy.among):
         name = redundancy.held
-        if given is None:
+        if prescribed is None:
             if len(currents) > 1 and redundancy.scaling is not None:
                 scaling = redundancy.scaling
             else:
@@ -370,7 +370,7 @@ def _diverging(model: LawModel, values: NDArray) -> list[str]:
 def _n_currents(data: MeasuredRuns) -> int:
     """Number of currents of the fitted runs."""
     means = [float(np.mean(data.current[r])) for r in data.runs if data.fitted[r].any()]
-    return len(levels_of(means, _STEADY * max(map(abs, means))))
+    return len(group_currents(means, _STEADY * max(map(abs, means))))
 
 
 def refine_law(model: M, start: NDArray) -> tuple[M, Optimum]:
@@ -393,5 +393,5 @@ def _refined(model: M, start: NDArray) -> tuple[M, Optimum]:
         return model.minimise_resolved(start, _MOST_ITERATIONS, tolerance, _VALLEY)
 
     model, result = fit(model.settle_starts(start), start)
-    settled = model.settle_starts(result.x)
-    return (model, result) if settled is model else fit(settled, result.x)
+    with_starts = model.settle_starts(result.x)
+    return (model, result) if with_starts is model else fit(with_starts, result.x)

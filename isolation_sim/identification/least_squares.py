@@ -21,6 +21,9 @@ VALLEY = 10
 DETERMINED = 1e-6
 """Of the largest singular value of derivatives in unit columns: directions below it are not
 determined by the data."""
+AT_BOUND = 1e-6
+"""Distance from a bound, over the size of a value, below which it lies at it: an optimiser's
+rounding. Theory."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,13 @@ class Optimum:
     jacobian: NDArray  # (n_residuals, n): Their derivatives
     iterations: int  # Steps tried
     converged: bool  # Whether it ended because no step would lower the cost noticeably
+
+
+def at_bound(value: float, lower: float, upper: float, size: float | None = None) -> bool:
+    """Whether a fitted value lies at a bound; ``size``: its range, or itself if that is open."""
+    if size is None:
+        size = upper - lower if isfinite(upper - lower) else abs(value)
+    return bool(min(abs(value - lower), abs(upper - value)) <= AT_BOUND * size)
 
 
 def levenberg_marquardt(

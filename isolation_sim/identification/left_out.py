@@ -1,4 +1,4 @@
-"""Conditions of measured runs that are left out of a fit in turn, to judge it."""
+"""Conditions of measured runs that are left out of a fit in turn: cross-validation."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ def conditions(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
     motions: list[list[int]] = []
     for k in np.argsort(sizes.sum(axis=1), kind="stable").tolist():
         near = (m for m in motions if np.all(np.abs(sizes[k] - sizes[m[0]]) < _SAME))
-        found = next(near, None)
-        if found is None:
+        motion = next(near, None)
+        if motion is None:
             motions.append([k])
         else:
-            found.append(k)
+            motion.append(k)
     count = min(_GROUPS, len(motions))
     groups = [
         [k for m in part for k in motions[m]] for part in np.array_split(range(len(motions)), count)

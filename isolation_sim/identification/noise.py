@@ -36,7 +36,7 @@ _UNLIKE = 2.0
 it."""
 _FEWEST_CYCLES, _SINUSOIDAL = 4, 0.995
 """Cycles of a sinusoidal run, and share of its power at one frequency, from which the harmonics of
-its force are told from noise: they look like a plateau where lines are few."""
+its force are distinguished from noise: they look like a plateau where lines are few."""
 _WIDTH = 1.6
 """Lines on each side of a harmonic that belong to it, behind the window."""
 _ORDER = 4

@@ -88,8 +88,8 @@ class Starts(NamedTuple):
 
 def find_starts(runs: Sequence[TestRun], force_noise: NDArray) -> Starts:
     """Find where runs begin by their motion and force; noise of each, (n_runs,), N."""
-    found = [_start(run, noise) for run, noise in zip(runs, force_noise, strict=True)]
-    periods, times = zip(*found, strict=True)
+    starts = [_start(run, noise) for run, noise in zip(runs, force_noise, strict=True)]
+    periods, times = zip(*starts, strict=True)
     return Starts(np.array(periods), np.array(times))
 
 

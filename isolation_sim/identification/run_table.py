@@ -11,6 +11,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.readers.time_column import uniform_step
+from ground_motions.units import column_units
 
 from ..errors import InputError
 from ..io.csv_table import read_csv_table
@@ -19,15 +20,15 @@ from .velocity import smooth
 
 MINIMUM_SAMPLES = 16
 
-# quantity -> how a column's name may end -> what one of that unit is in SI (temperature in deg C)
+# quantity -> end of a column's name -> factor of this unit to SI
 _UNITS = {
-    "time": {"s": 1.0},
-    "displacement": {"mm": 1e-3, "m": 1.0},
-    "velocity": {"mm_s": 1e-3, "m_s": 1.0},
-    "acceleration": {"mm_s2": 1e-3, "m_s2": 1.0, "g": 9.80665},
-    "current": {"A": 1.0},
-    "force": {"N": 1.0, "kN": 1e3},
-    "temperature": {"C": 1.0},
+    "time": column_units("time", ["s"]),
+    "displacement": column_units("displacement", ["mm", "m"]),
+    "velocity": column_units("velocity", ["mm/s", "m/s"]),
+    "acceleration": column_units("acceleration", ["mm/s2", "m/s2", "g"]),
+    "current": column_units("current", ["A"]),
+    "force": column_units("force", ["N", "kN"]),
+    "temperature": column_units("temperature"),
 }
 _NEEDED = ("time", "displacement", "force")
 _WITH_GAPS = ("displacement", "force", "current")

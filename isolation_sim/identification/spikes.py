@@ -51,8 +51,8 @@ def spikes(values: NDArray, least: float = 0.0) -> NDArray:
         return alike and together and bool(np.all(off[beside] < _BESIDE * off[group].min()))
 
     wrong = [group for group in groups if is_wrong(group)]
-    found = np.concatenate(wrong) if wrong else np.zeros(0, int)
-    return found if len(found) <= max(_MOST * len(values), 1) else np.zeros(0, int)
+    samples = np.concatenate(wrong) if wrong else np.zeros(0, int)
+    return samples if len(samples) <= max(_MOST * len(values), 1) else np.zeros(0, int)
 
 
 def repaired(campaign: Campaign) -> tuple[Campaign, list[str]]:

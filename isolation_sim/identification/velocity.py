@@ -18,7 +18,7 @@ _END_PERIODS = 0.75
 _DEGREE = 4
 # the cubic has to leave less than this part of what the line leaves
 _CLEARLY = 0.8
-# multiples of the cut-off within which that is judged: beyond it all is noise
+# multiples of the cut-off within which that is decided: beyond it all is noise
 _NEAR = 1.5
 # of the square of a normal variable
 _MEDIAN_OF_SQUARE = 0.4549

@@ -167,12 +167,12 @@ def causes_table(diagnosis: Diagnosis) -> TextTable:
 def cause_cells(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
     """Headings and rows of the causes, without optional columns that are empty."""
     rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
-    kept = [
+    columns = [
         k
         for k, heading in enumerate(CAUSE_HEADINGS)
         if heading not in _OPTIONAL or any(row[k] for row in rows)
     ]
-    return [CAUSE_HEADINGS[k] for k in kept], [[row[k] for k in kept] for row in rows]
+    return [CAUSE_HEADINGS[k] for k in columns], [[row[k] for k in columns] for row in rows]
 
 
 def cause_rows(cause: Cause) -> list[list[str]]:

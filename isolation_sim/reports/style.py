@@ -17,6 +17,7 @@ from ..io.atomic_write import atomic_write
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
+    from matplotlib.contour import ContourSet
     from matplotlib.figure import Figure
 
 DOUBLE_COLUMN = 7.2
@@ -121,6 +122,17 @@ def label_outer(axes: Sequence[Axes], across: int, ticks: bool = True) -> None:
             panel.tick_params(labelleft=left, labelbottom=bottom)
         panel.set_ylabel(panel.get_ylabel() if left else "")
         panel.set_xlabel(panel.get_xlabel() if bottom else "")
+
+
+def contour_map(
+    axes: Axes, x: Any, y: Any, values: Any, shades: Any, lines: Any, fmt: str | None = None,
+    **look: Any,
+) -> ContourSet:  # fmt: skip
+    """Draw filled contours at the levels ``shades``, and lines with their values at ``lines``."""
+    image = axes.contourf(x, y, values, shades, cmap=light_shades(), **look)
+    contour_lines(axes, x, y, values, lines, fmt)
+    axes.grid(False)
+    return image
 
 
 def contour_lines(

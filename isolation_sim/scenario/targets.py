@@ -10,6 +10,7 @@ from pydantic import Discriminator, Field, Tag
 
 import ground_motions
 from ground_motions import STANDARD_GRAVITY, DesignSpectrum
+from ground_motions.units import column_units
 
 from ..errors import InputError
 from ..io.csv_table import read_csv_table
@@ -19,7 +20,9 @@ _Level = Annotated[
     Literal["design", "mce_r"],
     Field(description="design, or mce_r, which ASCE 7-22 16.2 and 17.3 ask for"),
 ]
-_PSA = {"psa_g": STANDARD_GRAVITY, "psa_m_s2": 1.0}
+_PSA = {
+    f"psa_{unit}": factor for unit, factor in column_units("acceleration", ["g", "m/s2"]).items()
+}
 
 
 class TwoPeriodASCE7(Section):

@@ -14,7 +14,8 @@ from ground_motions import STANDARD_GRAVITY, Record
 from ..laws.current_dependence import CurrentDependence
 from ..laws.law import Law
 from ..structures import IsolatedStructure
-from ..structures.sizing import ISOLATED_PERIODS, implausible, isolation_elements
+from ..structures.element_groups import isolation_elements
+from ..structures.plausibility import ISOLATED_PERIODS, implausible
 from ..written_names import as_written
 from .modal import Modes
 from .workspace import Workspace, modal_motion
@@ -26,9 +27,9 @@ LONGEST_STEP = 0.1
 SLOW_PERIOD = 100.0
 """Period of the cycle for the restoring stiffness, s: viscous forces are small."""
 LAST = 2.0
-"""Time before the end of a run at which its motion is judged, s: half a period of 4 s."""
+"""Time before the end of a run at which its motion is checked, s: half a period of 4 s."""
 INSTANTS = 400
-"""Instants of a run at which its motion is judged, at least."""
+"""Instants of a run at which its motion is checked, at least."""
 STILL_MOVING = 0.1
 """Least kinetic energy at the end, over its peak, of a warning; 0.046 at most in the main job."""
 DISPLACED = 0.1
@@ -168,7 +169,7 @@ def saved_end_state(
 
 
 def _every(n_samples: int) -> int:
-    """Step of the samples at which a run is judged: some are enough."""
+    """Step of the samples at which a run is checked: some are enough."""
     return max(n_samples // INSTANTS, 1)
 
 

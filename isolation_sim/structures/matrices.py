@@ -16,7 +16,7 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError, PlausibilityWarning, warn
 from .checks import matrix, numbers
-from .sizing import implausible_matrices
+from .plausibility import implausible_matrices
 from .structure import Structure
 
 _REQUIRED = ("M", "C", "K")

@@ -18,8 +18,18 @@ from ..laws.law import Law
 from ..laws.linear import LAW as LINEAR
 from .checks import check_matrices, matrix, read_only
 from .element import Element
-from .modes import undamped_modes
-from .sizing import ModalFacts, facts, modal_facts, scale_to_period, with_damping
+from .element_groups import (
+    check_devices,
+    common_current_range,
+    common_tested_current,
+    group_by_device,
+    law_of_device,
+)
+from .facts import facts
+from .isolators import add_isolators
+from .modes import ModalFacts, modal_facts, undamped_modes
+from .rows import base_rows, isolator_rows, plan_dofs
+from .sizing import scale_to_period, with_damping
 
 
 @checked
@@ -167,13 +177,7 @@ class Structure:
         """
         if self.isolator_positions is None:
             return np.zeros((0, 2, self.n_dofs))
-        along_x, along_y, rotation = self.plan_dofs()
-        rows = np.zeros((len(self.isolator_positions), 2, self.n_dofs))
-        rows[:, 0, along_x] = rows[:, 1, along_y] = 1.0
-        rows[:, 0, rotation] = -self.isolator_positions[:, 1]
-        rows[:, 1, rotation] = self.isolator_positions[:, 0]
-        rows[:, :, list(self.foundation)] = -self.influence[list(self.foundation), :2].T
-        return rows
+        return isolator_rows(self)
 
     @property
     def isolation_rows(self) -> np.ndarray:
@@ -184,25 +188,11 @@ class Structure:
         numpy.ndarray, shape (n_isolators, n_horizontal, n)
             Rows of `isolator_rows`; without positions, rows of one isolator at the base's dofs.
         """
-        if self.isolator_positions is not None:
-            return self.isolator_rows
-        count = len(self.horizontal)
-        rows = np.zeros((1, count, self.n_dofs))
-        for dofs, sign in ((list(self.base), 1.0), (list(self.foundation), -1.0)):
-            rows[0][:, dofs] = sign * self.influence[dofs, :count].T
-        return rows
+        return base_rows(self) if self.isolator_positions is None else self.isolator_rows
 
     def plan_dofs(self) -> tuple[int, int, int]:
         """Dofs of the base along x, along y and in rotation."""
-        moved = [tuple(self.influence[dof, : len(self.horizontal)]) for dof in self.base]
-        target = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))
-        if sorted(moved) != sorted(target):
-            raise InputError(
-                f"isolator_positions of {self.name} need a base of three dofs, along x, along y "
-                f"and in rotation, with ground motion along x and y; its influence there is {moved}"
-            )
-        x, y, rotation = (self.base[moved.index(row)] for row in target)
-        return x, y, rotation
+        return plan_dofs(self)
 
     def base_shear_rows(self, above_base: bool = True) -> np.ndarray:
         """Rows for the base shear from absolute accelerations.
@@ -378,41 +368,10 @@ class Structure:
             raise InputError(
                 "design_displacement_m needs target_period_s; expected: both or neither"
             )
-        channel = 0 if device.depends_on_current else None
-        if load_changes is not None and not biaxial:
-            raise InputError(
-                "overturning and vertical motion need biaxial isolators; expected: biaxial as well"
-            )
-        layer = device.scaled(force=count)
-        if biaxial:
-            isolated = self._on_biaxial(layer, channel, load_changes)
-        else:
-            rows = rows_of_base(self, "isolator")
-            elements = (Element(layer, row, channel, name) for name, row in rows.items())
-            isolated = IsolatedStructure(self, tuple(elements))
+        isolated = add_isolators(
+            IsolatedStructure(self, ()), device.scaled(force=count), biaxial, load_changes
+        )
         return isolated if damping is None else with_damping(isolated, device, damping)
-
-    def _on_biaxial(
-        self, device: Device, channel: int | None, load_changes: np.ndarray | None
-    ) -> IsolatedStructure:
-        """Put the structure on biaxial isolators."""
-        if len(self.horizontal) != 2:
-            raise InputError(
-                f"{self.name} has ground motion along {', '.join(self.horizontal)}; expected for "
-                "biaxial isolators: two directions"
-            )
-        places = self.isolation_rows
-        changes = [None] * len(places) if load_changes is None else list(load_changes)
-        if len(changes) != len(places):
-            raise InputError(
-                f"load_changes has {len(changes)} rows; expected: {len(places)}, one per isolator"
-            )
-        isolated = IsolatedStructure(self, ())
-        share = device.scaled(force=1 / len(places))
-        for k, (rows, change) in enumerate(zip(places, changes, strict=True)):
-            name = "isolator" if len(places) == 1 else f"isolator{k + 1}"
-            isolated = isolated.with_biaxial(share, rows, channel, name, change)
-        return isolated
 
     @checked
     def with_element(
@@ -445,16 +404,6 @@ class Structure:
             If the direction, channel or name cannot be used.
         """
         return IsolatedStructure(self, ()).with_element(device, direction, channel, name)
-
-
-def rows_of_base(structure: Structure, name: str) -> dict[str, np.ndarray]:
-    """Row of the base's motion per horizontal direction, (n,), by the element's name."""
-    result = {}
-    for column, label in zip(structure.influence.T, structure.horizontal, strict=False):
-        row = np.zeros(structure.n_dofs)
-        row[list(structure.base)] = column[list(structure.base)]
-        result[name if len(structure.horizontal) == 1 else f"{name}_{label}"] = row
-    return result
 
 
 def _no_force() -> Device:
@@ -492,47 +441,20 @@ class IsolatedStructure:
         names = self.element_names
         if len(set(names)) < len(names):
             raise InputError(f"two elements of {self.structure.name} share a name: {names}")
-        self._check_followers()
+        check_devices(elements)
         used = sorted({e.channel for e in elements if e.channel is not None})
         if used != list(range(len(used))):
             raise InputError(f"coil channels are {used}; expected: 0, 1, 2 without gaps")
 
-    def _check_followers(self) -> None:
-        leader = None
-        for element in self.elements:
-            if not element.follows:
-                leader = element
-            elif leader is None or leader.name != element.follows:
-                raise InputError(
-                    f"element {element.name!r} follows {element.follows!r}; expected: the previous "
-                    "element, of the same device"
-                )
-        for devices, law in zip(self.groups, self.group_laws, strict=True):
-            if len(devices) != law.directions:
-                names = ", ".join(self.element_names[e] for e in devices)
-                raise InputError(f"{names} are one device; expected: 2 or 3 directions")
-
     @cached_property
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Indices of the elements of each device: one, or one per direction."""
-        result: list[list[int]] = []
-        for e, element in enumerate(self.elements):
-            if element.follows and result:
-                result[-1].append(e)
-            else:
-                result.append([e])
-        return tuple(map(tuple, result))
+        return group_by_device(self.elements)
 
     @cached_property
     def group_laws(self) -> tuple[Law, ...]:
         """Law of each device, for the number of directions of its elements."""
-        laws = []
-        for group in self.groups:
-            law = self.elements[group[0]].device.law
-            if len(group) > 1:
-                law = law.in_plan if len(group) == 2 else law.under_axial_load
-            laws.append(law)
-        return tuple(laws)
+        return tuple(law_of_device([self.elements[e] for e in group]) for group in self.groups)
 
     @property
     def device_names(self) -> tuple[str, ...]:
@@ -594,15 +516,7 @@ class IsolatedStructure:
         InputError
             If no element is on the channel, or its devices have no current in common.
         """
-        ranges = [e.device.current_range for e in self.elements if e.channel == channel]
-        if not ranges:
-            raise InputError(
-                f"channel {channel} has no element; expected: 0 to {self.n_channels - 1}"
-            )
-        low, high = max(r[0] for r in ranges), min(r[1] for r in ranges)
-        if low > high:
-            raise InputError(f"the devices on channel {channel} have no current in common")
-        return low, high
+        return common_current_range(self.elements, channel)
 
     def tested_current(self, channel: int = 0) -> float:
         """Highest tested current of the devices on a channel: the smallest over the devices.
@@ -617,14 +531,7 @@ class IsolatedStructure:
         float, A
             inf if it is unknown for all devices.
         """
-        return min(
-            (
-                element.device.tested_current
-                for element in self.elements
-                if element.channel == channel and element.device.depends_on_current
-            ),
-            default=np.inf,
-        )
+        return common_tested_current(self.elements, channel)
 
     def element(self, name: str) -> Element:
         """Return an element by name.

@@ -1,4 +1,4 @@
-"""Building records with hidden faults, in the record format; what the engineer is told of them.
+"""Building records with hidden faults, in the record format; what the engineer knows of them.
 
 The recorded current is the command. The description that goes with the record is the nominal
 building (TOML), in which the faults are absent. The size of a fault is the misfit of the nominal

@@ -35,7 +35,6 @@ class BlindRun:
     force: np.ndarray
     velocity: np.ndarray | None
     true_force: np.ndarray
-    true_displacement: np.ndarray
     hold_out: bool
 
 
@@ -122,7 +121,6 @@ def make_campaign(
                 force=force + noise("force", n),
                 velocity=None if velocity_noise is None else test.v[every] + noise("v", n),
                 true_force=force,
-                true_displacement=test.x[every],
                 hold_out=test.hold_out,
             )
         )

@@ -12,7 +12,7 @@ import argparse
 import os
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from itertools import chain
 from pathlib import Path
@@ -20,7 +20,7 @@ from typing import Any
 
 from . import cases as blind
 from . import second_cases as second
-from .score import Scored, confusion_table, median_held_out_ratio, rates
+from .score import Rate, Scored, confusion_table, median_held_out_ratio, rates
 
 RESULTS = Path("results/blind")
 CLEAN, PAIRS, TRIPLES, WRONG = 100, 60, 40, 20
@@ -84,6 +84,20 @@ def write_tables(lines: Sequence[str], table: str, stem: str = "") -> None:
     write_text(table + "\n", RESULTS / f"{stem}confusion.md")
     print("\n".join(lines))
     print(f"results: {RESULTS}")
+
+
+def study_records(
+    listed: Sequence[Any],
+    score: Callable[[Any], Any],
+    rates_of: Callable[[list[Any]], Mapping[str, Rate]],
+    table_of: Callable[[list[Any]], str],
+    stem: str,
+) -> None:
+    """Diagnose cases of building records, and print and write their rates."""
+    results, seconds = diagnose_cases(listed, score)
+    lines = [f"- {name}: {rate}" for name, rate in rates_of(results).items()]
+    lines.append(f"- {len(results)} records, {seconds:.1f} s each")
+    write_tables(lines, table_of(results), stem)
 
 
 def main(share: float = 1.0) -> None:

@@ -1,7 +1,7 @@
 """Misprinted equations of Yu et al. and of the linearised Bouc-Wen paper.
 
 Where it can be done, the equation as printed is evaluated beside the one that follows from the
-paper's other equations, and the difference is told.
+paper's other equations, and the difference is reported.
 """
 
 from __future__ import annotations

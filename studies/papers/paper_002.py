@@ -54,7 +54,7 @@ MEANT = {("beta", 1): "0.034"}
 """Coefficient meant in place of a printed one (a zero less), by parameter and power of current."""
 
 _OUTLIERS = (((2, 4), 0), ((4, 2), 1), ((8, 2), 0), ((4, 4), 1))
-"""Columns of Tables 1-4 to judge: amplitude and frequency, current."""
+"""Columns of Tables 1-4 to compare: amplitude and frequency, current."""
 
 _COMPARED = ("hybrid", "bouc_wen", "lugre", "strain_stiffening")
 

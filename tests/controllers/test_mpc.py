@@ -783,11 +783,11 @@ def test_learning_makes_up_for_a_wrong_belief(isolated, record, observer, left):
         run = simulate(isolated, record, law, driver=LAGGING, nominal=believed)
         off = simulate(isolated, record, controller("passive_off"), driver=LAGGING)
         names = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2")
-        return sum(run.criteria[n] / off.criteria[n] for n in names), law.report.strength
+        return sum(run.criteria[n] / off.criteria[n] for n in names), law.report.force_scale
 
     (right, _), (misled, _) = score(), score(believed=nominal)
-    learnt, strength = score(20.0, nominal)
-    assert strength == pytest.approx(1 / 0.7, rel=0.05)
+    learnt, force_scale = score(20.0, nominal)
+    assert force_scale == pytest.approx(1 / 0.7, rel=0.05)
     assert learnt - right < left * (misled - right)
 
 

@@ -167,11 +167,11 @@ def test_what_a_given_device_holds_constant_stays_held(constant, campaign_of):
     following = {name: (value, 0.1 * value) for name, value in {
         "k": 2e4, "c": 300.0, "alpha": 4e4, "A": 1.0, "beta": 5e3, "gamma": 3e3,
     }.items()}  # fmt: skip
-    given = Device(law, CurrentDependence.polynomial(
+    prescribed = Device(law, CurrentDependence.polynomial(
         following | {constant: following[constant][:1], "n": (1.7,), "F0": (0.0,)}
     ))  # fmt: skip
     campaign = campaign_of("bouc_wen", 0)
-    found = parameterise(campaign, law, measured_runs(campaign.runs), 1, given=given)
+    found = parameterise(campaign, law, measured_runs(campaign.runs), 1, prescribed=prescribed)
     assert found.fixed.keys() == {constant}
     assert found.fixed[constant] == pytest.approx([following[constant][0], 0.0], abs=1e-9)
 

@@ -242,8 +242,11 @@ def test_wrong_units_are_noted(tmp_path):
         data = rows("%.4f,%.8f,%.6f,%.1f", TIME, 1e3 * x * X, FORCE + k, current * np.ones(N))
         written(tmp_path, "t [s],x [mm],F [N],I [A]\n" + data, f"T{k}.csv")
     notes = iso.import_tests(tmp_path).notes
-    assert any("T2: force over displacement 1e+03 times above" in note for note in notes)
-    assert any("T3: current up to 2000 A; check the unit" in note for note in notes)
+    assert any(
+        "T2: force over displacement is 1e+03 times that of the other runs" in note
+        for note in notes
+    )
+    assert any("T3: current reaches 2e+03 A, in the other runs 2 A" in note for note in notes)
 
 
 def test_tests_of_a_folder(tmp_path):

@@ -48,8 +48,8 @@ def test_given_parameters_take_part_in_the_comparison(campaign_of, stiffness):
     current = device.current.replaced(k=k.tolist())
     data = hold_out_some(measured_runs(campaign.runs), campaign.runs)
     with workers(1) as pool:
-        given = replace(device, current=current)
-        found = choose_law(campaign, data, 1, pool, laws=("maxwell",), given=given)
+        prescribed = replace(device, current=current)
+        found = choose_law(campaign, data, 1, pool, laws=("maxwell",), prescribed=prescribed)
     assert (found.best.law == "kelvin_voigt") is (stiffness == 1)
     assert ("kelvin_voigt as given fits best" in found.text) is (stiffness == 1)
 
@@ -110,7 +110,7 @@ def test_a_law_with_many_local_optima_is_found(for_the_damper):
 
 
 def test_a_law_whose_causes_leave_much_is_compared_with_others(damper, for_the_damper, monkeypatch):
-    def chosen(campaign, *given, **options):
+    def chosen(campaign, *prescribed, **options):
         assert campaign is damper
         return for_the_damper
 

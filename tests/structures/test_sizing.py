@@ -7,7 +7,9 @@ import isolation_sim as iso
 from isolation_sim.errors import InputError
 from isolation_sim.simulation.run import fixed_base_run
 from isolation_sim.structures import plan_building, yielding_storeys
-from isolation_sim.structures.sizing import implausible, middle_current, translational_period
+from isolation_sim.structures.modes import translational_period
+from isolation_sim.structures.plausibility import implausible
+from isolation_sim.structures.sizing import middle_current
 
 MASS, STIFFNESS, DAMPING = 3e5, 4e6, 2e5
 

@@ -23,7 +23,7 @@ from isolation_sim.reports.suite_figures import spectra_panel
 from isolation_sim.reports.suite_tables import verdict
 from isolation_sim.scenario import Scenario
 from isolation_sim.structures import plan_building, with_vertical_motion
-from isolation_sim.structures.sizing import translational_period
+from isolation_sim.structures.modes import translational_period
 from isolation_sim.sweeps.suites import Suite, run_suite
 from isolation_sim.sweeps.suites.prepare import prepare
 

@@ -43,12 +43,12 @@ from ..decisions import (
     WORSE,
 )
 from ..device.bounds import needs_bound
+from ..device.carried_history import can_carry_history, carry_history, of_device
 from ..device.conditions import conditions
 from ..device.effect_search import EffectSearch
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
 from ..device.intervals import intervals
-from ..device.kept_history import can_be_kept, kept, of_device
 from ..device.load_cell_offset import EACH_RUN, run_means
 from ..device.model import FittedModel, Model
 from ..device.next_test import next_test
@@ -67,7 +67,7 @@ class DeviceTests(Problem[FittedModel]):
     """A campaign against a law, with given parameter values or with fitted ones."""
 
     # The search runs on thinned samples that are fitted; ``law`` and ``final`` are fitted to all of
-    # them and judged on the samples held out.
+    # them and evaluated on the samples held out.
 
     def __init__(
         self,
@@ -92,7 +92,7 @@ class DeviceTests(Problem[FittedModel]):
         self.progress = progress
         self.data_name, self.model_name = campaign.name, law.title
         self.data = data or hold_out_some(measured_runs(campaign.runs), campaign.runs)
-        self._parameterisation = parameterise(campaign, law, self.data, degree, given=device)
+        self._parameterisation = parameterise(campaign, law, self.data, degree, prescribed=device)
         self.disturbance: Interference | None = None
 
     def nominal(self) -> FittedModel:
@@ -131,7 +131,7 @@ class DeviceTests(Problem[FittedModel]):
 
     def _fit_law(self) -> None:
         model = Model(self.data, self._parameterisation)
-        self.given: FittedModel | None = None
+        self.prescribed: FittedModel | None = None
         if self.device is None:
             model, best = fit_law(
                 model, self.pool, seed=self.seed,
@@ -142,7 +142,7 @@ class DeviceTests(Problem[FittedModel]):
             start = self._parameterisation.of(self.device)
             model = replace(model, expected=start)
             model, best = refine_law(model, refine_law(model, start)[1].x)
-            self.given = FittedModel.at(model, start)
+            self.prescribed = FittedModel.at(model, start)
         self.law = FittedModel.of(model, best)
         self.data = model.data
 
@@ -163,7 +163,7 @@ class DeviceTests(Problem[FittedModel]):
             explained = self._squared(self.before) - self._squared(self.after)
             # as a share of the whole force, and on average of each run's own
             small = np.sqrt(MINOR * np.maximum(explained, 0.0))
-            if self._is_noise(self.after, self.judged):
+            if self._is_noise(self.after, self.validation_samples):
                 small = np.zeros(2)  # what completes the law is no correction of another's form
             allowed = np.maximum(max(self.significance, 1e-9), np.minimum(small, MOST_MINOR))
             beyond = [float(np.max(one / allowed)) for one in corrected]
@@ -186,7 +186,7 @@ class DeviceTests(Problem[FittedModel]):
         if self.choice is None:
             self.choice = choose_law(
                 self.campaign, self.data, self.degree, self.pool, seed=self.seed,
-                advance=lambda: self.progress("comparing laws"), given=self.device,
+                advance=lambda: self.progress("comparing laws"), prescribed=self.device,
             )  # fmt: skip
         return self.choice
 
@@ -205,7 +205,9 @@ class DeviceTests(Problem[FittedModel]):
 
     def _leaves_much(self) -> bool:
         """Whether the extended law has an error that another law may explain."""
-        return self._error(self.after) > REMAINS and not self._is_noise(self.after, self.judged)
+        return self._error(self.after) > REMAINS and not self._is_noise(
+            self.after, self.validation_samples
+        )
 
     def _misses_fitted(self) -> bool:
         """Whether the extended law has a large error on the runs that it was fitted to."""
@@ -244,9 +246,9 @@ class DeviceTests(Problem[FittedModel]):
         self.final = self.law
         if best.effects:
             self.final = best.on(self.law.model.resolve_steps(best.values))
-        elif self.given is not None and self._loses():
+        elif self.prescribed is not None and self._loses():
             # numbers that predict other tests worse than those given are no improvement
-            self.final = self.given
+            self.final = self.prescribed
             self.__dict__.pop("after", None)
 
     def _holds(self) -> bool:
@@ -258,7 +260,7 @@ class DeviceTests(Problem[FittedModel]):
         return not self._loses()
 
     def _loses(self) -> bool:
-        """Whether the law that was judged is better on held-out runs."""
+        """Whether the nominal law is better on held-out runs."""
         # On single runs far better; on all of them, or on those of one condition, beyond a
         # negligible share of the force and beyond noise. In each case by more than a small share of
         # what other runs gain.
@@ -295,29 +297,29 @@ class DeviceTests(Problem[FittedModel]):
         return False
 
     def _corrected(self, searched: FittedModel, place: int) -> NDArray:
-        """RMS force that one effect corrects on the samples that judge, as ``_squared``."""
+        """RMS force that one effect corrects on the validation samples, as ``_squared``."""
         searched_without = self.space.without(searched, place)
         without = replace(searched_without, model=self.final.model.without(place))
         added = self._squared(self.data.bounded(without.force)) - self._squared(self.after)
         return np.sqrt(np.maximum(added, 0.0))
 
     def _squared(self, force: NDArray) -> NDArray:
-        """Squared error over that of the force: of all samples that judge, mean over their runs."""
+        """Squared error over that of the force: of all validation samples, mean over their runs."""
         # in the mean a weak run, at small amplitude, counts as much as a strong one
         data, residual = self.data, force - self.data.force
-        runs = [np.arange(run.start, run.stop)[self.judged[run]] for run in data.runs]
+        runs = [np.arange(run.start, run.stop)[self.validation_samples[run]] for run in data.runs]
         of_runs = [data.relative(residual, at) ** 2 for at in runs if at.size]
-        return np.array([data.relative(residual, self.judged) ** 2, np.mean(of_runs)])
+        return np.array([data.relative(residual, self.validation_samples) ** 2, np.mean(of_runs)])
 
     @cached_property
-    def judged(self) -> NDArray:
+    def validation_samples(self) -> NDArray:
         """Samples of the evaluation, (n_samples,) bool: those held out, if any."""
         return self.data.fitted if self.data.fitted.all() else ~self.data.fitted
 
     @cached_property
     def before(self) -> NDArray:
         """Force of the evaluated simulation, N."""
-        return self.data.bounded((self.given or self.law).force)
+        return self.data.bounded((self.prescribed or self.law).force)
 
     @cached_property
     def after(self) -> NDArray:
@@ -325,12 +327,12 @@ class DeviceTests(Problem[FittedModel]):
         return self.data.bounded(self.final.force)
 
     def _error(self, force: NDArray) -> float:
-        """Error of a force on the samples that judge, over that of the force."""
-        return self.data.relative(force - self.data.force, self.judged)
+        """Error of a force on the validation samples, over that of the force."""
+        return self.data.relative(force - self.data.force, self.validation_samples)
 
     def _misfit(self, force: NDArray, chosen: NDArray | None = None) -> float:
-        """Cost of a force above that of noise; by default of the samples that judge."""
-        chosen = self.judged if chosen is None else chosen
+        """Cost of a force above that of noise; by default of the validation samples."""
+        chosen = self.validation_samples if chosen is None else chosen
         noise = float(np.sum(np.mean(self.noise**2, axis=1)[chosen]))
         return max(self.data.cost(force, chosen) - noise, 0.0)
 
@@ -351,17 +353,17 @@ class DeviceTests(Problem[FittedModel]):
         floor = min(float(floor), after.least)
         return Evaluation(
             before, after, floor, left, self._is_noise(self.law.force, data.fitted),
-            self._is_noise(self.after, self.judged) and not self._misses_fitted(),
+            self._is_noise(self.after, self.validation_samples) and not self._misses_fitted(),
             self.squared_blocks(self.after),
             {} if self.choice is None else {"law_choice": self._choice_details(self.choice)},
         )  # fmt: skip
 
     def squared_blocks(self, after: NDArray) -> NDArray:
-        """Squared residual of quarters of the runs that judge, before and after, (n_blocks, 2)."""
+        """Squared residual of quarters of the validation runs, before and after, (n_blocks, 2)."""
         data = self.data
         residuals = self.before - data.force, after - data.force
         pieces = (
-            at[self.judged[at]] for run in data.runs
+            at[self.validation_samples[at]] for run in data.runs
             for at in np.array_split(np.arange(run.start, run.stop), 4)
         )  # fmt: skip
         return np.array([[float(r[at] @ r[at]) for r in residuals] for at in pieces if at.size])
@@ -384,8 +386,8 @@ class DeviceTests(Problem[FittedModel]):
         causes = [] if self.disturbance is None else [self._periodic(self.disturbance, misfit)]
         if self.final.effects:
             causes += self._effects(result.best, 1 - min(evaluation.unexplained, 1.0))
-        if self.given is not None and self.final is not self.given:
-            causes += self._numbers_wrong(self.given.force, misfit)
+        if self.prescribed is not None and self.final is not self.prescribed:
+            causes += self._numbers_wrong(self.prescribed.force, misfit)
         return causes
 
     def _effects(self, searched: FittedModel, explained: float) -> list[Cause]:
@@ -393,10 +395,10 @@ class DeviceTests(Problem[FittedModel]):
         others = [space.rivals(searched, k) for k in range(len(searched.effects))]
         # values that the search found without each effect, on all samples
         costs = [
-            replace(without, model=final.model.without(k)).cost_of(self.judged)
+            replace(without, model=final.model.without(k)).cost_of(self.validation_samples)
             for k, (without, _) in enumerate(others)
         ]
-        split = inference.shares(costs, final.cost_of(self.judged), explained)
+        split = inference.shares(costs, final.cost_of(self.validation_samples), explained)
         numbers = intervals(final, self.shifts)
         stable = stability(space, searched, self.seed)
         causes = []
@@ -440,7 +442,7 @@ class DeviceTests(Problem[FittedModel]):
         self, effect: Effect, values: Mapping[str, Interval], share: float, cost_without: float
     ) -> str:
         where = "fitted" if self.data.fitted.all() else "held out"
-        ratio = np.sqrt(cost_without / max(self.final.cost_of(self.judged), 1e-300))
+        ratio = np.sqrt(cost_without / max(self.final.cost_of(self.validation_samples), 1e-300))
         numbers = ", ".join(
             f"{quantity.meaning} {values[quantity.name].value:.3g} {quantity.unit}".rstrip(" 1")
             for quantity in effect.parameters
@@ -451,9 +453,9 @@ class DeviceTests(Problem[FittedModel]):
             else "unknown: the law fails"
         )  # fmt: skip
         return (
-            f"Without {in_sentence(effect.title)} the residual on the {int(np.sum(self.judged))} "
-            f"samples {where} {larger}; it removes {100 * share:.0f} % of the misfit with "
-            f"{numbers}.{_remarks(effect)}"
+            f"Without {in_sentence(effect.title)} the residual on the "
+            f"{int(np.sum(self.validation_samples))} samples {where} {larger}; it removes "
+            f"{100 * share:.0f} % of the misfit with {numbers}.{_remarks(effect)}"
         )
 
     def _spread(self) -> Interval:
@@ -467,12 +469,12 @@ class DeviceTests(Problem[FittedModel]):
         low, high = (size * np.sqrt(n / chdtri(n, q)) for q in (0.025, 0.975))
         return Interval(size, float(low), float(high), "N")
 
-    def _numbers_wrong(self, given: NDArray, misfit: float) -> list[Cause]:
+    def _numbers_wrong(self, prescribed: NDArray, misfit: float) -> list[Cause]:
         """The cause that the given parameter values are to blame for a share of the misfit."""
         from scipy.special import chdtrc
 
         data, refitted = self.data, self.law.force
-        gain = data.cost(given, data.fitted) - data.cost(refitted, data.fitted)
+        gain = data.cost(prescribed, data.fitted) - data.cost(refitted, data.fitted)
         n = self.law.model.n_law
         if gain < SIGNIFICANT + 2 * n or misfit == 0.0:
             return []
@@ -486,7 +488,7 @@ class DeviceTests(Problem[FittedModel]):
         return [Cause(PARAMETERS, share, float(chdtrc(n, gain)), {}, indications)]
 
     def _periodic(self, one: Interference, misfit: float) -> Cause:
-        size = float(np.sum((one.force * self.data.weight)[self.judged] ** 2))
+        size = float(np.sum((one.force * self.data.weight)[self.validation_samples] ** 2))
         how = "multiplies" if one.modulates else "adds to"
         resolution = 0.5 / float(np.max(self.data.lengths * self.data.dt))
         low, high = one.frequency - resolution, one.frequency + resolution
@@ -609,7 +611,7 @@ class DeviceTests(Problem[FittedModel]):
         )
 
     def _choice_words(self, choice: LawChoice) -> str:
-        """The choice, and whether the law that was judged is of the wrong family."""
+        """The choice, and whether the nominal law is of the wrong family."""
         if not self._wrong_family:
             return choice.text
         return f"{self.model_name} is of the wrong family for these data. {choice.text}"
@@ -641,7 +643,7 @@ class DeviceTests(Problem[FittedModel]):
         law, space, errors = self.law, self.space, evaluation.before
         cost = law.cost / len(law.residual)
         memory = correlation_time(law.residual, np.array([0, len(law.residual)]))
-        how = "fitted to the data" if self.given is None else "as given"
+        how = "fitted to the data" if self.prescribed is None else "as given"
         held_out = f", {100 * errors.held_out:.2f} % on those held out"
         text = (
             f"{self.model_name}, {how}: error {100 * errors.fit:.2f} % on the fitted runs"
@@ -714,5 +716,5 @@ def _observable_effects(data: MeasuredRuns) -> list[Effect]:
     ]
     several = len(data.dt) > 2
     if several and data.past is not None:
-        effects += [kept(effect) for effect in effects if can_be_kept(effect)]
+        effects += [carry_history(effect) for effect in effects if can_carry_history(effect)]
     return [EACH_RUN, *effects] if several else effects

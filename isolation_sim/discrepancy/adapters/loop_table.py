@@ -71,8 +71,8 @@ class LoopTableTests(Problem[FittedLoops]):
 
     def _start(self, base: FittedLoops) -> NDArray:
         """Values of the evaluated law."""
-        given = self.device
-        return base.optimum.x if given is None else base.model.parameterisation.of(given)
+        prescribed = self.device
+        return base.optimum.x if prescribed is None else base.model.parameterisation.of(prescribed)
 
     def _before(self, base: FittedLoops) -> NDArray:
         return base.model.loops(self._start(base))[0]
@@ -105,34 +105,34 @@ class LoopTableTests(Problem[FittedLoops]):
             return []
         taken = [(tried.base, tried.taken, tried.tried) for tried in result.rounds if tried.taken]
         split = inference.shares(
-            [without.left_out**2 - given.left_out**2 for without, given, _ in taken],
+            [without.left_out**2 - extended.left_out**2 for without, extended, _ in taken],
             0.0,
             1 - min(evaluation.unexplained, 1.0),
         )
         numbers = linear_intervals(best.model, where, *best.model.residuals(where, True))
         causes = []
-        for k, (effect, (without, given, tried)) in enumerate(
+        for k, (effect, (without, extended, tried)) in enumerate(
             zip(best.model.effects, taken, strict=True)
         ):
-            rows = int(np.sum(~given.model.table.held_out))
-            freedom = max(2 * rows - len(given.optimum.x), 1)
+            rows = int(np.sum(~extended.model.table.held_out))
+            freedom = max(2 * rows - len(extended.optimum.x), 1)
             causes.append(
                 Cause(
                     name=effect.cause,
                     share=split[k],
                     p_value=inference.f_chance(
-                        without.optimum.cost, given.optimum.cost, len(effect.parameters), freedom,
-                        len(EFFECTS),
+                        without.optimum.cost, extended.optimum.cost, len(effect.parameters),
+                        freedom, len(EFFECTS),
                     ),
                     parameters=numbers[k],
                     evidence=(
                         f"With {in_sentence(effect.title)} the error on rows left out falls "
-                        f"from {100 * without.left_out:.1f} to {100 * given.left_out:.1f} %."
+                        f"from {100 * without.left_out:.1f} to {100 * extended.left_out:.1f} %."
                     ),
                     confusable_with=inference.rivals(
                         effect.cause,
-                        [(one.causes[-1], one.left_out - given.left_out) for one in tried],
-                        LOOP_RIVAL * given.left_out,
+                        [(one.causes[-1], one.left_out - extended.left_out) for one in tried],
+                        LOOP_RIVAL * extended.left_out,
                     ),
                     form=effect.form,
                 )
@@ -146,7 +146,7 @@ class LoopTableTests(Problem[FittedLoops]):
         return significant(dependences, LOOP_CORRELATION)
 
     def devices(self, result: SearchResult[FittedLoops]) -> tuple[Device, Device]:
-        """The law as it was judged, and with the effects found."""
+        """The nominal law, and the law with the effects found."""
         table, base, best = self.table, result.base, result.best
         varies = np.ptp(table.current) > 0
         evaluated = Device(

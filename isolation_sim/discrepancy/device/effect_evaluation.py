@@ -21,7 +21,7 @@ from ...generated import load_text
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.run_starts import lead_in
 from ...laws.emit import function_text, straight_line, symbols
-from .kept_history import first_states
+from .carried_history import first_states
 
 HOOKS = ("motion", "current", "factor", "force")
 

@@ -153,8 +153,8 @@ class EffectSearch:
             if OUTSIDE in model.causes or model.cost < ADEQUATE * self.noise_cost:
                 break
             without = self.without(model, place)
-            found = screen(without, self.terms, self.noise, self.pool)
-            term = self._fitted_term(without, model, found[:TERMS_TRIED])
+            directions = screen(without, self.terms, self.noise, self.pool)
+            term = self._fitted_term(without, model, directions[:TERMS_TRIED])
             model = term or model
         return model
 
@@ -179,9 +179,11 @@ class EffectSearch:
         if not (forms and np.isfinite(bare.cost) and np.isfinite(bare.jacobian).all()):
             return []
         left = bare.across(bare.residual)
-        found = (refine(bare, d, self.noise) for d in screen(bare, forms, self.noise, self.pool))
+        refined = (refine(bare, d, self.noise) for d in screen(bare, forms, self.noise, self.pool))
         fitted = [
-            fit_direction(bare, one) for one in found if float(left @ left) - one.gain < model.cost
+            fit_direction(bare, one)
+            for one in refined
+            if float(left @ left) - one.gain < model.cost
         ]
         self._keep_better(fitted)
         return fitted
@@ -227,9 +229,9 @@ class EffectSearch:
         # an effect that another one bends may look like a term: only of the first one all is asked
         if current.effects and left < enough:
             return None
-        found = screen(current, self.terms, self.noise, self.pool)
+        screened = screen(current, self.terms, self.noise, self.pool)
         likely = [
-            one for one in found
+            one for one in screened
             if current.cost - one.gain - self.noise_cost < left + enough
         ]  # fmt: skip
         return self._fitted_term(current, best, likely[:TERMS_TRIED])
@@ -252,10 +254,10 @@ class EffectSearch:
     def _with_each_power(self, current: FittedModel, term: FittedModel) -> FittedModel:
         """Fit a term with a polynomial of the current as its coefficient."""
         by_current = any("current" in each.needs for each in self.terms)
-        found = with_each_power(term.effects[-1]) if by_current else None
-        if found is None:
+        by_power = with_each_power(term.effects[-1]) if by_current else None
+        if by_power is None:
             return term
-        family, power = found
+        family, power = by_power
         start = np.zeros(len(family.parameters))
         start[power] = term.values[-1]
         return fit_direction(current, Direction(family, 0.0, 1.0, start))

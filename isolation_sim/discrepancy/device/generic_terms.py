@@ -1,6 +1,6 @@
 """Generic terms outside the catalogue: products of simple functions of motion, current and time.
 
-Each term is an effect like any other, with one coefficient, so that it is fitted, judged and put
+Each term is an effect like any other, with one coefficient, so that it is fitted, tested and put
 into an extended law in the same way.
 """
 

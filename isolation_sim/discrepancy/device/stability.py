@@ -39,9 +39,9 @@ def stability(space: EffectSearch, searched: FittedModel, seed: int) -> list[Sta
     """Judge each effect of a model that the search found."""
     data = searched.model.data
     n_runs = len(data.dt)
-    kept = np.array([~runs for _, runs in conditions(data)], float).reshape(-1, n_runs)
+    included = np.array([~runs for _, runs in conditions(data)], float).reshape(-1, n_runs)
     draws = np.random.default_rng(seed).multinomial(n_runs, np.full(n_runs, 1 / n_runs), REDRAWN)
-    weights = np.concatenate([kept, draws.astype(float)])
+    weights = np.concatenate([included, draws.astype(float)])
     sizes = (weights @ data.lengths) / len(data.x)
     misfit = _costs(space.base, weights) - space.noise_cost * sizes
     costs = _costs(searched, weights)
@@ -58,8 +58,8 @@ def stability(space: EffectSearch, searched: FittedModel, seed: int) -> list[Sta
         wins = Counter(winners[winners != name].tolist())
         result.append(
             Stability(
-                float(np.mean(named[: len(kept)])) if len(kept) else float("nan"),
-                float(np.mean(named[len(kept) :])),
+                float(np.mean(named[: len(included)])) if len(included) else float("nan"),
+                float(np.mean(named[len(included) :])),
                 float(np.mean(helps)),
                 tuple(one for one, n in wins.most_common() if n > RIVAL_WINS * len(weights)),
             )

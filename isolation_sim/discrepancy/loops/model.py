@@ -197,7 +197,7 @@ class FittedLoops:
 class LoopSearch:
     """The search space of loop tables; see ``search.SearchSpace``.
 
-    A large table is searched on some of its rows; the others judge.
+    A large table is searched on some of its rows; the others validate.
     """
 
     whole: LoopTable  # Measured loops
@@ -218,7 +218,7 @@ class LoopSearch:
 
     @cached_property
     def judging(self) -> LoopTable | None:
-        """The rows that judge a search on some rows: those held out, or all that are left."""
+        """Validation rows of a search on some rows: those held out, or all others."""
         if not self.is_large:
             return None
         held_out = self.whole.held_out
@@ -227,7 +227,7 @@ class LoopSearch:
         left = np.delete(np.arange(len(held_out)), self.whole.spread(LOOP_ROWS))
         return self.whole.rows(left)
 
-    def on_all(self, *found: FittedLoops) -> list[FittedLoops]:
+    def on_all(self, *models: FittedLoops) -> list[FittedLoops]:
         """Fit models that were found on some rows to all of them."""
 
         def fit(one: FittedLoops) -> FittedLoops:
@@ -235,7 +235,7 @@ class LoopSearch:
             model = replace(model, expected=one.optimum.x[: model.n_law])
             return self._leave_out(model, self._fit(model, one.optimum.x))
 
-        return list(self.pool.map(fit, found)) if self.is_large else list(found)
+        return list(self.pool.map(fit, models)) if self.is_large else list(models)
 
     def fit_law(self, law: Law, device: Device | None, degree: int) -> FittedLoops:
         """Fit the law alone, its parameters polynomials of a degree in the current."""

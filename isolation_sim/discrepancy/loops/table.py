@@ -78,10 +78,10 @@ def read_loop_table(path: str | Path) -> LoopTable:
         if name not in accepted:
             raise unknown_name(f"column of {path}", name, accepted)
     for several in (*((name,) for name in _CONDITIONS), _STIFFNESS, _DAMPING):
-        given = [name for name in several if name in names]
-        if len(given) != 1:
-            found = f"columns {' and '.join(given)}" if given else f"no column {several[0]}"
-            raise InputError(f"{cells.head}: {found}; expected: one of {', '.join(several)}")
+        present = [name for name in several if name in names]
+        if len(present) != 1:
+            actual = f"columns {' and '.join(present)}" if present else f"no column {several[0]}"
+            raise InputError(f"{cells.head}: {actual}; expected: one of {', '.join(several)}")
     table = cells.numbers(range(len(names)))
     if len(table) < _LEAST_ROWS:
         raise InputError(f"{path}: {len(table)} rows; expected: {_LEAST_ROWS} or more")

@@ -129,10 +129,10 @@ class BuildingTiers(Tiers[_Rung]):
         starts = [self.causes.causes]
         if starts[0]:
             starts.append(())
-        found = [(causes, *self._selected(causes)) for causes in starts]
+        selections = [(causes, *self._selected(causes)) for causes in starts]
         # each set of terms is another law to compile: the likelier one first
-        found.sort(key=lambda one: one[1].criterion(one[2]))
-        rungs = (self._equation(causes, terms) for causes, terms, _ in found if terms.chosen)
+        selections.sort(key=lambda one: one[1].criterion(one[2]))
+        rungs = (self._equation(causes, terms) for causes, terms, _ in selections if terms.chosen)
         rung = next((rung for rung in rungs if rung is not None), None)
         if rung is None:
             return None
@@ -155,12 +155,12 @@ class BuildingTiers(Tiers[_Rung]):
         values = effect_values(self.comparison.model, causes)
         return select(layer, values, folds, self.pool), int(fitted.sum())
 
-    def _equation(self, causes: CauseValues, found: Selection) -> _Rung | None:
+    def _equation(self, causes: CauseValues, selection: Selection) -> _Rung | None:
         """The equation beside some causes, with the terms that the building's response needs."""
-        terms = self._terms(found.chosen, self._text(found.chosen, None))
+        terms = self._terms(selection.chosen, self._text(selection.chosen, None))
         numbers = np.concatenate([
             [*c, *(n.value for n in one.term.numbers)]
-            for one, c in zip(found.chosen, found.coefficients, strict=True)
+            for one, c in zip(selection.chosen, selection.coefficients, strict=True)
         ])  # fmt: skip
         fit = self.comparison.fit
         without = fit((), causes) if causes else self.law.outcome
@@ -170,8 +170,8 @@ class BuildingTiers(Tiers[_Rung]):
             fitted = np.array(outcome.cause_values[-1][1])
             trials = []
             for one in terms.active:
-                fewer, kept = terms.without(one, fitted)
-                start = (fewer.candidate(), tuple(kept.tolist()))
+                fewer, remaining = terms.without(one, fitted)
+                start = (fewer.candidate(), tuple(remaining.tolist()))
                 trials.append((fewer, fit((), (*outcome.cause_values[:-1], start), _TRIAL_STEPS)))
             fewer, trial = min(trials, key=lambda one: one[1].cost)
             if self._needs(trial, outcome):
@@ -180,14 +180,14 @@ class BuildingTiers(Tiers[_Rung]):
         if not self._needs(without, outcome):
             return None
         chosen, text = terms.chosen, terms.text
-        if len(chosen) < len(found.chosen):
+        if len(chosen) < len(selection.chosen):
             # the law without the terms that were left out
             text = self._text(chosen, None)
             own = self._terms(chosen, text)
             values = outcome.cause_values[-1][1]
             last = (own.candidate(), values)
             outcome = self.comparison.evaluate((*outcome.cause_values[:-1], last), outcome.optimum)
-        stability = tuple(found.stability[k] for k in terms.active)
+        stability = tuple(selection.stability[k] for k in terms.active)
         return _Rung(outcome, chosen, stability, text)
 
     def _needs(self, without: FittedBuilding, outcome: FittedBuilding) -> bool:
@@ -308,7 +308,7 @@ class BuildingTiers(Tiers[_Rung]):
         return () if rung.causes else tuple(cause.name for cause, _ in self.causes.causes)
 
     def noise_floor(self, diagnosis: Diagnosis) -> float:
-        """Error that noise alone leaves on the data that judge."""
+        """Error that noise alone leaves on the validation data."""
         return held_out_noise(self.comparison)
 
     def verdict(
@@ -370,8 +370,8 @@ class _Terms:
     def without(self, place: int, values: NDArray) -> tuple[_Terms, NDArray]:
         """The same with one more silent term, and the numbers of the others."""
         parts = zip(self.active, self._parts(values), strict=True)
-        kept = [own for k, own in parts if k != place]
-        return replace(self, silent=(*self.silent, place)), np.concatenate(kept)
+        remaining = [own for k, own in parts if k != place]
+        return replace(self, silent=(*self.silent, place)), np.concatenate(remaining)
 
     def rows(self, values: NDArray) -> dict[str, list[float]]:
         """Parameters of the law beside those of the base, by ascending powers of the current."""

@@ -2,7 +2,7 @@
 
 Candidate terms are screened by orthogonal regression on the force residual along the measured
 motion, beside the tangent of everything fitted so far. The numbers inside the leading terms are
-searched before terms are judged. A term is taken if it lowers the error on conditions left out by
+searched before terms are selected. A term is taken if it lowers the error on conditions left out by
 more than one standard error and makes none of them worse, and if it is also the choice without most
 of the conditions. The whole is then written as a law and fitted through the simulation, together
 with the numbers inside its terms.
@@ -33,11 +33,11 @@ from .regression import Regression
 from .terms import Term, along, library
 
 _SCREENED = 40
-"""Candidates that are judged on conditions left out."""
+"""Candidates that are validated on conditions left out."""
 _TRIED = 5
 """Candidates that are asked for their stability."""
 _LEADING = 6
-"""Terms whose numbers are searched before they are judged."""
+"""Terms whose numbers are searched before the selection."""
 _SEARCHED = 40
 """Trials of a term's numbers."""
 _REACH = 5.0
@@ -106,7 +106,7 @@ class _Library:
         return (every * data.weight[:, np.newaxis])[data.fitted]
 
     def search_numbers(
-        self, found: Sequence[_Candidate], gains: NDArray, beside: NDArray, residual: NDArray
+        self, selected: Sequence[_Candidate], gains: NDArray, beside: NDArray, residual: NDArray
     ) -> None:
         """Add the leading terms with numbers for which they reduce a residual most.
 
@@ -118,7 +118,7 @@ class _Library:
         leading: dict[str, _Candidate] = {}
         for k in np.argsort(-gains).tolist():
             one = self.candidates[k]
-            taken = any(one.is_near(other) for other in found)
+            taken = any(one.is_near(other) for other in selected)
             if one.chosen.term.numbers and not taken and len(leading) < _LEADING:
                 leading.setdefault(one.chosen.term.text, one)
         self.add(list(self._pool.map(
@@ -165,7 +165,7 @@ class _Library:
 class Selection:
     """Terms selected, the values fitted beside them, and the stability of each term."""
 
-    chosen: tuple[Chosen, ...]  # Terms in the order in which they were found
+    chosen: tuple[Chosen, ...]  # Terms in the order of their selection
     # tuple of (n_powers,): Of each term, by its powers of the current
     coefficients: tuple[NDArray, ...]
     stability: tuple[float, ...]  # Share of the conditions without which the term is chosen as well
@@ -184,31 +184,31 @@ def select(
 ) -> Selection:  # fmt: skip
     """Select terms beside a model on fitted data."""
     library = _Library(model, pool)
-    found: list[_Candidate] = []
+    selected: list[_Candidate] = []
     left: list[_Candidate] = []
     stability: list[float] = []
     coefficients = np.zeros(0)
     while True:
-        taken = _places(found)
+        taken = _places(selected)
         values, coefficients = _joint(model, values, library.columns[:, taken], coefficients)
         # of the model without its terms, whose coefficients are fitted anew beside any other
         residual, jacobian = model.residuals(values, True)
         n = jacobian.shape[1]
         regression = Regression.of(np.hstack([jacobian, library.columns]), residual, folds)
-        gone = _replaced(regression, found, n)
+        gone = _replaced(regression, selected, n)
         if gone is not None:
             # a term that later ones replace is left out for good
-            ends = np.cumsum([0, *(len(one.columns) for one in found)])
+            ends = np.cumsum([0, *(len(one.columns) for one in selected)])
             coefficients = np.delete(coefficients, np.arange(ends[gone], ends[gone + 1]))
-            left.append(found.pop(gone))
+            left.append(selected.pop(gone))
             del stability[gone]
             continue
-        if len(found) == EQUATION_TERMS:
+        if len(selected) == EQUATION_TERMS:
             break
         # which terms lead is known from a first regression; their numbers are then searched
         beside = np.concatenate([np.arange(n), n + taken])
         groups = [n + one.columns for one in library.candidates]
-        known = [*found, *left]
+        known = [*selected, *left]
         library.search_numbers(
             known, regression.gains(beside, groups, -1),
             np.hstack([jacobian, library.columns[:, taken]]), residual,
@@ -221,36 +221,36 @@ def select(
         best = _next(regression, beside, others, n)
         if best is None:
             break
-        found.append(best[0])
+        selected.append(best[0])
         stability.append(best[1])
         coefficients = np.concatenate([coefficients, np.zeros(len(best[0].columns))])
-    ends = np.cumsum([len(one.columns) for one in found])[:-1]
-    left_over = residual + library.columns[:, _places(found)] @ coefficients
+    ends = np.cumsum([len(one.columns) for one in selected])[:-1]
+    left_over = residual + library.columns[:, _places(selected)] @ coefficients
     return Selection(
-        tuple(one.chosen for one in found),
-        tuple(np.split(coefficients, ends.astype(int))) if found else (),
+        tuple(one.chosen for one in selected),
+        tuple(np.split(coefficients, ends.astype(int))) if selected else (),
         tuple(stability),
         values,
         float(left_over @ left_over),
     )
 
 
-def _places(found: Sequence[_Candidate]) -> NDArray:
+def _places(candidates: Sequence[_Candidate]) -> NDArray:
     """Columns of candidates."""
-    return np.concatenate([one.columns for one in found]) if found else np.zeros(0, int)
+    return np.concatenate([one.columns for one in candidates]) if candidates else np.zeros(0, int)
 
 
-def _replaced(regression: Regression, found: Sequence[_Candidate], n: int) -> int | None:
+def _replaced(regression: Regression, selected: Sequence[_Candidate], n: int) -> int | None:
     """A term without which the others predict conditions left out nearly as well."""
 
     def error(terms: Sequence[_Candidate]) -> float:
         return float(regression.left_out(np.concatenate([np.arange(n), n + _places(terms)])).sum())
 
-    if len(found) < 2:
+    if len(selected) < 2:
         return None
-    without = [error([*found[:k], *found[k + 1 :]]) for k in range(len(found))]
+    without = [error([*selected[:k], *selected[k + 1 :]]) for k in range(len(selected))]
     least = int(np.argmin(without))
-    return least if without[least] <= (1 + EQUATION_GAIN) * error(found) else None
+    return least if without[least] <= (1 + EQUATION_GAIN) * error(selected) else None
 
 
 def _joint(

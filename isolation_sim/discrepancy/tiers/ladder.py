@@ -35,8 +35,8 @@ from ..decisions import (
     REMAINS,
     TIER_SAMPLES,
 )
+from ..device.carried_history import of_device
 from ..device.generic_terms import OUTSIDE
-from ..device.kept_history import of_device
 from ..device.model import FittedModel, Model, fit_model
 from ..diagnosis import Diagnosis, Errors
 from ..inference import at_bound, gain_interval, half_widths
@@ -86,7 +86,7 @@ class Tiers(ABC, Generic[R]):
     QUANTITY = "force"
     WORSE_THAN = "{} worse than the {} on what was left out or held out, and not offered."
     NO_EQUATION = "No term of an equation lowers the error on every condition left out."
-    # Rungs that are never offered, since the search has judged the next one already
+    # Rungs that are never offered, since the search has compared the next one already
     superseded: tuple[str, ...] = ()
     negligible = 0.0  # Decrease of the error below which a simpler rung is offered
 
@@ -116,7 +116,7 @@ class Tiers(ABC, Generic[R]):
 
     @abstractmethod
     def noise_floor(self, diagnosis: Diagnosis) -> float:
-        """Error that noise alone leaves on the data that judge."""
+        """Error that noise alone leaves on the validation data."""
 
     @abstractmethod
     def verdict(
@@ -198,21 +198,21 @@ class Climb(Tiers[_Rung]):
         starts = [self._catalogue(self.causes.part)]
         if starts[0].effects:
             starts.append(self.law.part)
-        found = [rung for start in starts if (rung := self._equation(start)) is not None]
-        return min(found, key=lambda one: (one.loses, _power(one)), default=None)
+        equations = [rung for start in starts if (rung := self._equation(start)) is not None]
+        return min(equations, key=lambda one: (one.loses, _power(one)), default=None)
 
     def _equation(self, start: FittedModel) -> _Rung | None:
         """The equation beside a model, with the terms that it needs.
 
         It loses nowhere, if there is such a one; else it is the one with the most terms.
         """
-        found = select(start.model, start.values, self.masks, self.problem.pool)
-        terms = list(zip(found.chosen, found.stability, strict=True))
+        selection = select(start.model, start.values, self.masks, self.problem.pool)
+        terms = list(zip(selection.chosen, selection.stability, strict=True))
         numbers = [
             np.concatenate([c, [n.value for n in one.term.numbers]])
-            for one, c in zip(found.chosen, found.coefficients, strict=True)
+            for one, c in zip(selection.chosen, selection.coefficients, strict=True)
         ]
-        own, at = found.values, start.model.n_law
+        own, at = selection.values, start.model.n_law
         best, losing, least = None, None, np.inf
         while terms:
             chosen, stability = zip(*terms, strict=True)
@@ -422,7 +422,7 @@ class Climb(Tiers[_Rung]):
         return choice.better_than(name) if choice is not None else None
 
     def noise_floor(self, diagnosis: Diagnosis) -> float:
-        """Error that noise alone leaves on the data that judge."""
+        """Error that noise alone leaves on the validation data."""
         return diagnosis.noise_floor
 
     def verdict(
@@ -447,11 +447,11 @@ class Climb(Tiers[_Rung]):
         data = self.problem.data
         force = data.bounded(rung.final.force)
         after = {name: force[run] for name, run in zip(data.names, data.runs, strict=True)}
-        reached = Errors(errors.fit, errors.held_out)
+        errors_after = Errors(errors.fit, errors.held_out)
         return replace(
             diagnosis,
-            noise_floor=min(diagnosis.noise_floor, reached.least),
-            error_after=reached,
+            noise_floor=min(diagnosis.noise_floor, errors_after.least),
+            error_after=errors_after,
             extended=self.device(rung, diagnosis.judged),
             gain=gain_interval(self.problem.squared_blocks(force), self.problem.seed),
             traces=tuple(replace(one, after=after[one.name]) for one in diagnosis.traces),
@@ -482,13 +482,13 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     shown_rungs = list(errors.values())
     allowed = {name: one for name, one in errors.items() if name not in ladder.superseded}
     offered = _offered(allowed, ladder.has_generic_terms(), ladder.negligible)
-    judged = {name: _judging(one) for name, one in errors.items()}
-    named = min(value for name, value in judged.items() if name != "learned")
-    attainable, notes = _attainable(judged, ladder.better_law())
+    deciding = {name: _deciding_error(one) for name, one in errors.items()}
+    named = min(value for name, value in deciding.items() if name != "learned")
+    attainable, notes = _attainable(deciding, ladder.better_law())
     noise = ladder.noise_floor(diagnosis)
     floor = min(noise, attainable) if noise > 0 else 0.0
-    misfit = max(judged["law"] ** 2 - floor**2, 1e-300)
-    has_learned = "learned" in judged
+    misfit = max(deciding["law"] ** 2 - floor**2, 1e-300)
+    has_learned = "learned" in deciding
     notes += [
         f"{_NAMES[one.name]} worse than the law in {', '.join(one.worse)}, and not offered."
         for one in shown_rungs
@@ -502,7 +502,7 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     replaced = ladder.replaced_causes(equation) if equation is not None else ()
     if replaced:
         notes.append("The equation stands in place of the causes.")
-        if offered == "equation" and _only_imitated(judged, floor):
+        if offered == "equation" and _only_imitated(deciding, floor):
             diagnosis, said = _without_imitations(diagnosis, replaced)
             notes += said
     if equation is None:
@@ -526,27 +526,27 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     if offered == "law" or (offered == "causes" and not has_learned):
         return replace(diagnosis, ladder=result)
     least = max(attainable, floor)
-    reached = ladder.verdict(diagnosis, best, named, least, judged["law"])
+    new_verdict = ladder.verdict(diagnosis, best, named, least, deciding["law"])
     if offered == "causes":
-        return replace(diagnosis, ladder=result, verdict=reached)
+        return replace(diagnosis, ladder=result, verdict=new_verdict)
     return replace(
         ladder.extend(diagnosis, best, errors[offered]),
         ladder=result,
-        verdict=reached,
-        unexplained_share=float(np.clip((judged[offered] ** 2 - floor**2) / misfit, 0.0, 1.0)),
+        verdict=new_verdict,
+        unexplained_share=float(np.clip((deciding[offered] ** 2 - floor**2) / misfit, 0.0, 1.0)),
     )
 
 
 def _attainable(
-    judged: dict[str, float], better: tuple[LawRank, LawRank] | None
+    deciding: dict[str, float], better: tuple[LawRank, LawRank] | None
 ) -> tuple[float, list[str]]:
     """Least error of the rungs, or that which a better law promises, and then a note."""
-    least = min(judged.values())
+    least = min(deciding.values())
     if better is None:
         return least, []
     # both on short data, so that only their ratio can be compared with the rungs
     other, own = better
-    promised = judged["law"] * other.left_out / own.left_out
+    promised = deciding["law"] * other.left_out / own.left_out
     if promised >= least:
         return least, []
     note = (
@@ -562,14 +562,14 @@ def _without_imitations(diagnosis: D, replaced: Sequence[str]) -> tuple[D, list[
     if not imitated:
         return diagnosis, []
     labels = ", ".join(one.label for one in imitated)
-    kept = tuple(one for one in diagnosis.causes if one not in imitated)
+    remaining = tuple(one for one in diagnosis.causes if one not in imitated)
     note = f"Not named, since only an imitation of the equation: {labels}."
-    return replace(diagnosis, causes=kept, next_test=None), [note]
+    return replace(diagnosis, causes=remaining, next_test=None), [note]
 
 
-def _only_imitated(judged: dict[str, float], floor: float) -> bool:
+def _only_imitated(deciding: dict[str, float], floor: float) -> bool:
     """Whether an equation in place of causes leaves far less than they do."""
-    left = [judged[name] ** 2 - floor**2 for name in ("equation", "causes")]
+    left = [deciding[name] ** 2 - floor**2 for name in ("equation", "causes")]
     return left[0] < IMITATION * left[1]
 
 
@@ -610,8 +610,8 @@ def _power(rung: _Rung) -> float:
     return float(rung.left_out @ rung.left_out)
 
 
-def _judging(rung: Rung) -> float:
-    """Error on the data that judge: held out if there are any, else left out."""
+def _deciding_error(rung: Rung) -> float:
+    """Error on the validation data: held out if there are any, else left out."""
     return rung.held_out if np.isfinite(rung.held_out) else rung.left_out
 
 

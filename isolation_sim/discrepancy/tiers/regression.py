@@ -1,7 +1,7 @@
-"""Linear regression on a residual beside a fitted model, judged on conditions left out.
+"""Linear regression on a residual beside a fitted model, cross-validated over conditions.
 
 All candidates are columns of one problem whose normal equations are kept fold by fold: any subset
-of the columns is fitted without any condition, and judged on that condition, by small systems.
+of the columns is fitted without a condition and validated on it, by small systems.
 """
 
 from __future__ import annotations

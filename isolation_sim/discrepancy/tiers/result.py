@@ -51,7 +51,7 @@ class Ladder:
     # File of the extended law, if a tier beyond the causes is offered; else empty
     law_text: str = ""
     offered: str = "causes"  # The rung whose law is offered
-    # Smallest error of any rung, or of another law, on the data that judge
+    # Smallest error of any rung, or of another law, on the validation data
     attainable: float = float("nan")
     # Share of the law's squared misfit that causes and equation leave and a flexible model of the
     # measured variables explains; not a number where none was fitted

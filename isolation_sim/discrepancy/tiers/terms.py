@@ -220,8 +220,8 @@ def _state(term: Term, data: MeasuredRuns) -> NDArray:
     length = min((n.value for n in term.numbers if n.symbol == "r"), default=np.inf)
     moved = float(np.max(np.abs(data.v) * np.repeat(data.dt, data.lengths)))
     # powers of two, so that many terms share one grid
-    wanted = np.clip(moved / (_STEP * length), 1, _MOST_STEPS)
-    m = 2 ** int(np.ceil(np.log2(wanted)))
+    steps = np.clip(moved / (_STEP * length), 1, _MOST_STEPS)
+    m = 2 ** int(np.ceil(np.log2(steps)))
     fine = _finer(data, m)
     effect = _state_alone(term.rate, tuple(n.symbol for n in term.numbers), term.current)
     numbers = np.array([n.value for n in term.numbers])

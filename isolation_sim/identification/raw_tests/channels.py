@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ground_motions.units import ACCELERATION_UNITS
+from ground_motions.units import UNITS
 
 from ...errors import InputError, unknown_name
 
@@ -14,16 +14,6 @@ NEEDED = ("time", "displacement", "force")
 CHOSEN = (*NEEDED, "current")
 """Quantities for which a choice between two columns is asked for."""
 
-# quantity -> spelling -> what one of that unit is in SI (temperature in deg C)
-UNITS: dict[str, dict[str, float]] = {
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
-    "displacement": {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "in": 0.0254},
-    "force": {"N": 1.0, "kN": 1e3, "MN": 1e6, "lbf": 4.4482216, "kip": 4448.2216, "kgf": 9.80665},
-    "current": {"A": 1.0, "mA": 1e-3},
-    "velocity": {"mm/s": 1e-3, "m/s": 1.0, "cm/s": 1e-2, "in/s": 0.0254},
-    "acceleration": dict(ACCELERATION_UNITS),
-    "temperature": {"C": 1.0},
-}
 _SAME = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sek": "s", "sekunden": "s",
     "msec": "ms", "mikrometer": "um", "micron": "um", "inch": "in", "inches": "in", "lbs": "lbf",
@@ -126,16 +116,16 @@ def find_channels(
     ``usable``: whether a column has numbers. ``columns``: headings or numbers by quantity;
     ``"none"`` for no column. ``units``: for columns whose heading has none, or a wrong one.
     """
-    found = {}
+    places = {}
     for quantity in UNITS:
         if quantity in columns:
-            k = _given(columns[quantity], headings, f"{place}, --column {quantity}")
+            k = _by_choice(columns[quantity], headings, f"{place}, --column {quantity}")
         else:
             k = _recognised(quantity, headings, usable, units, place)
         if k is not None:
-            found[quantity] = k
+            places[quantity] = k
     channels, unclear = {}, {}
-    for quantity, k in found.items():
+    for quantity, k in places.items():
         # times are in s unless their heading says otherwise; slow ones are asked for
         unit = units.get(quantity) or headings[k].unit
         factor = unit_factor(quantity, unit or ("s" if quantity == "time" else ""))
@@ -144,16 +134,16 @@ def find_channels(
         else:
             channels[quantity] = Channel(k, headings[k].text, unit, factor)
     if unclear:
-        given = ", ".join(f"{text!r} ({quantity})" for quantity, text in unclear.items())
+        texts = ", ".join(f"{text!r} ({quantity})" for quantity, text in unclear.items())
         options = (f"--unit {quantity}=UNIT ({', '.join(UNITS[quantity])})" for quantity in unclear)
-        raise InputError(place, f"columns without a known unit, {given}", ", ".join(options))
+        raise InputError(place, f"columns without a known unit, {texts}", ", ".join(options))
     return channels
 
 
 def check_choices(columns: Mapping[str, str], units: Mapping[str, str]) -> None:
     """Refuse unknown quantities and units of the caller."""
-    for option, given in (("--column", columns), ("--unit", units)):
-        for quantity in given:
+    for option, choices in (("--column", columns), ("--unit", units)):
+        for quantity in choices:
             if quantity not in UNITS:
                 raise unknown_name(f"quantity of {option}", quantity, UNITS)
     for quantity, unit in units.items():
@@ -196,19 +186,19 @@ def _named(name: str) -> tuple[str, ...]:
     )
 
 
-def _given(choice: str, headings: Sequence[Heading], place: str) -> int | None:
+def _by_choice(choice: str, headings: Sequence[Heading], place: str) -> int | None:
     """Column that the caller names by its heading, the heading's name or its number."""
     if choice.lower() == "none":
         return None
-    wanted = choice.strip().lower()
+    target = choice.strip().lower()
     for texts in (
         [heading.text for heading in headings],
         [_split(heading.text, "")[0] for heading in headings],
         [str(k) for k in range(1, len(headings) + 1)],
     ):
-        found = [k for k, text in enumerate(texts) if text.strip().lower() == wanted]
-        if len(found) == 1:
-            return found[0]
+        matches = [k for k, text in enumerate(texts) if text.strip().lower() == target]
+        if len(matches) == 1:
+            return matches[0]
     raise InputError(place, repr(choice), f"one of {listed(headings)}, its number, or none")
 
 
@@ -230,12 +220,13 @@ def _recognised(
         and heading.unit and not _named(_split(heading.text, "")[0])
         and unit_factor(quantity, heading.unit) is not None
     ]  # fmt: skip
-    found = first or [*named, *alone]
-    if len(found) > 1 and quantity in CHOSEN:
-        texts = [headings[k].text for k in found]
+    candidates = first or [*named, *alone]
+    if len(candidates) > 1 and quantity in CHOSEN:
+        texts = [headings[k].text for k in candidates]
         raise InputError(
             place,
-            f"{len(found)} columns for the {quantity}, {listed([headings[k] for k in found])}",
+            f"{len(candidates)} columns for the {quantity}, "
+            f"{listed([headings[k] for k in candidates])}",
             f'one of them, such as --column {quantity}="{texts[0]}"',
         )
-    return found[0] if len(found) == 1 else None
+    return candidates[0] if len(candidates) == 1 else None

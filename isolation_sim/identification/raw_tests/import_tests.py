@@ -18,10 +18,10 @@ from ...errors import InputError
 from ...io.output_place import check_writable
 from ...rendering import Printed, render
 from ..campaign import Campaign, write_campaign
+from ..data_checks import same_forces_notes, unit_notes
 from ..run_table import MINIMUM_SAMPLES, TestRun, make_run
 from ..spikes import repaired
 from .channels import NEEDED, Channel, check_choices, find_channels, listed
-from .ranges import range_notes
 from .samples import samples_of
 from .tables import READERS, RawTable, read_tables
 
@@ -79,14 +79,14 @@ class ImportedTests(Printed):
             for run in runs
         ]  # fmt: skip
         yield render("tables:TextTable", f"Tests of {self.campaign.name}", headings, rows)
-        found = Counter(
+        columns = Counter(
             (what, channel.heading, channel.unit or "s, none given")
             for channels in self.channels for what, channel in channels.items()
         )  # fmt: skip
-        columns = [(*key, str(count)) for key, count in found.items()]
         yield render(
-            "tables:TextTable", "Columns", ("read as", "heading", "unit", "tests"), columns
-        )
+            "tables:TextTable", "Columns", ("read as", "heading", "unit", "tests"),
+            [(*key, str(count)) for key, count in columns.items()],
+        )  # fmt: skip
         yield from (f"note: {each}" for each in self.notes)
 
 
@@ -162,9 +162,9 @@ def import_tests(
     tables, notes = _tables([Path(place) for place in places], leave_out)
     runs, channels = [], []
     for name, table in tables.items():
-        run, found, own = _read_test(name, table, choices)
+        run, columns_read, own = _read_test(name, table, choices)
         runs.append(run)
-        channels.append(found)
+        channels.append(columns_read)
         if own:
             notes.append(f"{name}: {'; '.join(own)}")
     _refuse_some_without_current(runs, list(tables.values()))
@@ -172,7 +172,7 @@ def import_tests(
     source = f"imported from {', '.join(map(str, places[:3]))}{' ...' if len(places) > 3 else ''}"
     campaign = Campaign(title, source, tuple(_held_out(runs, hold_out)))
     campaign, wrong = repaired(campaign)
-    notes += [*wrong, *range_notes(campaign.runs)]
+    notes += [*wrong, *unit_notes(campaign.runs), *same_forces_notes(campaign.runs)]
     result = ImportedTests(campaign, tuple(channels), tuple(notes))
     if out is None:
         return result
@@ -183,7 +183,7 @@ def import_tests(
 
 def _tables(places: Sequence[Path], leave_out: Sequence[str]) -> tuple[dict[str, RawTable], list]:
     """Tables by the names of their tests, and notes of files without one."""
-    found: dict[str, RawTable] = {}
+    by_name: dict[str, RawTable] = {}
     notes = []
     fitting: set[str] = set()
 
@@ -197,13 +197,13 @@ def _tables(places: Sequence[Path], leave_out: Sequence[str]) -> tuple[dict[str,
         for table in tables:
             part = table.part.removeprefix("sheet ") if len(tables) > 1 else ""
             name = _NOT_IN_NAMES.sub("_", f"{path.stem} {part}".strip())
-            if name in found:
+            if name in by_name:
                 raise InputError(
-                    f"{found[name].place} and {table.place}: both are named {name!r}; "
+                    f"{by_name[name].place} and {table.place}: both are named {name!r}; "
                     "expected: different names"
                 )
             if not (part and left_out(name, part)):
-                found[name] = table
+                by_name[name] = table
         if not (tables or left_out(path.name, path.stem)):
             if path in places:
                 least = f"{MINIMUM_SAMPLES} rows of numbers or more, of one width"
@@ -211,10 +211,10 @@ def _tables(places: Sequence[Path], leave_out: Sequence[str]) -> tuple[dict[str,
             notes.append(f"{path.name}: no table of numbers; left out")
     for pattern in leave_out:
         if pattern not in fitting:
-            raise InputError("--leave-out", repr(pattern), _pattern_of(found))
-    if not found:
+            raise InputError("--leave-out", repr(pattern), _pattern_of(by_name))
+    if not by_name:
         raise InputError(f"{', '.join(map(str, places))}: no test; expected: {_EXPECTED}")
-    return found, notes
+    return by_name, notes
 
 
 def _files(place: Path) -> list[Path]:
@@ -267,14 +267,14 @@ def _read_test(
 
 def _current_in(name: str, place: str) -> float:
     """The current in the name of a test, A."""
-    found = {
+    currents = {
         float(number.replace(",", ".").replace("p", ".")) * (1e-3 if milli else 1.0)
         for number, milli in _CURRENT_IN_NAME.findall(name)
     }
-    if len(found) != 1:
-        written = f"{len(found)} currents" if found else "no current"
+    if len(currents) != 1:
+        written = f"{len(currents)} currents" if currents else "no current"
         raise InputError(place, f"{written} in the name {name!r}", "one, such as 2A, 0.5A or 500mA")
-    return found.pop()
+    return currents.pop()
 
 
 def _held_out(runs: Sequence[TestRun], hold_out: int | Sequence[str]) -> list[TestRun]:

@@ -197,10 +197,10 @@ def _heading_cells(line: str, separator: str, width: int) -> list[str]:
 
 def _trim(cells: Sequence[str]) -> list[str]:
     """Cells without the empty ones at the end."""
-    kept = list(cells)
-    while kept and not kept[-1]:
-        kept.pop()
-    return kept
+    trimmed = list(cells)
+    while trimmed and not trimmed[-1]:
+        trimmed.pop()
+    return trimmed
 
 
 def _block(rows: Sequence[_Row], width: int, place: str | Path) -> list[_Row]:

@@ -26,7 +26,7 @@ _METHODS: dict[str, Callable[..., None]] = {
     "particle_swarm": library.particle_swarm,
     "cma_es": library.cma_es,
 }
-_GIVEN = ("evaluate", "rng", "adaptive")
+_SUPPLIED = ("evaluate", "rng", "adaptive")
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ def search(
     if method not in _METHODS:
         raise unknown_name("search method", method, _METHODS)
     run = _METHODS[method]
-    accepted = [name for name in inspect.signature(run).parameters if name not in _GIVEN]
+    accepted = [name for name in inspect.signature(run).parameters if name not in _SUPPLIED]
     for name in settings:
         if name not in accepted:
             raise unknown_name(f"setting of {method}", name, accepted)

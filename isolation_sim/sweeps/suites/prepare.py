@@ -30,7 +30,7 @@ from ...io.results_folder import file_name
 from ...scenario.suite import RecordSuite
 from ...scenario.targets import Target
 from ...structures import IsolatedStructure
-from ...structures.sizing import translational_period
+from ...structures.modes import translational_period
 from ...version import __version__
 from ...workers import in_processes, processors
 

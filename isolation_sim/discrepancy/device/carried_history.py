@@ -21,33 +21,33 @@ _STATES = ("largest", "travel")
 
 
 @dataclass(frozen=True, eq=False)
-class KeptHistory(Effect):
+class CarriedHistory(Effect):
     """A form of an effect of the catalogue whose state goes on from run to run."""
 
     fresh: Effect | None = None  # The form that begins on a fresh device
 
 
 @lru_cache(maxsize=64)
-def kept(effect: Effect) -> KeptHistory:
+def carry_history(effect: Effect) -> CarriedHistory:
     """An effect whose state goes on from run to run."""
     same = {one.name: getattr(effect, one.name) for one in fields(Effect)}
     form, title = f"{effect.form}, kept", f"{effect.title}, kept from run to run"
-    return KeptHistory(**{**same, "form": form, "title": title}, fresh=effect)
+    return CarriedHistory(**{**same, "form": form, "title": title}, fresh=effect)
 
 
-def can_be_kept(effect: Effect) -> bool:
+def can_carry_history(effect: Effect) -> bool:
     """Whether an effect's state follows from the measured motion of earlier runs."""
     return [(state.name, state.unit) for state in effect.states] in ([(s, "m")] for s in _STATES)
 
 
 def of_device(effect: Effect) -> Effect:
     """The effect of the catalogue, for a device that is fresh when a simulation begins."""
-    return effect.fresh if isinstance(effect, KeptHistory) and effect.fresh else effect
+    return effect.fresh if isinstance(effect, CarriedHistory) and effect.fresh else effect
 
 
 def first_states(effect: Effect, data: MeasuredRuns, first: NDArray) -> NDArray:
     """States at the start of each run, (n_runs, n_states), from those of a fresh device."""
-    if not isinstance(effect, KeptHistory) or data.past is None:
+    if not isinstance(effect, CarriedHistory) or data.past is None:
         return first
     column = _STATES.index(effect.states[0].name)
     return np.maximum(first, data.past[:, [column]])

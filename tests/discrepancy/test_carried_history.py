@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
+from isolation_sim.discrepancy.device.carried_history import (
+    can_carry_history,
+    carry_history,
+    of_device,
+)
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
-from isolation_sim.discrepancy.device.kept_history import can_be_kept, kept, of_device
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.effects import EFFECTS, effect
 from isolation_sim.identification.campaign import Campaign
@@ -44,18 +48,18 @@ def test_the_past_is_that_of_all_earlier_runs():
 
 
 def test_every_state_that_motion_tells_is_kept():
-    names = {each.cause for forms in EFFECTS.values() for each in forms if can_be_kept(each)}
+    names = {each.cause for forms in EFFECTS.values() for each in forms if can_carry_history(each)}
     assert names == {"stress_softening", "cyclic_degradation"}
     data = measured_runs(series(0.0).runs)
     wear = effect("cyclic_degradation")
     numbers = np.array([0.3, 0.4])
     fresh, going_on = (
-        evaluate(one, data, data.force, numbers)["factor"] for one in (wear, kept(wear))
+        evaluate(one, data, data.force, numbers)["factor"] for one in (wear, carry_history(wear))
     )
     first = data.starts[:-1]
     assert fresh[first] == pytest.approx(1.0)
     assert going_on[first] == pytest.approx(1 - 0.3 * (1 - np.exp(-data.past[:, 1] / 0.4)))
-    assert of_device(kept(wear)) is wear and of_device(wear) is wear
+    assert of_device(carry_history(wear)) is wear and of_device(wear) is wear
 
 
 @pytest.mark.parametrize("keeps", [True, False])
