@@ -26,6 +26,7 @@ _LOOKED_AT = 2000
 _COMMENT = re.compile(r"\s*(?:[%#!]+|//|;+)\s*")
 _BLANK = re.compile(r"\s{2,}|\t")
 _NOT_BEFORE_UNIT = re.compile(r"\s+(?![\[({<])")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d{3,}(?:[eE][+-]?\d+)?")
 _MISSING = {"", "-", "--", "---", "na", "n/a", "#n/a", "nan", "null", "none", "1.#qnan", "-1.#ind"}
 _MOST_COLUMNS = 64
 """Columns of a matrix without names, at most."""
@@ -184,7 +185,20 @@ def _format(lines: Sequence[str]) -> tuple[str, int]:
         for width, count in widths.most_common(1):
             if count > best[2]:
                 best = (separator, width, count)
+    bare = [line.strip() for line in lines]
+    alone = sum(map(is_number, map(_with_point, bare)))
+    if alone >= MINIMUM_SAMPLES and (best[2] < MINIMUM_SAMPLES or _are_decimal_commas(bare, best)):
+        return "\t", 1  # one column, its lines without a separator
     return best[0], best[1]
+
+
+def _are_decimal_commas(lines: Sequence[str], found: tuple[str, int, int]) -> bool:
+    """Whether a table of two columns is one column of decimal commas: its heading has no comma."""
+    others = [line for line in lines if not is_number(_with_point(line))]
+    return found[:2] == (",", 2) and (
+        sum(bool(_DECIMAL_COMMA.fullmatch(line)) for line in lines) > 0.9 * found[2]
+        and not any(len(_trim(_cells(line, ","))) == 2 for line in others)
+    )
 
 
 def _heading_cells(line: str, separator: str, width: int) -> list[str]:
