@@ -94,13 +94,13 @@ def import_tests(
             ("--hold-out", hold_out),
         ):
             if given:
-                raise InputError(f"{option} with a building record; expected: only device tests")
+                raise InputError(option, "with a building record", "device tests alone")
         check_new_files(force, out, write_settings)
         matched = _columns(tests, settings, column, unit, rate, leave_out)
         _import_building(matched, out, write_settings, force)
         return
     if force:
-        raise InputError("--force with device tests; expected: --building, or a new folder")
+        raise InputError("--force", "with device tests", "a building record, or a new folder")
     from ..identification.raw_tests.import_tests import import_tests as run_import
 
     held = hold_out or []
@@ -146,6 +146,10 @@ def _import_building(
 
     if write_settings is not None:
         write_new_file(write_settings, match.template(), force)
+        if out is None and match.unclear:
+            match.report()
+            print(f"settings: {write_settings}, to be completed")
+            return
         print(f"settings: {write_settings}")
     try:
         result = import_matched(match, out)
@@ -156,10 +160,7 @@ def _import_building(
         raise
     result.report()
     if result.path is None:
-        print(
-            "no record is written; --out quake.csv writes it, --write-settings sensors.toml the "
-            "settings"
-        )
+        print("no record is written; --out quake.csv writes it")
     else:
         print(f"record: {result.path}")
 

@@ -194,8 +194,9 @@ def _split(text: str, unit_below: str) -> tuple[str, str]:
         name, unit = text[: before.start()], text[before.end() :]
         if "/" in unit and is_unit(unit.split("/")[0]):
             return name, unit  # such as N/mm
-        # "Sensor A" has no unit, "Current A" has
-        one = len(unit) == 1 and not any(unit_factor(q, unit) for q in named_quantities(name))
+        # "Sensor A" has no unit, "Current A" and "Sensor 3, A" have
+        alone = len(unit) == 1 and "," not in before.group()
+        one = alone and not any(unit_factor(q, unit) for q in named_quantities(name))
         if name and is_unit(unit) and not one:
             return name, unit
     return text, ""

@@ -26,7 +26,8 @@ _LOOKED_AT = 2000
 _COMMENT = re.compile(r"\s*(?:[%#!]+|//|;+)\s*")
 _BLANK = re.compile(r"\s{2,}|\t")
 _NOT_BEFORE_UNIT = re.compile(r"\s+(?![\[({<])")
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d{3,}(?:[eE][+-]?\d+)?")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+_LONG_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d{3,}(?:[eE][+-]?\d+)?")
 _MISSING = {"", "-", "--", "---", "na", "n/a", "#n/a", "nan", "null", "none", "1.#qnan", "-1.#ind"}
 _MOST_COLUMNS = 64
 """Columns of a matrix without names, at most."""
@@ -193,12 +194,16 @@ def _format(lines: Sequence[str]) -> tuple[str, int]:
 
 
 def _are_decimal_commas(lines: Sequence[str], found: tuple[str, int, int]) -> bool:
-    """Whether a table of two columns is one column of decimal commas: its heading has no comma."""
-    others = [line for line in lines if not is_number(_with_point(line))]
-    return found[:2] == (",", 2) and (
-        sum(bool(_DECIMAL_COMMA.fullmatch(line)) for line in lines) > 0.9 * found[2]
-        and not any(len(_trim(_cells(line, ","))) == 2 for line in others)
-    )
+    """Whether a table of two columns is one column of decimal commas, by the heading above it."""
+    first = next(k for k, line in enumerate(lines) if is_number(_with_point(line)))
+    above = _COMMENT.sub("", lines[first - 1], count=1) if first else ""
+    heading = heading_of(above)
+    name, *others = above.split(",")
+    # "Acc, g" is one heading, and "Time,Acc" are two
+    alone = not others or (len(others) == 1 and is_unit(others[0]) and not heading_of(name).unit)
+    decimal = _DECIMAL_COMMA if heading.unit or heading.quantities else _LONG_DECIMAL_COMMA
+    matching = sum(bool(decimal.fullmatch(line)) for line in lines)
+    return found[:2] == (",", 2) and alone and matching > 0.9 * found[2]
 
 
 def _heading_cells(line: str, separator: str, width: int) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -16,6 +16,8 @@ from ....rendering import Printed, render
 from ..channels import BASE, GROUND, ISOLATOR, ROTATION, Channel, channel, required
 from .settings import TIME, RecordSettings
 
+MOST_SHOWN = 8
+"""Columns that a line names at most."""
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -76,8 +78,7 @@ class Match(Printed):
         headings = ("read as", "heading", "unit", "file")
         if rows:
             yield render("tables:TextTable", "Columns", headings, rows)
-        if len(self.unclear) > 1:
-            yield from (f"not clear: {error}" for error in self.unclear)
+        yield from (f"not clear: {error}" for error in self.unclear)
         yield from (f"note: {note}" for note in self.all_notes())
 
     def all_notes(self) -> Iterator[str]:
@@ -87,8 +88,8 @@ class Match(Printed):
         for table, index, reason in self.unused:
             reasons[reason].append(repr(self.tables[table].headings[index].text))
         for reason, texts in reasons.items():
-            more = f" and {len(texts) - 8} more" if len(texts) > 8 else ""
-            yield f"not used, {reason}: {', '.join(texts[:8])}{more}"
+            more = f" and {len(texts) - MOST_SHOWN} more" if len(texts) > MOST_SHOWN else ""
+            yield f"not used, {reason}: {', '.join(texts[:MOST_SHOWN])}{more}"
 
     def template(self) -> str:
         """Settings with every column that is known, and lines to complete for the others."""
@@ -112,7 +113,7 @@ class Match(Printed):
 
     def _lacking(self, complete: set[str]) -> list[str]:
         axes = sorted({one.channel.axis for one in self.columns if one.channel} - {ROTATION})
-        offered = {one.key for one in self.open}
+        offered = {one.key.replace("floorN", "floor1") for one in self.open}
         keys = [one.key for name in required(tuple(axes) or ("",)) if (one := channel(name))]
         absolute = {key for key in complete if key.startswith((BASE, GROUND))}
         if without_time(self.tables, self.columns, self.settings):
@@ -136,6 +137,12 @@ class Match(Printed):
             if one[:2] == (table, index) and entry and entry.factor != 1:
                 parts["scale"] = entry.factor
         return _inline({key: value for key, value in parts.items() if value != ""})
+
+
+def places_of(tables: Iterable[RawTable]) -> str:
+    """Files of an error: one or two by name, more by their number."""
+    places = list(dict.fromkeys(table.place for table in tables))
+    return " and ".join(places) if len(places) < 3 else f"{places[0]} and {len(places) - 1} more"
 
 
 def without_time(

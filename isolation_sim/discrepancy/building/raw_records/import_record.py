@@ -20,7 +20,7 @@ from ....rendering import Printed, render
 from ..channels import channel
 from ..record import BuildingRecord, read_building_record
 from ..record_checks import check_quantities, record_problems
-from .columns import Column, Match
+from .columns import Column, Match, places_of
 from .match import match_columns, without_unused
 from .merge import Samples, merge
 from .settings import CURRENT, channel_of, read_settings
@@ -199,8 +199,7 @@ def _checked(text: str, name: str, match: Match) -> BuildingRecord:
             record = read_building_record(path)
             check_quantities(record)
         except InputError as error:
-            places = dict.fromkeys(match.tables[one.table].place for one in match.columns)
-            place = ", ".join(places)
+            place = places_of(match.tables[one.table] for one in match.columns)
             message = str(error).replace(str(path), place, 1)
             if message.startswith(f"{name}: "):
                 message = place + message[len(name) :]

@@ -15,7 +15,7 @@ from ....identification.raw_tests.channels import Channel as RawChannel
 from ....identification.raw_tests.samples import samples_of
 from ..channels import BASE, GROUND, ISOLATOR, ROTATION, Channel
 from .columns import Match
-from .settings import CURRENT, TIME
+from .settings import CURRENT, TIME, channel_of
 
 _APART = 0.1
 """Distance of two files' samples, in steps, up to which they are taken as simultaneous."""
@@ -204,8 +204,9 @@ def _remove_offsets(match: Match, samples: Samples) -> None:
                 "the time before the motion, s",
             )
         samples.values[key] = values - mean
-        removed.append(f"{key} {mean:.3g}")
-    samples.notes.append(f"subtracted, the mean of the first {length:g} s: {', '.join(removed)}")
+        one = channel_of(key)
+        removed.append(f"{key} {mean:.3g} {one.unit if one else ''}")
+    samples.notes.append(f"the mean of the first {length:g} s is subtracted: {', '.join(removed)}")
 
 
 def _make_absolute(match: Match, samples: Samples) -> None:

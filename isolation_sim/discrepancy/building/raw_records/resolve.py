@@ -10,7 +10,7 @@ from ....errors import InputError
 from ....identification.raw_tests.channels import listed, unit_factor
 from ....identification.raw_tests.tables import RawTable
 from ..channels import AXES, BASE, GROUND, ISOLATOR, ROTATION, Channel, channel, required
-from .columns import Column, OpenColumn, without_time
+from .columns import MOST_SHOWN, Column, OpenColumn, places_of, without_time
 from .guess import Sensor
 from .headings import ROOF, read_name, sensor_factor, sensor_units
 from .settings import TIME, RecordSettings
@@ -20,12 +20,12 @@ from .settings import TIME, RecordSettings
 class Resolver:
     """Sensors become columns; what is not clear is collected."""
 
-    tables: Mapping[str, RawTable]
-    settings: RecordSettings
-    notes: list[str]
-    unused: list[tuple[str, int, str]]
-    open: list[OpenColumn]
-    unclear: list[InputError] = field(default_factory=list)
+    tables: Mapping[str, RawTable]  # By name
+    settings: RecordSettings  # Choices of the caller
+    notes: list[str]  # What was assumed
+    unused: list[tuple[str, int, str]]  # Table, column and reason
+    open: list[OpenColumn]  # Columns of which the settings must say more
+    unclear: list[InputError] = field(default_factory=list)  # What is not clear
 
     def resolve(self, sensors: Sequence[Sensor]) -> list[Column]:
         """Columns of all sensors that are clear."""
@@ -45,13 +45,19 @@ class Resolver:
         for key in (key for key in needed if key.startswith(ISOLATOR)):
             if {key.replace(ISOLATOR, place) for place in (BASE, GROUND)} <= keys:
                 keys.add(key)
+        # columns of which something else is not clear may be some of them
+        keys |= {one.key.replace("floorN", "floor1") for one in self.open}
         lacking = [key for key in needed if key not in keys]
         if without_time(self.tables, columns, self.settings):
             lacking.insert(0, TIME)
-        # columns of which something else is not clear may be these
-        doubtful = {one.key for one in self.open}
-        if lacking and not (self.unclear and doubtful & set(lacking)):
-            headings = [heading for table in self.tables.values() for heading in table.headings]
+        if lacking:
+            used = {(one.table, one.position) for one in columns}
+            rest = [
+                heading for name, table in self.tables.items()
+                for k, heading in enumerate(table.headings) if (name, k) not in used
+            ]  # fmt: skip
+            shown = listed(rest[:MOST_SHOWN]) + (" ..." if len(rest) > MOST_SHOWN else "")
+            given = f"{'further ' if used else ''}columns {shown or 'none'}"
             options = f"--column {lacking[0]}=HEADING (or its number), or [channels] in --settings"
             if lacking[0] == TIME:
                 options += ", or --rate 200 (samples per second) without a time"
@@ -59,8 +65,8 @@ class Resolver:
                 options += f', or direction = "{axes[0]}" for one of the directions'
             self.unclear.append(
                 InputError(
-                    ", ".join(dict.fromkeys(table.place for table in self.tables.values())),
-                    f"columns {listed(headings)}, none recognised as {' and '.join(lacking)}",
+                    places_of(self.tables.values()),
+                    f"{given}; not recognised: {', '.join(lacking)}",
                     options,
                 )
             )

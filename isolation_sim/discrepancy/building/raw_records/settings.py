@@ -64,7 +64,7 @@ def read_settings(
         place, data = "settings", dict(given or {})
     else:
         place = str(given)
-        data = read_toml(Path(given), "settings, such as isolation-sim import --write-settings")
+        data = read_toml(Path(given), "settings, such as --write-settings FILE writes")
     if set(data) - set(_READERS):
         raise unknown_name(f"key in {place},", min(set(data) - set(_READERS)), _READERS)
     read = {
