@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +14,12 @@ from hypothesis import strategies as st
 import isolation_sim as iso
 from isolation_sim.cli import main
 from isolation_sim.discrepancy.building.raw_records.headings import read_heading
-from isolation_sim.discrepancy.building.raw_records.settings import channel_of
+from isolation_sim.discrepancy.building.raw_records.settings import (
+    READERS,
+    Entry,
+    channel_of,
+    read_settings,
+)
 from isolation_sim.discrepancy.building.record import read_building_record
 from isolation_sim.identification.raw_tests.channels import heading_of
 
@@ -412,6 +419,18 @@ def test_what_is_not_clear_is_refused(tmp_path, old, new, told):
 )
 def test_wrong_settings_are_refused(tmp_path, given, told):
     assert told in refused(written(tmp_path, plain()), settings=given)
+
+
+def test_the_settings_of_the_documentation_are_accepted():
+    text = (Path(__file__).parents[3] / "docs/reference/formats.md").read_text()
+    (example,) = re.findall(r"```toml\n(floors = .*?)```", text, re.DOTALL)
+    read = read_settings(tomllib.loads(example), {}, {}, None)
+    assert (read.floors, read.offset) == (5, 5.0)
+    assert read.channels["base_acceleration"] == Entry("CH02", unit="g", factor=-1.0)
+    keys = re.findall(
+        r"^\| `(\w+)` \|", text[text.index(example) : text.index("## Ground mot")], re.M
+    )
+    assert set(keys) == set(READERS)
 
 
 def test_what_is_not_used_is_told(tmp_path):

@@ -65,11 +65,11 @@ def read_settings(
     else:
         place = str(given)
         data = read_toml(Path(given), "settings, such as --write-settings FILE writes")
-    if set(data) - set(_READERS):
-        raise unknown_name(f"key in {place},", min(set(data) - set(_READERS)), _READERS)
+    if set(data) - set(READERS):
+        raise unknown_name(f"key in {place},", min(set(data) - set(READERS)), READERS)
     read = {
         name: reader(data[key], f"{place}, {key}")
-        for key, (name, reader) in _READERS.items()
+        for key, (name, reader) in READERS.items()
         if key in data
     }
     channels = {**read.pop("channels", {}), **{k: Entry(text) for k, text in columns.items()}}
@@ -192,7 +192,7 @@ def _entry(value: Any, place: str) -> Entry:
     return Entry(str(column), file, unit, sign * scale)
 
 
-_READERS: dict[str, tuple[str, Callable[[Any, str], Any]]] = {
+READERS: dict[str, tuple[str, Callable[[Any, str], Any]]] = {
     "channels": ("channels", _channels),
     "units": ("units", _units),
     "rate_Hz": ("rate", _positive),
