@@ -44,6 +44,11 @@ TEXTS = {
         + rows("%.1f\t%.8f\t%.6f\t%.2f", 1e3 * TIME, X / 0.0254, FORCE / 4.4482216, CURRENT),
         "utf-8",
     ),
+    "no_first_unit.csv": (
+        "Row;Time;Disp;Force;I\n;ms;mm;N;A\n"
+        + rows("%d;%.1f;%.6f;%.4f;%.2f", np.arange(N), 1e3 * TIME, 1e3 * X, FORCE, CURRENT)
+        .replace(".", ","), "utf-8",
+    ),
     "quoted.csv": (
         '"Time, s","Displacement, mm","Force, kN","Current, A"\n'
         + rows('"%.4f","%.6f","%.6f","%.2f"', TIME, 1e3 * X, FORCE / 1e3, CURRENT)

@@ -209,8 +209,10 @@ def _are_decimal_commas(lines: Sequence[str], found: tuple[str, int, int]) -> bo
 def _heading_cells(line: str, separator: str, width: int) -> list[str]:
     """Cells of a line above the table, which may be separated otherwise."""
     bare = _COMMENT.sub("", line, count=1) if _COMMENT.match(line) else line
+    # an empty first cell before semicolons is no comment
+    whole = [_cells(line, separator)] if separator == ";" else []
     splits = [
-        _cells(bare, separator), *(_cells(bare, other) for other in _SEPARATORS[:-1]),
+        *whole, _cells(bare, separator), *(_cells(bare, other) for other in _SEPARATORS[:-1]),
         _BLANK.split(bare.strip()), _NOT_BEFORE_UNIT.split(bare.strip()), bare.split(),
     ]  # fmt: skip
     return next((cells for cells in splits if len(_trim(cells)) == width), splits[0])

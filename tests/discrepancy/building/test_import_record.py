@@ -190,6 +190,8 @@ def test_a_record_in_any_dialect_comes_back(tmp_path_factory, dialect):
         ("Dach z [mg]", ("roof", "vertical", "acceleration")),
         ("Displ. Lager", ("isolator", "", "displacement")),
         ("floor 0 [g]", ("base", "", "acceleration")),
+        ("Roof slab [g]", ("roof", "", "acceleration")),
+        ("Bearing top [g]", ("", "", "acceleration")),
         ("Base force [kN]", ("base", "", "")),
     ],
 )
@@ -224,7 +226,11 @@ def test_sheets_of_a_workbook_are_one_record(tmp_path):
         for row in zip(TIME, values, strict=True):
             sheet.append([*map(float, row)])
     book.save(tmp_path / "all.xlsx")
-    assert_is(iso.import_building_record(tmp_path).record, motion())
+    imported = iso.import_building_record(tmp_path, columns={"time": "t"})
+    assert_is(imported.record, motion())
+    again = iso.import_building_record(tmp_path, settings=tomllib.loads(imported.settings))
+    assert_is(again.record, motion())
+    assert again.settings == imported.settings
 
 
 def test_settings_give_sign_scale_unit_and_column(tmp_path):
@@ -276,7 +282,7 @@ def test_relative_accelerations_are_made_absolute_only_if_the_settings_say_so(tm
     assert_is(imported.record, channels)
     assert "added to base_acceleration, floor1_acceleration, floor2_ac" in " ".join(imported.notes)
     path = written(tmp_path, plain(relative).replace("base_acc", "rel base_acc"))
-    assert "a relative acceleration by its name" in refused(path)
+    assert "relative accelerations by their names, 'rel base_acceleration" in refused(path)
 
 
 def test_offsets_are_subtracted_only_if_asked(tmp_path):

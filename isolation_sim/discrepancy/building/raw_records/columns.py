@@ -96,11 +96,16 @@ class Match(Printed):
         lines = ["# Settings of an import: isolation-sim import FILES --settings THIS_FILE", ""]
         lines += _general(self.settings)
         lines += ["", "# sign = -1 and scale = 1.02 may be added to a channel.", "[channels]"]
-        lines += [
-            f"{one.key} = {self._entry(one.table, one.position, one.unit)}"
+        entries = {
+            one.key: self._entry(one.table, one.position, one.unit)
             for one in self.columns
-            if one.key != TIME or one.key in self.settings.channels or len(self.tables) == 1
-        ]
+            if one.key != TIME or len(self.tables) == 1
+        }
+        given = self.settings.channels.get(TIME)
+        if given is not None and len(self.tables) > 1 and given.column.lower() != "none":
+            parts = {"column": given.column, "unit": given.unit, "file": given.file}
+            entries = {TIME: _inline({key: text for key, text in parts.items() if text})} | entries
+        lines += [f"{key} = {entry}" for key, entry in entries.items()]
         lines += [f'{key} = "none"' for key, entry in self.settings.channels.items()
                   if entry.column.lower() == "none"]  # fmt: skip
         complete = {one.key for one in self.columns}

@@ -206,7 +206,7 @@ def _completed(
             place=one.place or place,
             axis=one.axis or axis,
             quantity=one.quantity or ("" if quantity_of(headings[k].unit) else quantity),
-            relative=one.relative or any(each.relative for each in outer),
+            relative=one.relative or (bool(place) and any(each.relative for each in outer)),
         )
         for k, one in readings.items()
     }

@@ -24,7 +24,7 @@ _PLACES = {
         "ground", "gnd", "table", "shaketable", "tisch", "rütteltisch", "platform", "foundation",
         "fundament", "boden", "freefield", "ag", "ug",
     },
-    BASE: {"base", "slab", "basis", "basemat", "raft", "bodenplatte", "sohle"},
+    BASE: {"base", "slab", "basis", "basemat", "raft", "bodenplatte", "sohle", "ab", "ub"},
     ISOLATOR: {
         "isolator", "isolators", "isolation", "iso", "isol", "bearing", "bearings", "lager", "lrb",
     },
@@ -48,7 +48,7 @@ _AXES = {
 _COMPASS = re.compile(r"(?<![a-z])(?:(e)-?(w)|(n)-?(s))(?![a-z])", re.IGNORECASE)
 _RELATIVE = {"rel", "relative", "relativ"}
 _LETTERS = {
-    **dict.fromkeys(("a", "ag", "ax", "ay", "az"), "acceleration"),
+    **dict.fromkeys(("a", "ag", "ab", "ax", "ay", "az"), "acceleration"),
     **dict.fromkeys(("d", "dx", "dy", "u", "ux", "uy", "laser", "temposonic"), "displacement"),
 }
 _WORD = re.compile(r"[A-ZÄÖÜ]?[a-zäöüß]+|[A-ZÄÖÜ]+(?![a-zäöüß])")
@@ -151,7 +151,8 @@ def _place(name: str, parts: set[str], relative: bool, quantity: str) -> str:
     if named == [GROUND] and _FLOOR_WORD.search(name):
         return ""  # a ground floor may be the base or the first floor
     if ROOF in named:
-        return ROOF
+        # of a slab, but neither the top of an isolator nor that of a table
+        return ROOF if set(named) <= {ROOF, BASE} else ""
     if ISOLATOR in named:
         # "base isolation": of displacements that of the isolators
         others = [place for place in named if place != ISOLATOR]

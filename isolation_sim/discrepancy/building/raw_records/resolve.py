@@ -35,6 +35,7 @@ class Resolver:
         sensors = self._lone_displacement(sensors)
         sensors = self._absolute_displacements(sensors)
         sensors = self._once_each(sensors)
+        self._check_reference(sensors)
         return [column for one in sensors if (column := self._column(one))]
 
     def check_complete(self, columns: Sequence[Column]) -> None:
@@ -230,8 +231,21 @@ class Resolver:
                 self._open(one)
         return result
 
+    def _check_reference(self, sensors: Sequence[Sensor]) -> None:
+        """Ask about accelerations that are relative by their names."""
+        relative = [
+            one for one in sensors
+            if one.relative and not one.channel.is_displacement and one.channel.place != GROUND
+        ]  # fmt: skip
+        if relative and self.settings.relative is None:
+            headings = listed([one.heading for one in relative])
+            self._add(
+                None, self._place(*relative), f"relative accelerations by their names, {headings}",
+                'accelerations = "relative" (to the ground) or "absolute" in the settings',
+            )  # fmt: skip
+
     def _column(self, one: Sensor) -> Column | None:
-        """The column of a sensor; None if its unit or its reference is not clear."""
+        """The column of a sensor; None if its unit is not clear."""
         place = f"{self._place(one)}, column {one.heading.text!r}"
         factor = sensor_factor(one.channel, one.unit) if one.unit else None
         key, quantity = one.channel.key, one.channel.quantity
@@ -240,12 +254,6 @@ class Resolver:
                 one, place, f"{f'the unit {one.unit!r}' if one.unit else 'no unit'} for {key}",
                 f"--unit {key}=UNIT, --unit {quantity}=UNIT ({sensor_units(one.channel)})"
                 + ("" if one.given else f", or --column {key}=none"),
-            )  # fmt: skip
-            return None
-        if one.relative and quantity == "acceleration" and self.settings.relative is None:
-            self._add(
-                one, place, f"a relative acceleration by its name, for {key}",
-                'accelerations = "relative" (to the ground) or "absolute" in the settings',
             )  # fmt: skip
             return None
         return Column(
