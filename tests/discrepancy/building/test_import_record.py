@@ -233,6 +233,21 @@ def test_sheets_of_a_workbook_are_one_record(tmp_path):
     assert again.settings == imported.settings
 
 
+def test_variables_of_matlab_without_units(tmp_path):
+    from scipy.io import savemat
+
+    ground, base, floor, isolator = motion().values()
+    variables = {"t": TIME, "ag": ground / G, "ab": base / G, "acc_1": floor / G, "x": isolator}
+    savemat(tmp_path / "log.mat", {**variables, "title": "test 7"})
+    imported = iso.import_building_record(
+        tmp_path / "log.mat",
+        columns={"floor1_acceleration": "acc_1"},
+        units={"acceleration": "g", "displacement": "m"},
+    )
+    assert_is(imported.record, motion())
+    assert "'x', the only displacement, is taken for the isolators'" in imported.notes
+
+
 def test_settings_give_sign_scale_unit_and_column(tmp_path):
     channels = motion()
     head = "\t".join(["t", "a", "b", "c", "d"])
@@ -418,7 +433,10 @@ def test_what_is_not_clear_is_refused(tmp_path, old, new, told):
         ({"floors": 2.5}, "settings, floors: given 2.5; expected: the number of floors"),
         ({"accelerations": "rel"}, 'given \'rel\'; expected: "absolute", or "relative"'),
         ({"directions": {"x": "EW"}}, "settings, directions: given {'x': 'EW'}; expected: { x"),
-        ({"units": {"acc": "g"}}, "unknown quantity in settings, units, 'acc'"),
+        (
+            {"units": {"acc": "g"}},
+            "settings, units: given 'acc'; expected: acceleration, displacement, time, current",
+        ),
         ({"units": {"acceleration": "V"}}, "the unit 'V' for"),
         ({"start_s": 3}, "settings, start_s: given 3; expected: a table"),
     ],

@@ -108,27 +108,12 @@ class Match(Printed):
         lines += [f"{key} = {entry}" for key, entry in entries.items()]
         lines += [f'{key} = "none"' for key, entry in self.settings.channels.items()
                   if entry.column.lower() == "none"]  # fmt: skip
-        complete = {one.key for one in self.columns}
-        for key in self._lacking(complete):
-            lines.append(f'{key} = {{ column = "?" }}')
+        lacking = lacking_channels(self.tables, self.columns, self.open, self.settings)
+        lines += [f'{key} = {{ column = "?" }}' for key in lacking]
         if self.open:
             lines += ["", "# Remove the # of those that are needed, and complete them:"]
             lines += [f"# {one.key} = {self._entry(*one[1:])}" for one in self.open]
         return "\n".join([*lines, ""])
-
-    def _lacking(self, complete: set[str]) -> list[str]:
-        axes = sorted({one.channel.axis for one in self.columns if one.channel} - {ROTATION})
-        offered = {one.key.replace("floorN", "floor1") for one in self.open}
-        keys = [one.key for name in required(tuple(axes) or ("",)) if (one := channel(name))]
-        absolute = {key for key in complete if key.startswith((BASE, GROUND))}
-        if without_time(self.tables, self.columns, self.settings):
-            keys.insert(0, TIME)
-        return [
-            key for key in keys
-            if key not in complete | offered
-            and not (key.startswith(ISOLATOR) and {
-                key.replace(ISOLATOR, place) for place in (BASE, GROUND)} <= absolute)
-        ]  # fmt: skip
 
     def _entry(self, table: str, index: int, unit: str) -> str:
         headings = self.tables[table].headings
@@ -150,7 +135,27 @@ def places_of(tables: Iterable[RawTable]) -> str:
     return " and ".join(places) if len(places) < 3 else f"{places[0]} and {len(places) - 1} more"
 
 
-def without_time(
+def lacking_channels(
+    tables: Mapping[str, RawTable],
+    columns: Sequence[Column],
+    open_columns: Sequence[OpenColumn],
+    settings: RecordSettings,
+) -> list[str]:
+    """Keys of required channels that no column is taken for, nor may be one that is not clear."""
+    axes = sorted({one.channel.axis for one in columns if one.channel} - {"", ROTATION})
+    keys = {one.key for one in columns}
+    for axis in (*axes, ""):
+        ground, base, isolator = (
+            Channel(place, axis, "displacement").key for place in (GROUND, BASE, ISOLATOR)
+        )
+        keys |= {isolator} if {ground, base} <= keys else set()
+    keys |= {one.key.replace("floorN", "floor1") for one in open_columns}
+    needed = [one.key for name in required(tuple(axes) or ("",)) if (one := channel(name))]
+    without_time = [TIME] if _without_time(tables, columns, settings) else []
+    return [*without_time, *(key for key in needed if key not in keys)]
+
+
+def _without_time(
     tables: Mapping[str, RawTable], columns: Sequence[Column], settings: RecordSettings
 ) -> bool:
     """Whether a table with channels, or any table without them, has neither times nor a rate."""

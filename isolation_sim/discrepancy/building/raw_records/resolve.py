@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from ....errors import InputError
 from ....identification.raw_tests.channels import listed, unit_factor
 from ....identification.raw_tests.tables import RawTable
-from ..channels import AXES, BASE, GROUND, ISOLATOR, ROTATION, Channel, channel, required
-from .columns import MOST_SHOWN, Column, OpenColumn, places_of, without_time
+from ..channels import AXES, BASE, GROUND, ISOLATOR, ROTATION, Channel
+from .columns import MOST_SHOWN, Column, OpenColumn, lacking_channels, places_of
 from .guess import Sensor
 from .headings import ROOF, read_name, sensor_factor, sensor_units
 from .settings import TIME, RecordSettings
@@ -40,17 +40,8 @@ class Resolver:
 
     def check_complete(self, columns: Sequence[Column]) -> None:
         """Say which channels are lacking."""
-        keys = {one.key for one in columns}
         axes = [a for a in AXES if any(one.channel and one.channel.axis == a for one in columns)]
-        needed = [one.key for name in required(tuple(axes) or ("",)) if (one := channel(name))]
-        for key in (key for key in needed if key.startswith(ISOLATOR)):
-            if {key.replace(ISOLATOR, place) for place in (BASE, GROUND)} <= keys:
-                keys.add(key)
-        # columns of which something else is not clear may be some of them
-        keys |= {one.key.replace("floorN", "floor1") for one in self.open}
-        lacking = [key for key in needed if key not in keys]
-        if without_time(self.tables, columns, self.settings):
-            lacking.insert(0, TIME)
+        lacking = lacking_channels(self.tables, columns, self.open, self.settings)
         if lacking:
             used = {(one.table, one.position) for one in columns}
             rest = [
@@ -167,7 +158,9 @@ class Resolver:
         """Take the only displacement of a record of one direction for that of the isolators."""
         axes = {one.channel.axis for one in sensors}
         there = any(one.channel.is_displacement for one in sensors)
-        alone = [one for one in self.open if one.key == "PLACE_displacement"]
+        # x may be the name of the displacement
+        names = ("PLACE_displacement", "PLACE_x_displacement")
+        alone = [one for one in self.open if one.key in names]
         excluded = Channel(ISOLATOR, "", "displacement").key in self.settings.channels
         if there or excluded or len(alone) != 1 or axes != {""}:
             return list(sensors)

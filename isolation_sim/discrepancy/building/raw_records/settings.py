@@ -77,8 +77,7 @@ def read_settings(
         check_key(key, "--column")
     every_unit = {**read.pop("units", {}), **units}
     for key in units:
-        if key not in (TIME, CURRENT, *SENSOR_QUANTITIES):
-            check_key(key, "--unit")
+        check_unit_key(key, "--unit")
     if rate is not None:
         read["rate"] = _positive(rate, "--rate")
     return RecordSettings(place, channels=channels, units=every_unit, **read)
@@ -102,6 +101,12 @@ def check_key(key: str, place: str) -> None:
     """Refuse a key that is no channel."""
     if key not in (TIME, CURRENT) and channel_of(key) is None:
         raise InputError(place, repr(key), _KEYS_EXPECTED)
+
+
+def check_unit_key(key: str, place: str) -> None:
+    """Refuse a key that is neither a quantity nor a channel."""
+    if key not in SENSOR_QUANTITIES and key not in (TIME, CURRENT) and channel_of(key) is None:
+        raise InputError(place, repr(key), f"{', '.join(SENSOR_QUANTITIES)}, {_KEYS_EXPECTED}")
 
 
 def _number(value: Any, place: str) -> float:
@@ -155,8 +160,7 @@ def _starts(value: Any, place: str) -> dict[str, float]:
 def _units(value: Any, place: str) -> dict[str, str]:
     table = _table(value, place)
     for key in table:
-        if key not in (TIME, CURRENT, *SENSOR_QUANTITIES):
-            raise unknown_name(f"quantity in {place},", key, (TIME, CURRENT, *SENSOR_QUANTITIES))
+        check_unit_key(key, place)
     return {key: _text(unit, f"{place}.{key}") for key, unit in table.items()}
 
 
