@@ -85,8 +85,6 @@ def import_tests(
     force: Force = False,
 ) -> None:
     """Make a campaign, or a building record, of files as machines write them."""
-    from ..io.output_place import check_new_files
-
     if building or settings is not None or write_settings is not None:
         for option, given in (
             ("--current", current is not None),
@@ -95,7 +93,7 @@ def import_tests(
         ):
             if given:
                 raise InputError(option, "with a building record", "device tests alone")
-        check_new_files(force, out, write_settings)
+        _check_outputs(out, write_settings, force)
         matched = _columns(tests, settings, column, unit, rate, leave_out)
         _import_building(matched, out, write_settings, force)
         return
@@ -123,6 +121,15 @@ def import_tests(
         print(f"campaign: {result.folder}")
 
 
+def _check_outputs(out: Path | None, write_settings: Path | None, force: bool) -> None:
+    """Refuse existing files of a building record before the work."""
+    from ..discrepancy.building.raw_records.import_record import check_output
+    from ..io.output_place import check_new_files
+
+    check_output(out, force)
+    check_new_files(force, write_settings)
+
+
 def _columns(
     files: list[Path],
     settings: Path | None,
@@ -142,9 +149,10 @@ def _import_building(
     match: Match, out: Path | None, write_settings: Path | None, force: bool
 ) -> None:
     """Print what is clear, write the settings, and import the record."""
-    from ..discrepancy.building.raw_records.import_record import import_matched
+    from ..discrepancy.building.raw_records.import_record import check_no_input, import_matched
 
     if write_settings is not None:
+        check_no_input(write_settings, match)
         write_new_file(write_settings, match.template(), force)
         if out is None and match.unclear:
             match.report()

@@ -47,7 +47,8 @@ def tables_by_name(
             notes.append(f"{path.name}: no table of numbers; left out")
     for pattern in leave_out:
         if pattern not in fitting:
-            raise InputError("--leave-out", repr(pattern), pattern_of(found, kind))
+            named = kind if kind == "test" else "file"
+            raise InputError("--leave-out", repr(pattern), pattern_of(found, named))
     if not found:
         raise InputError(f"{', '.join(map(str, places))}: no {kind}; expected: {expected}")
     return found, notes

@@ -481,6 +481,18 @@ def test_missing_samples_and_wrong_numbers(tmp_path):
     assert "the same number throughout" in told
 
 
+def test_files_that_are_read_are_never_replaced(tmp_path, capsys):
+    path = written(tmp_path, plain())
+    assert "exists; expected: a new name" in refused(path, path)
+    assert "given a file of the record; expected: another file" in refused(
+        path, path, overwrite=True
+    )
+    assert "expected: a file *.csv" in refused(path, tmp_path / "quake.txt")
+    code, _, told = called(capsys, path, "--building", "--write-settings", path, "--force")
+    assert code == 2 and "given a file of the record; expected: another file" in told
+    assert path.read_text() == plain()
+
+
 def called(capsys, *arguments):
     with pytest.raises(SystemExit) as ended:
         main(["import", *map(str, arguments)])

@@ -116,10 +116,23 @@ def import_building_record(
         building; or ``out`` exists. Errors name the options of ``isolation-sim import`` and the
         keys of the settings.
     """
-    if out is not None:
-        check_new_files(overwrite, Path(out))
+    check_output(out, overwrite)
     match = read_columns(files, settings, columns, units, rate, leave_out)
     return import_matched(match, out)
+
+
+def check_output(out: str | Path | None, overwrite: bool) -> None:
+    """Refuse an existing file, or one that a diagnosis would not take for a record."""
+    if out is not None:
+        if Path(out).suffix.lower() != ".csv":
+            raise InputError(str(out), "as a building record", "a file *.csv")
+        check_new_files(overwrite, Path(out))
+
+
+def check_no_input(path: Path, match: Match) -> None:
+    """Refuse to replace a file of the record."""
+    if path.exists() and any(path.samefile(table.path) for table in match.tables.values()):
+        raise InputError(str(path), "a file of the record", "another file")
 
 
 def read_columns(
@@ -141,8 +154,10 @@ def read_columns(
 def import_matched(match: Match, out: str | Path | None) -> ImportedRecord:
     """Merge the channels, check them as a diagnosis does, and write them."""
     match.raise_unclear()
-    samples = merge(match)
     path = Path(out) if out is not None else None
+    if path is not None:
+        check_no_input(path, match)
+    samples = merge(match)
     used = [match.tables[name] for name in dict.fromkeys(one.table for one in match.columns)]
     places = list(dict.fromkeys(table.path for table in used))
     own = places[0].stem if len(places) == 1 else places[0].resolve().parent.name
