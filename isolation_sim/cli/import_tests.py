@@ -149,7 +149,7 @@ def _import_building(
     match: Match, out: Path | None, write_settings: Path | None, force: bool
 ) -> None:
     """Print what is clear, write the settings, and import the record."""
-    from ..discrepancy.building.raw_records.import_record import check_no_input, import_matched
+    from ..discrepancy.building.raw_records.import_record import check_no_input, import_match
 
     if write_settings is not None:
         check_no_input(write_settings, match)
@@ -160,7 +160,7 @@ def _import_building(
             return
         print(f"settings: {write_settings}")
     try:
-        result = import_matched(match, out)
+        result = import_match(match, out)
     except InputError:
         if out is None and write_settings is None:
             match.report()

@@ -429,6 +429,7 @@ def test_what_is_not_clear_is_refused(tmp_path, old, new, told):
         ({"channels": {"base_acceleration": {"column": 3, "file": "b"}}}, "expected: one of log"),
         ({"channels": {"base_acceleration": 3, "floor2_acceleration": 3}}, "that of base_accele"),
         ({"channels": {"base_acceleration": "none"}}, "not recognised: base_acceleration"),
+        ({"channels": {"time": "Zeit"}}, "channels.time: given 'Zeit'; expected: one of 'Time [s]"),
         ({"rate_Hz": 0}, "settings, rate_Hz: given 0; expected: a positive number"),
         ({"floors": 2.5}, "settings, floors: given 2.5; expected: the number of floors"),
         ({"accelerations": "rel"}, 'given \'rel\'; expected: "absolute", or "relative"'),

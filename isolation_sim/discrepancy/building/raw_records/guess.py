@@ -43,7 +43,7 @@ class Sensor(NamedTuple):
     given: bool  # Whether by the settings
 
 
-def given_columns(
+def find_given_columns(
     tables: Mapping[str, RawTable], settings: RecordSettings
 ) -> list[tuple[str, int, str]]:
     """Table, column and key of each channel that the settings name."""
@@ -79,12 +79,13 @@ def given_columns(
     return result
 
 
-def times_and_currents(
+def find_times_and_currents(
     tables: Mapping[str, RawTable],
     settings: RecordSettings,
     given: Sequence[tuple[str, int, str]],
 ) -> Iterator[Column]:
     """Column of time in each table, and of the current in one of them."""
+    _check_time(tables, settings)
     currents = []
     for name, table in tables.items():
         taken = {k for other, k, key in given if other == name and key != CURRENT}
@@ -120,6 +121,20 @@ def times_and_currents(
     yield from currents
 
 
+def _check_time(tables: Mapping[str, RawTable], settings: RecordSettings) -> None:
+    """Refuse a column of time that no table has."""
+    entry = settings.channels.get(TIME, Entry("none"))
+    place = f"{settings.place}, channels.{TIME}"
+    within = _tables_of(entry.file, tables) if entry.file else list(tables)
+    if not within:
+        raise InputError(f"{place}.file", repr(entry.file), f"one of {', '.join(tables)}")
+    if entry.column.lower() == "none":
+        return
+    if not any(columns_named(entry.column, tables[name].headings) for name in within):
+        headings = [heading for name in within for heading in tables[name].headings]
+        raise InputError(place, repr(entry.column), f"one of {listed(headings)}, or none")
+
+
 def given_sensor(
     tables: Mapping[str, RawTable], settings: RecordSettings, table: str, k: int, key: str
 ) -> Sensor:
@@ -153,7 +168,7 @@ def guess_sensors(
         }
         # names of sheets, variables and files stand for what no heading of the table says
         outer = [read_name(table.part, words), read_name(table.path.stem, words)]
-        readings = _completed(readings, outer, table.headings)
+        readings = _complete(readings, outer, table.headings)
         for k, one in readings.items():
             heading = table.headings[k]
             other = quantity_of(heading.unit)
@@ -190,7 +205,7 @@ def _unit(settings: RecordSettings, one: Channel, heading: Heading) -> str:
     return settings.units.get(one.key) or general or heading.unit
 
 
-def _completed(
+def _complete(
     readings: dict[int, Reading], outer: Sequence[Reading], headings: Sequence[Heading]
 ) -> dict[int, Reading]:
     """Readings with the place and axis of the file where no heading of the table has any."""

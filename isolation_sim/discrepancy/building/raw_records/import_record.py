@@ -21,7 +21,7 @@ from ..channels import channel
 from ..record import BuildingRecord, read_building_record
 from ..record_checks import check_quantities, record_problems
 from .columns import Column, Match, places_of
-from .match import match_columns, without_unused
+from .match import drop_unused_tables, match_columns
 from .merge import Samples, merge
 from .settings import CURRENT, channel_of, read_settings
 
@@ -118,7 +118,7 @@ def import_building_record(
     """
     check_output(out, overwrite)
     match = read_columns(files, settings, columns, units, rate, leave_out)
-    return import_matched(match, out)
+    return import_match(match, out)
 
 
 def check_output(out: str | Path | None, overwrite: bool) -> None:
@@ -148,10 +148,10 @@ def read_columns(
     choices = read_settings(settings, chosen, dict(units or {}), rate)
     places = [files] if isinstance(files, str | Path) else list(files)
     tables, notes = tables_by_name([Path(place) for place in places], leave_out, "record")
-    return without_unused(match_columns(tables, choices, notes))
+    return drop_unused_tables(match_columns(tables, choices, notes))
 
 
-def import_matched(match: Match, out: str | Path | None) -> ImportedRecord:
+def import_match(match: Match, out: str | Path | None) -> ImportedRecord:
     """Merge the channels, check them as a diagnosis does, and write them."""
     match.raise_unclear()
     path = Path(out) if out is not None else None
@@ -166,7 +166,7 @@ def import_matched(match: Match, out: str | Path | None) -> ImportedRecord:
     if abs(samples.start) > 0.5 * samples.step:
         notes.append(f"time_s = 0 is {samples.start:.10g} s of the files")
     text = _text(match, samples, notes)
-    record = _checked(text, name, match)
+    record = _read_back(text, name, match)
     notes += record_problems(record)
     columns = tuple(one._replace(table=match.file_of(one.table)) for one in match.columns)
     result = ImportedRecord(record, columns, match.template(), tuple(notes))
@@ -206,7 +206,7 @@ def _name(key: str) -> str:
     return one.name if one is not None else "current_A"
 
 
-def _checked(text: str, name: str, match: Match) -> BuildingRecord:
+def _read_back(text: str, name: str, match: Match) -> BuildingRecord:
     """The record as a diagnosis reads it; errors name the columns of the files."""
     with tempfile.TemporaryDirectory() as folder:
         path = write_text(text, Path(folder) / f"{name}.csv")

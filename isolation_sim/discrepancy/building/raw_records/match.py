@@ -9,7 +9,7 @@ from typing import Any
 from ....identification.raw_tests.tables import RawTable
 from ..channels import BASE, GROUND, ISOLATOR
 from .columns import Column, Match
-from .guess import given_columns, given_sensor, guess_sensors, times_and_currents
+from .guess import find_given_columns, find_times_and_currents, given_sensor, guess_sensors
 from .resolve import Resolver
 from .settings import TIME, RecordSettings, channel_of
 
@@ -18,8 +18,8 @@ def match_columns(
     tables: dict[str, RawTable], settings: RecordSettings, notes: Sequence[str] = ()
 ) -> Match:
     """Find the column of each channel, by the settings, the headings and the names of files."""
-    given = given_columns(tables, settings)
-    columns = [*times_and_currents(tables, settings, given)]
+    given = find_given_columns(tables, settings)
+    columns = [*find_times_and_currents(tables, settings, given)]
     taken = {(table, k) for table, k, _ in given} | {(one.table, one.position) for one in columns}
     sensors = [given_sensor(tables, settings, *one) for one in given if channel_of(one[2])]
     found, unused, open_ = guess_sensors(tables, settings, taken)
@@ -34,7 +34,7 @@ def match_columns(
     )  # fmt: skip
 
 
-def without_unused(match: Match) -> Match:
+def drop_unused_tables(match: Match) -> Match:
     """The match with the tables alone from which something is read."""
     used = {one.table for one in match.columns if one.key != TIME}
     idle = [name for name in match.tables if name not in used]

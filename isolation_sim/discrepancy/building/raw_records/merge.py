@@ -48,9 +48,9 @@ def merge(match: Match) -> Samples:
     parts = [_part(match, name, notes) for name in dict.fromkeys(c.table for c in match.columns)]
     _check_starts(match, parts)
     if match.settings.resample is not None:
-        step, start, values = _resampled(parts, 1 / match.settings.resample, notes)
+        step, start, values = _resample(parts, 1 / match.settings.resample, notes)
     else:
-        step, start, values = _aligned(parts, notes)
+        step, start, values = _align(parts, notes)
     samples = Samples(step, start, values, notes)
     _remove_offsets(match, samples)
     _make_absolute(match, samples)
@@ -92,7 +92,7 @@ def _check_starts(match: Match, parts: list[_Part]) -> None:
         )
 
 
-def _aligned(parts: list[_Part], notes: list[str]) -> tuple[float, float, dict[str, NDArray]]:
+def _align(parts: list[_Part], notes: list[str]) -> tuple[float, float, dict[str, NDArray]]:
     """Samples at the times that all files have."""
     first = parts[0]
     step = first.step
@@ -127,7 +127,7 @@ def _aligned(parts: list[_Part], notes: list[str]) -> tuple[float, float, dict[s
     return step, begin, values
 
 
-def _resampled(
+def _resample(
     parts: list[_Part], step: float, notes: list[str]
 ) -> tuple[float, float, dict[str, NDArray]]:
     """Samples of all files at one rate; what is above half of it is filtered out first."""

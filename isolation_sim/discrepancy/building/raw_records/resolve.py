@@ -29,14 +29,14 @@ class Resolver:
 
     def resolve(self, sensors: Sequence[Sensor]) -> list[Column]:
         """Columns of all sensors that are clear."""
-        sensors = self._without_given(sensors)
-        sensors = self._roofs(sensors)
-        sensors = self._without_given(self._one_direction(sensors))
-        sensors = self._lone_displacement(sensors)
-        sensors = self._absolute_displacements(sensors)
-        sensors = self._once_each(sensors)
+        sensors = self._drop_given(sensors)
+        sensors = self._number_roofs(sensors)
+        sensors = self._drop_given(self._choose_direction(sensors))
+        sensors = self._adopt_lone_displacement(sensors)
+        sensors = self._pair_displacements(sensors)
+        sensors = self._refuse_duplicates(sensors)
         self._check_reference(sensors)
-        return [column for one in sensors if (column := self._column(one))]
+        return [column for one in sensors if (column := self._make_column(one))]
 
     def check_complete(self, columns: Sequence[Column]) -> None:
         """Say which channels are lacking."""
@@ -77,7 +77,7 @@ class Resolver:
     def _place(self, *sensors: Sensor) -> str:
         return " and ".join(dict.fromkeys(self.tables[one.table].place for one in sensors))
 
-    def _without_given(self, sensors: Sequence[Sensor]) -> list[Sensor]:
+    def _drop_given(self, sensors: Sequence[Sensor]) -> list[Sensor]:
         """Leave out guesses of channels that the settings give or exclude."""
         result = []
         for one in sensors:
@@ -89,7 +89,7 @@ class Resolver:
                 result.append(one)
         return result
 
-    def _roofs(self, sensors: Sequence[Sensor]) -> list[Sensor]:
+    def _number_roofs(self, sensors: Sequence[Sensor]) -> list[Sensor]:
         """Give a roof the number of the last floor."""
         result = []
         for one in sensors:
@@ -108,7 +108,7 @@ class Resolver:
                 )  # fmt: skip
         return result
 
-    def _one_direction(self, sensors: Sequence[Sensor]) -> list[Sensor]:
+    def _choose_direction(self, sensors: Sequence[Sensor]) -> list[Sensor]:
         """Choose the direction that is asked for; drop the name of a single one."""
         wanted = read_name(self.settings.direction).axis or self.settings.direction.lower()
         if wanted:
@@ -137,9 +137,9 @@ class Resolver:
             for one in some:
                 self._open(one, "DIRECTION")
             return [one for one in sensors if one not in some]
-        return self._without_axis(sensors)
+        return self._refuse_without_axis(sensors)
 
-    def _without_axis(self, sensors: Sequence[Sensor]) -> list[Sensor]:
+    def _refuse_without_axis(self, sensors: Sequence[Sensor]) -> list[Sensor]:
         """Refuse sensors without a direction beside those of x and y."""
         result = []
         for one in sensors:
@@ -154,7 +154,7 @@ class Resolver:
             )  # fmt: skip
         return result
 
-    def _lone_displacement(self, sensors: Sequence[Sensor]) -> list[Sensor]:
+    def _adopt_lone_displacement(self, sensors: Sequence[Sensor]) -> list[Sensor]:
         """Take the only displacement of a record of one direction for that of the isolators."""
         axes = {one.channel.axis for one in sensors}
         there = any(one.channel.is_displacement for one in sensors)
@@ -174,7 +174,7 @@ class Resolver:
         one = Channel(ISOLATOR, "", "displacement")
         return [*sensors, Sensor(table, k, heading, one, unit, 1.0, False, False)]
 
-    def _absolute_displacements(self, sensors: Sequence[Sensor]) -> list[Sensor]:
+    def _pair_displacements(self, sensors: Sequence[Sensor]) -> list[Sensor]:
         """Leave out absolute displacements beside those of the isolators, or without a partner."""
         there = {one.channel for one in sensors}
         result = []
@@ -202,7 +202,7 @@ class Resolver:
                 )  # fmt: skip
         return result
 
-    def _once_each(self, sensors: Sequence[Sensor]) -> list[Sensor]:
+    def _refuse_duplicates(self, sensors: Sequence[Sensor]) -> list[Sensor]:
         """Refuse two columns for a channel."""
         groups = defaultdict(list)
         for one in sensors:
@@ -237,7 +237,7 @@ class Resolver:
                 'accelerations = "relative" (to the ground) or "absolute" in the settings',
             )  # fmt: skip
 
-    def _column(self, one: Sensor) -> Column | None:
+    def _make_column(self, one: Sensor) -> Column | None:
         """The column of a sensor; None if its unit is not clear."""
         place = f"{self._place(one)}, column {one.heading.text!r}"
         factor = sensor_factor(one.channel, one.unit) if one.unit else None
