@@ -23,8 +23,8 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
         "current": {"A": 1.0, "mA": 1e-3},
         "velocity": {"mm/s": 1e-3, "m/s": 1.0, "cm/s": 1e-2, "in/s": _INCH},
         "acceleration": {
-            "m/s2": 1.0, "g": STANDARD_GRAVITY, "cm/s2": 1e-2, "gal": 1e-2, "mm/s2": 1e-3,
-            "ft/s2": _FOOT, "in/s2": _INCH,
+            "m/s2": 1.0, "g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY, "cm/s2": 1e-2,
+            "gal": 1e-2, "mm/s2": 1e-3, "ft/s2": _FOOT, "in/s2": _INCH,
         },
         "temperature": {"C": 1.0},
     }

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from .api import compare, diagnose, evaluate, load, run_scenario, simulate
     from .comparison import Comparison, json_report
+    from .discrepancy.building.raw_records.import_record import import_building_record
     from .discrepancy.diagnosis import Diagnosis
     from .errors import (
         AccuracyWarning,
@@ -144,6 +145,7 @@ _HOMES = {
     "from_fixed_base": ".structures",
     "from_matrices": ".structures",
     "from_opensees": ".structures",
+    "import_building_record": ".discrepancy.building.raw_records.import_record",
     "import_tests": ".identification.raw_tests.import_tests",
     "json_report": ".comparison",
     "law": ".laws",
@@ -218,6 +220,7 @@ __all__ = [
     "from_fixed_base",
     "from_matrices",
     "from_opensees",
+    "import_building_record",
     "import_tests",
     "json_report",
     "law",

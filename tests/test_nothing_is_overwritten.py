@@ -43,6 +43,8 @@ COMMANDS = (
     "suite suite.toml --workers 1 --quiet --out out", "suite suite.toml --workers 1 --quiet",
     "import tests/sine.csv", "import tests/sine.csv --out out",
     "import tests/sine.csv --out out.toml",
+    "import tests/sine.csv --building --out out.csv",
+    "import tests/sine.csv --building --write-settings out.toml",
     "fit tests --law kelvin_voigt --starts 1 --quiet --out out.toml",
     "fit tests --law kelvin_voigt --starts 1 --quiet --report out.html --figure figs/loops",
     "evaluate law.toml tests --quiet --report out.html", "check job.toml --report out.toml",

@@ -25,6 +25,7 @@ PACKAGES = (
     "isolation_sim.identification.raw_tests.import_tests",
     "isolation_sim.identification.swarm",
     "isolation_sim.discrepancy.diagnosis",
+    "isolation_sim.discrepancy.building.raw_records.import_record",
     "isolation_sim.sweeps.suites",
     "isolation_sim.sweeps",
     "isolation_sim.reports.figures",

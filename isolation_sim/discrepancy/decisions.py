@@ -95,9 +95,6 @@ LEAST_EXAMPLES = 4
 UNDETERMINED = 0.1
 """Share of a value in directions that the data do not determine, above which its interval is
 unbounded. Convention."""
-AT_BOUND = 1e-6
-"""Distance from a bound, over the range, below which a fitted value lies at it: an optimiser's
-rounding. Theory."""
 OFF_BOUND = 0.3
 """Share of its range, or of its value if that range is wide, by which a value is moved away from a
 bound. Convention."""

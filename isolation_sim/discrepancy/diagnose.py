@@ -190,7 +190,8 @@ def kind_of(path: str | Path) -> str:
     heading = f"columns {head!r}" if head else "no line of column names"
     raise InputError(
         f"{path}: {heading}; expected: a campaign folder, a loop table (amplitude_mm, "
-        "frequency_Hz, ...) or a building record (time_s, ground_acceleration_m_s2, ...)"
+        "frequency_Hz, ...) or a building record (time_s, ground_acceleration_m_s2, ...), which "
+        "isolation-sim import --building makes of files of loggers"
     )
 
 

@@ -8,6 +8,7 @@ import pytest
 import isolation_sim as iso
 from isolation_sim.identification.campaign import read_campaign
 from isolation_sim.identification.raw_tests.channels import heading_of
+from isolation_sim.identification.raw_tests.rate import rate_in
 
 N = 400
 TIME = np.arange(N) / 200
@@ -42,6 +43,11 @@ TEXTS = {
         "% rig 3\n% rate: 200 Hz\n% t [ms]\tposition [in]\tload [lbf]\ti [A]\n"
         + rows("%.1f\t%.8f\t%.6f\t%.2f", 1e3 * TIME, X / 0.0254, FORCE / 4.4482216, CURRENT),
         "utf-8",
+    ),
+    "no_first_unit.csv": (
+        "Row;Time;Disp;Force;I\n;ms;mm;N;A\n"
+        + rows("%d;%.1f;%.6f;%.4f;%.2f", np.arange(N), 1e3 * TIME, 1e3 * X, FORCE, CURRENT)
+        .replace(".", ","), "utf-8",
     ),
     "quoted.csv": (
         '"Time, s","Displacement, mm","Force, kN","Current, A"\n'
@@ -265,3 +271,40 @@ def test_tests_of_a_folder(tmp_path):
     current = "Time (s),Disp (mm),Force (kN),I (A)\n" + rows("%.4f,%.6f,%.6f,1", TIME, X, X)
     written(tmp_path, current, "T12.csv")
     assert "none recognised as the current, which 'T12' has" in refused(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("line", "rate"),
+    [
+        ("Sampling rate: 200 Hz", 200.0),
+        ("Abtastrate [kHz];0,2", 200.0),
+        ("NPTS= 400, DT= .0050 SEC", 200.0),
+        ("Delta_X\t5.000E-3", 200.0),
+        ("sampling interval 5 ms", 200.0),
+        ("fs=200; sampling rate 200.0", 200.0),
+        ("low-pass filter: 200 Hz", None),
+        ("sampling rate 100 Hz, dt 0.005 s", None),
+    ],
+)
+def test_sampling_rate_of_a_header(line, rate):
+    assert rate_in([line]) == rate
+
+
+def test_the_rate_of_the_file_stands_for_a_column_of_time(tmp_path):
+    data = rows("%.6f,%.6f", 1e3 * X, FORCE / 1e3)
+    path = written(tmp_path, "Rig 3, sampling rate 200 Hz\nDisp (mm),Force (kN)\n" + data)
+    imported = iso.import_tests(path, current=2.0)
+    assert_is_the_test(imported.campaign.runs[0])
+    assert "test: 200 samples per second, as the file says" in imported.notes
+    assert iso.import_tests(path, rate=100.0).campaign.runs[0].step == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize("beside", [{"fs": 200.0}, {"dt": 0.005}, {"t": TIME}])
+def test_a_matrix_with_its_names_units_and_time_beside_it(tmp_path, beside):
+    from scipy.io import savemat
+
+    names, units = np.array([["disp", "load"], ["mm", "kN"]], object)
+    matrix = np.column_stack([1e3 * X, FORCE / 1e3])
+    savemat(tmp_path / "a.mat", {"units": units, "names": names, "data": matrix, **beside})
+    imported = iso.import_tests(tmp_path, current=2.0)
+    assert_is_the_test(imported.campaign.runs[0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from ...identification.raw_tests.channels import UNITS
+from ground_motions.units import UNITS
 
 GROUND, BASE, ISOLATOR = "ground", "base", "isolator"
 AXES = ("x", "y")
@@ -32,9 +32,13 @@ class Channel(NamedTuple):
     @property
     def name(self) -> str:
         """Column."""
+        return f"{self.key}_{_UNITS[self.quantity, self.axis == ROTATION]}"
+
+    @property
+    def key(self) -> str:
+        """Column without its unit, as the settings of an import name it."""
         axis = f"_{self.axis}" if self.axis else ""
-        unit = _UNITS[self.quantity, self.axis == ROTATION]
-        return f"{self.place}{axis}_{self.quantity}_{unit}"
+        return f"{self.place}{axis}_{self.quantity}"
 
     @property
     def unit(self) -> str:

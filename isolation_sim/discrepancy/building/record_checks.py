@@ -7,6 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.units import STANDARD_GRAVITY
+
 from ...errors import InputError
 from ...identification.data_checks import clipped
 from ...structures import Structure
@@ -17,7 +19,7 @@ _LOW, _HIGH = 0.2, 3.0
 """Hz: where an isolated building moves enough to compare accelerations with its displacement."""
 
 
-_UNITS = (9.81, 100.0, 981.0, 1000.0)
+_UNITS = (STANDARD_GRAVITY, 100.0, 100.0 * STANDARD_GRAVITY, 1000.0)
 """Factors between units that are mistaken for each other."""
 _ALIKE, _COHERENT, _COHERENT_ALL = 0.12, 0.9, 0.97
 """Relative distance from a factor, and coherence from which it counts; coherence of what can only

@@ -43,7 +43,7 @@ _LETTERS = {"t": ("time", "temperature"), "x": ("displacement",), "f": ("force",
             "i": ("current",), "v": ("velocity",)}  # fmt: skip
 # such a column is used only if no other may have the quantity
 _OTHER_DIRECTION = {"vertical", "vert", "vertikal", "axial", "normal"}
-_NOT_MEASURED = {
+NOT_MEASURED = {
     "set", "setpoint", "command", "cmd", "demand", "target", "soll", "sollwert", "sollweg",
     "reference", "ref", "error", "max", "min", "peak", "mean", "pump", "motor",
 }  # fmt: skip
@@ -57,6 +57,7 @@ class Heading(NamedTuple):
     unit: str  # As in the file; empty if there is none
     quantities: tuple[str, ...]  # That the name may mean and the unit allows
     secondary: bool  # Whether the name is that of an axis that may not be the tested one
+    name: str  # Without the unit
 
 
 class Channel(NamedTuple):
@@ -90,18 +91,18 @@ def is_unit(text: str) -> bool:
 
 def names_quantity(text: str) -> bool:
     """Whether a heading names a quantity that is read."""
-    return bool(_named(_split(text, "")[0]))
+    return bool(named_quantities(_split(text, "")[0]))
 
 
 def heading_of(text: str, unit_below: str = "") -> Heading:
     """Read a heading, and the unit in the row below it."""
     name, unit = _split(text, unit_below)
-    named = _named(name)
+    named = named_quantities(name)
     words = {word.lower() for word in _PARTS.findall(name)}
-    if words & _NOT_MEASURED:
-        return Heading(text, unit, (), False)
+    if words & NOT_MEASURED:
+        return Heading(text, unit, (), False, name)
     fitting = tuple(q for q in named if not unit or unit_factor(q, unit) is not None)
-    return Heading(text, unit, fitting, bool(words & _OTHER_DIRECTION))
+    return Heading(text, unit, fitting, bool(words & _OTHER_DIRECTION), name)
 
 
 def find_channels(
@@ -151,6 +152,22 @@ def check_choices(columns: Mapping[str, str], units: Mapping[str, str]) -> None:
             raise InputError(f"--unit {quantity}", repr(unit), ", ".join(UNITS[quantity]))
 
 
+def columns_named(choice: str, headings: Sequence[Heading]) -> list[int]:
+    """Columns of a heading, of a heading's name without the unit, or of a number from 1."""
+    wanted = choice.strip().lower()
+    several: list[int] = []
+    for texts in (
+        [heading.text for heading in headings],
+        [_split(heading.text, "")[0] for heading in headings],
+        [str(k) for k in range(1, len(headings) + 1)],
+    ):
+        found = [k for k, text in enumerate(texts) if text.strip().lower() == wanted]
+        if len(found) == 1:
+            return found
+        several = several or found
+    return several
+
+
 def listed(headings: Sequence[Heading]) -> str:
     """Headings as an error names them."""
     return ", ".join(repr(heading.text) for heading in headings)
@@ -167,14 +184,15 @@ def _split(text: str, unit_below: str) -> tuple[str, str]:
         name, unit = text[: before.start()], text[before.end() :]
         if "/" in unit and is_unit(unit.split("/")[0]):
             return name, unit  # such as N/mm
-        # "Sensor A" has no unit, "Current A" has
-        one = len(unit) == 1 and not any(unit_factor(q, unit) for q in _named(name))
+        # "Sensor A" has no unit, "Current A" and "Sensor 3, A" have
+        alone = len(unit) == 1 and "," not in before.group()
+        one = alone and not any(unit_factor(q, unit) for q in named_quantities(name))
         if name and is_unit(unit) and not one:
             return name, unit
     return text, ""
 
 
-def _named(name: str) -> tuple[str, ...]:
+def named_quantities(name: str) -> tuple[str, ...]:
     """Quantities that a name may mean."""
     words = [word.lower() for word in _PARTS.findall(name)]
     if len(words) == 1 and words[0] in _LETTERS:
@@ -187,19 +205,13 @@ def _named(name: str) -> tuple[str, ...]:
 
 
 def _by_choice(choice: str, headings: Sequence[Heading], place: str) -> int | None:
-    """Column that the caller names by its heading, the heading's name or its number."""
+    """Column that the caller names; None for ``"none"``."""
     if choice.lower() == "none":
         return None
-    target = choice.strip().lower()
-    for texts in (
-        [heading.text for heading in headings],
-        [_split(heading.text, "")[0] for heading in headings],
-        [str(k) for k in range(1, len(headings) + 1)],
-    ):
-        matches = [k for k, text in enumerate(texts) if text.strip().lower() == target]
-        if len(matches) == 1:
-            return matches[0]
-    raise InputError(place, repr(choice), f"one of {listed(headings)}, its number, or none")
+    matches = columns_named(choice, headings)
+    if len(matches) != 1:
+        raise InputError(place, repr(choice), f"one of {listed(headings)}, its number, or none")
+    return matches[0]
 
 
 def _recognised(
@@ -217,7 +229,7 @@ def _recognised(
     # a unit tells if no name does
     alone = [
         k for k, heading in enumerate(headings) if usable[k] and quantity in CHOSEN
-        and heading.unit and not _named(_split(heading.text, "")[0])
+        and heading.unit and not named_quantities(_split(heading.text, "")[0])
         and unit_factor(quantity, heading.unit) is not None
     ]  # fmt: skip
     candidates = first or [*named, *alone]

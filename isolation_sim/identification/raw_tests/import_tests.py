@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 from pathlib import Path
@@ -19,17 +19,16 @@ from ...io.output_place import check_writable
 from ...rendering import Printed, render
 from ..campaign import Campaign, write_campaign
 from ..data_checks import same_forces_notes, unit_notes
-from ..run_table import MINIMUM_SAMPLES, TestRun, make_run
+from ..run_table import TestRun, make_run
 from ..spikes import repaired
 from .channels import NEEDED, Channel, check_choices, find_channels, listed
+from .files import pattern_of, tables_by_name
 from .samples import samples_of
-from .tables import READERS, RawTable, read_tables
+from .tables import RawTable
 
 __all__ = ["ImportedTests", "import_tests"]
 
 _CURRENT_IN_NAME = re.compile(r"(?<![A-Za-z\d.,])(\d+(?:[.,p]\d+)?) ?(m?)A(?![A-Za-z])")
-_EXPECTED = f"test files ({', '.join(READERS)}) or a folder of them"
-_NOT_IN_NAMES = re.compile(r'[\\/:*?"<>|\s]+')
 
 
 class _Choices(NamedTuple):
@@ -124,7 +123,8 @@ def import_tests(
     current_from_name : bool
         Whether their current is in their name, as in ``4mm_2A.csv``.
     rate : float, optional
-        Samples per second of the tests without a column of time.
+        Samples per second of the tests without a column of time. By default the rate that the
+        lines above the table name.
     hold_out : int or sequence of str
         Tests to hold out of a fit: every k-th, or patterns of their names such as ``"*_2A"``.
     leave_out : sequence of str
@@ -159,7 +159,7 @@ def import_tests(
             raise InputError(f"{out}: exists already; expected: a folder to be made")
         check_writable(Path(out).parent)
     places = [tests] if isinstance(tests, str | Path) else list(tests)
-    tables, notes = _tables([Path(place) for place in places], leave_out)
+    tables, notes = tables_by_name([Path(place) for place in places], leave_out)
     runs, channels = [], []
     for name, table in tables.items():
         run, columns_read, own = _read_test(name, table, choices)
@@ -181,57 +181,6 @@ def import_tests(
     return replace(result, folder=folder)
 
 
-def _tables(places: Sequence[Path], leave_out: Sequence[str]) -> tuple[dict[str, RawTable], list]:
-    """Tables by the names of their tests, and notes of files without one."""
-    by_name: dict[str, RawTable] = {}
-    notes = []
-    fitting: set[str] = set()
-
-    def left_out(*names: str) -> bool:
-        fits = {p for p in leave_out if any(fnmatch(name, p) for name in names)}
-        fitting.update(fits)
-        return bool(fits)
-
-    for path in (path for place in places for path in _files(place)):
-        tables = [] if left_out(path.name, path.stem) else read_tables(path)
-        for table in tables:
-            part = table.part.removeprefix("sheet ") if len(tables) > 1 else ""
-            name = _NOT_IN_NAMES.sub("_", f"{path.stem} {part}".strip())
-            if name in by_name:
-                raise InputError(
-                    f"{by_name[name].place} and {table.place}: both are named {name!r}; "
-                    "expected: different names"
-                )
-            if not (part and left_out(name, part)):
-                by_name[name] = table
-        if not (tables or left_out(path.name, path.stem)):
-            if path in places:
-                least = f"{MINIMUM_SAMPLES} rows of numbers or more, of one width"
-                raise InputError(str(path), "no table", least)
-            notes.append(f"{path.name}: no table of numbers; left out")
-    for pattern in leave_out:
-        if pattern not in fitting:
-            raise InputError("--leave-out", repr(pattern), _pattern_of(by_name))
-    if not by_name:
-        raise InputError(f"{', '.join(map(str, places))}: no test; expected: {_EXPECTED}")
-    return by_name, notes
-
-
-def _files(place: Path) -> list[Path]:
-    """The files of a folder that can be read, in the order of the numbers in their names."""
-    if not place.is_dir():
-        if place.suffix.lower() not in READERS:
-            raise InputError(f"{place}: {place.suffix or 'no'} file; expected: {_EXPECTED}")
-        return [place]
-    return sorted(
-        (p for p in place.iterdir() if p.suffix.lower() in READERS and p.name[0] not in ".~"),
-        key=lambda path: [
-            (int(part), "") if part.isdigit() else (0, part)
-            for part in re.split(r"(\d+)", path.name.lower())
-        ],
-    )
-
-
 def _read_test(
     name: str, table: RawTable, choices: _Choices
 ) -> tuple[TestRun, dict[str, Channel], list[str]]:
@@ -239,7 +188,8 @@ def _read_test(
     headings, place = table.headings, table.place
     usable = [table.usable(k) for k in range(len(headings))]
     channels = find_channels(headings, usable, choices.columns, choices.units, place)
-    lacking = [q for q in NEEDED if q not in channels and (q != "time" or choices.rate is None)]
+    rate = table.rate if choices.rate is None else choices.rate
+    lacking = [q for q in NEEDED if q not in channels and (q != "time" or rate is None)]
     if lacking:
         options = [f"--column {quantity}=HEADING" for quantity in lacking]
         options[-1] += " (or its number)"
@@ -286,7 +236,7 @@ def _held_out(runs: Sequence[TestRun], hold_out: int | Sequence[str]) -> list[Te
     for pattern in hold_out:
         if not any(fnmatch(run.name, pattern) for run in runs):
             names = [run.name for run in runs]
-            raise InputError("--hold-out", repr(pattern), _pattern_of(names))
+            raise InputError("--hold-out", repr(pattern), pattern_of(names))
     return [replace(run, hold_out=any(fnmatch(run.name, p) for p in hold_out)) for run in runs]
 
 
@@ -301,10 +251,6 @@ def _refuse_some_without_current(runs: Sequence[TestRun], tables: Sequence[RawTa
                 "--column current=HEADING, --current 0, --current-from-name, or for all tests "
                 "--column current=none",
             )
-
-
-def _pattern_of(names: Iterable[str]) -> str:
-    return f"a pattern that fits a test, such as {next(iter(names), '*')!r}"
 
 
 def _range(values: np.ndarray) -> str:

@@ -27,9 +27,11 @@ def samples_of(
     data = {what: one.factor * table.numbers(one.column) for what, one in channels.items()}
     lines = np.array(table.lines)
     headings = {what: channel.heading for what, channel in channels.items()}
-    if rate is not None and "time" not in data:
-        data["time"] = np.arange(len(lines)) / rate
     notes: list[str] = []
+    if "time" not in data:
+        if rate is None and table.rate is not None:
+            notes.append(f"{table.rate:.6g} samples per second, as the file says")
+        data["time"] = np.arange(len(lines)) / (rate or table.rate or 1.0)
 
     def fill(what: str) -> None:
         place = table.place, lines.tolist(), headings.get(what, what)

@@ -18,6 +18,7 @@ from ground_motions.readers.lines import is_number, read_lines
 from ...errors import InputError
 from ..run_table import MINIMUM_SAMPLES
 from .channels import Heading, heading_of, is_unit, names_quantity
+from .rate import rate_in, rate_of
 
 _SEPARATORS = (";", "\t", ",", " ")
 _LOOKED_AT = 2000
@@ -25,6 +26,8 @@ _LOOKED_AT = 2000
 _COMMENT = re.compile(r"\s*(?:[%#!]+|//|;+)\s*")
 _BLANK = re.compile(r"\s{2,}|\t")
 _NOT_BEFORE_UNIT = re.compile(r"\s+(?![\[({<])")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
+_LONG_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d{3,}(?:[eE][+-]?\d+)?")
 _MISSING = {"", "-", "--", "---", "na", "n/a", "#n/a", "nan", "null", "none", "1.#qnan", "-1.#ind"}
 _MOST_COLUMNS = 64
 """Columns of a matrix without names, at most."""
@@ -47,6 +50,7 @@ class RawTable:
     columns: list[NDArray | list[str]]  # Numbers, or cells of text
     lines: list[int]  # Line of each row
     notes: list[str] = field(default_factory=list)  # What was left out
+    rate: float | None = None  # Samples per second that the file names beside the table, Hz
 
     @property
     def place(self) -> str:
@@ -182,14 +186,33 @@ def _format(lines: Sequence[str]) -> tuple[str, int]:
         for width, count in widths.most_common(1):
             if count > best[2]:
                 best = (separator, width, count)
+    bare = [line.strip() for line in lines]
+    alone = sum(map(is_number, map(_with_point, bare)))
+    if alone >= MINIMUM_SAMPLES and (best[2] < MINIMUM_SAMPLES or _are_decimal_commas(bare, best)):
+        return "\t", 1  # one column, its lines without a separator
     return best[0], best[1]
+
+
+def _are_decimal_commas(lines: Sequence[str], found: tuple[str, int, int]) -> bool:
+    """Whether a table of two columns is one column of decimal commas, by the heading above it."""
+    first = next(k for k, line in enumerate(lines) if is_number(_with_point(line)))
+    above = _COMMENT.sub("", lines[first - 1], count=1) if first else ""
+    heading = heading_of(above)
+    name, *others = above.split(",")
+    # "Acc, g" is one heading, and "Time,Acc" are two
+    alone = not others or (len(others) == 1 and is_unit(others[0]) and not heading_of(name).unit)
+    decimal = _DECIMAL_COMMA if heading.unit or heading.quantities else _LONG_DECIMAL_COMMA
+    matching = sum(bool(decimal.fullmatch(line)) for line in lines)
+    return found[:2] == (",", 2) and alone and matching > 0.9 * found[2]
 
 
 def _heading_cells(line: str, separator: str, width: int) -> list[str]:
     """Cells of a line above the table, which may be separated otherwise."""
     bare = _COMMENT.sub("", line, count=1) if _COMMENT.match(line) else line
+    # an empty first cell before semicolons is no comment
+    whole = [_cells(line, separator)] if separator == ";" else []
     splits = [
-        _cells(bare, separator), *(_cells(bare, other) for other in _SEPARATORS[:-1]),
+        *whole, _cells(bare, separator), *(_cells(bare, other) for other in _SEPARATORS[:-1]),
         _BLANK.split(bare.strip()), _NOT_BEFORE_UNIT.split(bare.strip()), bare.split(),
     ]  # fmt: skip
     return next((cells for cells in splits if len(_trim(cells)) == width), splits[0])
@@ -254,6 +277,7 @@ def _table(path: Path, part: str, rows: Sequence[_Row], width: int) -> RawTable 
         [[row.cells[k] for row in block] for k in used],
         [row.line for row in block],
         notes,
+        rate_in(" ".join(row.cells) for row in rows if row.line < block[0].line),
     )
 
 
@@ -272,14 +296,15 @@ def _are_units(cells: Sequence[str]) -> bool:
     return len(written) > 1 and 2 * sum(map(is_unit, written)) >= len(written)
 
 
-def _structs(path: Path, name: str, value: Any) -> Iterator[RawTable]:
+def _structs(path: Path, name: str, value: Any, above: float | None = None) -> Iterator[RawTable]:
     """Tables of a struct, of a list of structs, or of the variables of a file."""
     if isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):
         for number, each in enumerate(value, 1):
-            yield from _structs(path, f"{name} {number}".strip(), each)
+            yield from _structs(path, f"{name} {number}".strip(), each, above)
         return
     if not isinstance(value, dict):
         return
+    rate = rate_of(value) or above
     arrays = {key: a for key, each in value.items() if (a := _numbers(each)) is not None}
     vectors = {key: a.ravel() for key, a in arrays.items() if a.size == max(a.shape)}
     lengths = Counter(a.size for a in vectors.values() if a.size >= MINIMUM_SAMPLES)
@@ -289,15 +314,28 @@ def _structs(path: Path, name: str, value: Any) -> Iterator[RawTable]:
             units = value.get("units")
             texts = units if isinstance(units, dict) else {}
             headings = [heading_of(key, str(texts.get(key, ""))) for key in alike]
-            yield RawTable(path, name, headings, list(alike.values()), _one_to(length))
+            yield RawTable(path, name, headings, [*alike.values()], _one_to(length), rate=rate)
     for key, array in arrays.items():
         own = f"{name} {key}".strip()
         matrix = array.ndim == 2 and len(array) >= MINIMUM_SAMPLES
         if matrix and 2 <= array.shape[1] <= _MOST_COLUMNS:
-            headings = [heading_of(text) for text in _column_names(value, array.shape[1])]
-            yield RawTable(path, own, headings, list(array.T), _one_to(len(array)))
+            headings = _column_headings(value, array.shape[1])
+            beside = {} if any(map(_is_time, headings)) else _time_beside(vectors, len(array))
+            headings = [*map(heading_of, beside), *headings]
+            columns = [*beside.values(), *array.T]
+            yield RawTable(path, own, headings, columns, _one_to(len(array)), rate=rate)
     for key, each in value.items():
-        yield from _structs(path, f"{name} {key}".strip(), each)
+        yield from _structs(path, f"{name} {key}".strip(), each, rate)
+
+
+def _is_time(heading: Heading) -> bool:
+    return "time" in heading.quantities
+
+
+def _time_beside(vectors: dict[str, NDArray], length: int) -> dict[str, NDArray]:
+    """The vector of times of a matrix's rows, by its name; empty if there is not one."""
+    times = {key: a for key, a in vectors.items() if a.size == length and _is_time(heading_of(key))}
+    return times if len(times) == 1 else {}
 
 
 def _numbers(value: Any) -> NDArray | None:
@@ -309,10 +347,14 @@ def _one_to(length: int) -> list[int]:
     return list(range(1, length + 1))
 
 
-def _column_names(struct: dict[str, Any], number: int) -> list[str]:
-    """Names of a matrix's columns, such as ``colheaders`` of MATLAB's importdata."""
-    for value in struct.values():
-        if isinstance(value, list | np.ndarray) and len(value) == number:
-            if all(isinstance(each, str) for each in value):
-                return list(value)
-    return [f"column {k}" for k in range(1, number + 1)]
+def _column_headings(struct: dict[str, Any], number: int) -> list[Heading]:
+    """Headings of a matrix's columns: lists of names, as ``colheaders``, and of units beside it."""
+    lists = [
+        [str(each) for each in value] for value in struct.values()
+        if isinstance(value, list | np.ndarray) and len(value) == number
+        and all(isinstance(each, str) for each in value)
+    ]  # fmt: skip
+    units = next((each for each in lists if _are_units(each)), [""] * number)
+    numbered = [f"column {k}" for k in range(1, number + 1)]
+    names = next((each for each in lists if each is not units), numbered)
+    return [heading_of(name.strip(), unit) for name, unit in zip(names, units, strict=True)]

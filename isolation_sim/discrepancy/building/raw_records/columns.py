@@ -1,0 +1,208 @@
+"""Columns of raw files and the channels that they hold; settings that say so."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from ....errors import InputError
+from ....identification.raw_tests.channels import columns_named
+from ....identification.raw_tests.tables import RawTable
+from ....rendering import Printed, render
+from ..channels import BASE, GROUND, ISOLATOR, ROTATION, Channel, channel, required
+from .settings import TIME, RecordSettings
+
+MOST_SHOWN = 8
+"""Columns that a line names at most."""
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+class Column(NamedTuple):
+    """A column of a file that holds a channel."""
+
+    table: str  # Name of the table
+    position: int  # Of the column, from 0
+    heading: str
+    unit: str
+    factor: float  # From the unit to SI, with sign and scale
+    channel: Channel | None  # None for the time and the current
+    key: str  # time, current, or that of the channel
+
+
+class OpenColumn(NamedTuple):
+    """A column of which the settings must say more."""
+
+    key: str  # Of the channel, with PLACE, DIRECTION or QUANTITY for what is not known
+    table: str
+    position: int
+    unit: str  # "?" if it is not known
+
+
+@dataclass(frozen=True, eq=False)
+class Match(Printed):
+    """What each column of the files is taken for."""
+
+    tables: dict[str, RawTable]  # By name
+    settings: RecordSettings  # Choices of the caller
+    columns: tuple[Column, ...]  # Columns that are used
+    unclear: tuple[InputError, ...]  # What must be said before the record can be imported
+    unused: tuple[tuple[str, int, str], ...]  # Table, column and reason
+    notes: tuple[str, ...]  # What was assumed
+    # Columns of which the settings must say more
+    open: tuple[OpenColumn, ...] = ()
+
+    def raise_unclear(self) -> None:
+        """Raise the first of the errors; the others are counted."""
+        if self.unclear:
+            first, more = self.unclear[0], len(self.unclear) - 1
+            text = (
+                f" (and {more} more that {'is' if more == 1 else 'are'} not clear)" if more else ""
+            )
+            raise InputError(first.place, first.given, f"{first.expected}{text}")
+
+    def file_of(self, table: str) -> str:
+        """Name by which the settings find a table."""
+        path = self.tables[table].path
+        alone = sum(one.path.name == path.name for one in self.tables.values()) == 1
+        return path.name if alone else table
+
+    def _shown(self) -> Iterator[Any]:
+        rows = [
+            (one.key, one.heading, one.unit or "s, none given", self.file_of(one.table))
+            for one in self.columns
+        ]
+        headings = ("read as", "heading", "unit", "file")
+        if rows:
+            yield render("tables:TextTable", "Columns", headings, rows)
+        yield from (f"not clear: {error}" for error in self.unclear)
+        yield from (f"note: {note}" for note in self.all_notes())
+
+    def all_notes(self) -> Iterator[str]:
+        """Notes, and the columns that are not used with the reason."""
+        yield from self.notes
+        reasons = defaultdict(list)
+        for table, index, reason in self.unused:
+            reasons[reason].append(repr(self.tables[table].headings[index].text))
+        for reason, texts in reasons.items():
+            more = f" and {len(texts) - MOST_SHOWN} more" if len(texts) > MOST_SHOWN else ""
+            yield f"not used, {reason}: {', '.join(texts[:MOST_SHOWN])}{more}"
+
+    def template(self) -> str:
+        """Settings with every column that is known, and lines to complete for the others."""
+        lines = ["# Settings of an import: isolation-sim import FILES --settings THIS_FILE", ""]
+        lines += _general(self.settings)
+        lines += ["", "# sign = -1 and scale = 1.02 may be added to a channel.", "[channels]"]
+        entries = {
+            one.key: self._entry(one.table, one.position, one.unit)
+            for one in self.columns
+            if one.key != TIME or len(self.tables) == 1
+        }
+        given = self.settings.channels.get(TIME)
+        if given is not None and len(self.tables) > 1 and given.column.lower() != "none":
+            parts = {"column": given.column, "unit": given.unit, "file": given.file}
+            entries = {TIME: _inline({key: text for key, text in parts.items() if text})} | entries
+        lines += [f"{key} = {entry}" for key, entry in entries.items()]
+        lines += [f'{key} = "none"' for key, entry in self.settings.channels.items()
+                  if entry.column.lower() == "none"]  # fmt: skip
+        lacking = lacking_channels(self.tables, self.columns, self.open, self.settings)
+        lines += [f'{key} = {{ column = "?" }}' for key in lacking]
+        if self.open:
+            lines += ["", "# Remove the # of those that are needed, and complete them:"]
+            lines += [f"# {one.key} = {self._entry(*one[1:])}" for one in self.open]
+        return "\n".join([*lines, ""])
+
+    def _entry(self, table: str, index: int, unit: str) -> str:
+        headings = self.tables[table].headings
+        text = headings[index].text
+        column: str | int = text if len(columns_named(text, headings)) == 1 else index + 1
+        parts: dict[str, Any] = {"column": column, "unit": unit}
+        if len(self.tables) > 1:
+            parts["file"] = self.file_of(table)
+        for one in self.columns:
+            entry = self.settings.channels.get(one.key)
+            if one[:2] == (table, index) and entry and entry.factor != 1:
+                parts["scale"] = entry.factor
+        return _inline({key: value for key, value in parts.items() if value != ""})
+
+
+def places_of(tables: Iterable[RawTable]) -> str:
+    """Files of an error: one or two by name, more by their number."""
+    places = list(dict.fromkeys(table.place for table in tables))
+    return " and ".join(places) if len(places) < 3 else f"{places[0]} and {len(places) - 1} more"
+
+
+def lacking_channels(
+    tables: Mapping[str, RawTable],
+    columns: Sequence[Column],
+    open_columns: Sequence[OpenColumn],
+    settings: RecordSettings,
+) -> list[str]:
+    """Keys of required channels that no column is taken for, nor may be one that is not clear."""
+    axes = sorted({one.channel.axis for one in columns if one.channel} - {"", ROTATION})
+    keys = {one.key for one in columns}
+    for axis in (*axes, ""):
+        ground, base, isolator = (
+            Channel(place, axis, "displacement").key for place in (GROUND, BASE, ISOLATOR)
+        )
+        keys |= {isolator} if {ground, base} <= keys else set()
+    keys |= {one.key.replace("floorN", "floor1") for one in open_columns}
+    needed = [one.key for name in required(tuple(axes) or ("",)) if (one := channel(name))]
+    without_time = [TIME] if _without_time(tables, columns, settings) else []
+    return [*without_time, *(key for key in needed if key not in keys)]
+
+
+def _without_time(
+    tables: Mapping[str, RawTable], columns: Sequence[Column], settings: RecordSettings
+) -> bool:
+    """Whether a table with channels, or any table without them, has neither times nor a rate."""
+    timed = {one.table for one in columns if one.key == TIME}
+    used = {one.table for one in columns if one.key != TIME} or set(tables)
+    rated = {name for name in used if settings.rate is not None or tables[name].rate is not None}
+    return not used <= timed | rated
+
+
+def _general(settings: RecordSettings) -> list[str]:
+    """Lines of a template for what is no channel; those that are not given are comments."""
+    lines = []
+    values = {
+        "rate_Hz": (settings.rate, 200, "samples per second of files without a column of time"),
+        "floors": (settings.floors, 5, "floors above the base: the roof is floor 5"),
+        "direction": (settings.direction or None, "x", "import one of two directions"),
+        "accelerations": (
+            None if settings.relative is None else ("absolute", "relative")[settings.relative],
+            "relative", "to the ground; they are made absolute",
+        ),
+        "offset_s": (settings.offset, 5, "subtract the mean of the first 5 s from each channel"),
+        "resample_Hz": (settings.resample, 200, "common rate of files with different sampling"),
+    }  # fmt: skip
+    for key, (value, example, words) in values.items():
+        shown = _toml(example if value is None else value)
+        lines.append(f"{'# ' if value is None else ''}{key} = {shown}  # {words}")
+    words_of = {axis: word for word, axis in settings.directions.items()} or {"x": "EW", "y": "NS"}
+    lines.append(
+        f"{'' if settings.directions else '# '}directions = {_inline(words_of)}"
+        "  # words of the headings"
+    )
+    lines.append(
+        f"{'' if settings.starts else '# '}start_s = "
+        f"{_inline(settings.starts or {'logger2.txt': 0.35})}  # added to the times of a file"
+    )
+    if settings.units:
+        lines.append(f"units = {_inline(settings.units)}")
+    return lines
+
+
+def _inline(values: Mapping[str, Any]) -> str:
+    """An inline table of TOML."""
+    keys = (key if _BARE.fullmatch(key) else _toml(key) for key in values)
+    texts = (f"{key} = {_toml(value)}" for key, value in zip(keys, values.values(), strict=True))
+    return f"{{ {', '.join(texts)} }}"
+
+
+def _toml(value: Any) -> str:
+    """A text or a number as TOML, which writes both as JSON does."""
+    return json.dumps(value, ensure_ascii=False)

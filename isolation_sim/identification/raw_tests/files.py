@@ -1,0 +1,74 @@
+"""Raw files and folders of them: their tables by name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from fnmatch import fnmatch
+from pathlib import Path
+
+from ...errors import InputError
+from ..run_table import MINIMUM_SAMPLES
+from .tables import READERS, RawTable, read_tables
+
+_NOT_IN_NAMES = re.compile(r'[\\/:*?"<>|\s]+')
+
+
+def tables_by_name(
+    places: Sequence[Path], leave_out: Sequence[str], kind: str = "test"
+) -> tuple[dict[str, RawTable], list[str]]:
+    """Tables by the names of their tests or records, and notes of files without one."""
+    expected = f"{kind} files ({', '.join(READERS)}) or a folder of them"
+    found: dict[str, RawTable] = {}
+    notes = []
+    fitting: set[str] = set()
+
+    def left_out(*names: str) -> bool:
+        fits = {p for p in leave_out if any(fnmatch(name, p) for name in names)}
+        fitting.update(fits)
+        return bool(fits)
+
+    for path in (path for place in places for path in _files(place, expected)):
+        tables = [] if left_out(path.name, path.stem) else read_tables(path)
+        for table in tables:
+            part = table.part.removeprefix("sheet ") if len(tables) > 1 else ""
+            name = _NOT_IN_NAMES.sub("_", f"{path.stem} {part}".strip())
+            if name in found:
+                raise InputError(
+                    f"{found[name].place} and {table.place}: both are named {name!r}; "
+                    "expected: different names"
+                )
+            if not (part and left_out(name, part)):
+                found[name] = table
+        if not (tables or left_out(path.name, path.stem)):
+            if path in places:
+                least = f"{MINIMUM_SAMPLES} rows of numbers or more, of one width"
+                raise InputError(str(path), "no table", least)
+            notes.append(f"{path.name}: no table of numbers; left out")
+    for pattern in leave_out:
+        if pattern not in fitting:
+            named = kind if kind == "test" else "file"
+            raise InputError("--leave-out", repr(pattern), pattern_of(found, named))
+    if not found:
+        raise InputError(f"{', '.join(map(str, places))}: no {kind}; expected: {expected}")
+    return found, notes
+
+
+def pattern_of(names: Iterable[str], kind: str = "test") -> str:
+    """Describe a pattern of names that would be accepted."""
+    return f"a pattern that fits a {kind}, such as {next(iter(names), '*')!r}"
+
+
+def _files(place: Path, expected: str) -> list[Path]:
+    """The files of a folder that can be read, in the order of the numbers in their names."""
+    if not place.is_dir():
+        if place.suffix.lower() not in READERS:
+            raise InputError(f"{place}: {place.suffix or 'no'} file; expected: {expected}")
+        return [place]
+    return sorted(
+        (p for p in place.iterdir() if p.suffix.lower() in READERS and p.name[0] not in ".~"),
+        key=lambda path: [
+            (int(part), "") if part.isdigit() else (0, part)
+            for part in re.split(r"(\d+)", path.name.lower())
+        ],
+    )
