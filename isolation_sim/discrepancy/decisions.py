@@ -214,9 +214,9 @@ LEAST_SENSOR_ERROR = 3e-3
 """Smallest calibration error, as a share of a channel's reading. Instruments' data sheets."""
 STARTS_FITTED = 3
 """Starts of each cause that are fitted: those with the least misfit. Effort."""
-SIMULATED = 16
+SIMULATED, LATE_SIMULATED = 16, 2
 """Causes, of those that need a simulation, that are fitted: those that follow the residual best to
-first order. Effort."""
+first order; of those that are only tried late, fewer. Effort."""
 SCREENING_STEPS, REFINED = 4, 4
 """Steps of a first fit of each cause, and causes that are then fitted with all numbers. Effort."""
 

@@ -18,6 +18,7 @@ from ..decisions import (
     COMPLETES,
     FALSE_ALARM,
     INSTEAD,
+    LATE_SIMULATED,
     LEAST_BUILDING_SHARE,
     LEAST_SENSOR_ERROR,
     MINOR_IN_BUILDING,
@@ -39,7 +40,7 @@ from ..inference import f_chance, rivals
 from ..search import SearchResult, search
 from .candidate import Candidate, Values
 from .causes import candidates
-from .comparison import CauseValues, Comparison, FittedBuilding, compare_records, squared
+from .comparison import Comparison, FittedBuilding, compare_records, squared
 from .errors import excess_error, mean_error, relative_noise
 from .segment import Segment, cell_means
 
@@ -78,16 +79,18 @@ class CauseSearch:
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
         first = [cause for cause in self._choices if not cause.late]
-        best = self._fits(current, first)
+        best = self._fits(current, first, SIMULATED)
         if self.is_explained(best[0]):
             return best
         late = [cause for cause in self._choices if cause.late]
-        return _rank(best + self._fits(current, late))
+        return _rank(best + self._fits(current, late, LATE_SIMULATED))
 
-    def _fits(self, current: FittedBuilding, choices: Sequence[Candidate]) -> list[FittedBuilding]:
+    def _fits(
+        self, current: FittedBuilding, choices: Sequence[Candidate], most: int
+    ) -> list[FittedBuilding]:
         """Each cause's own numbers fitted roughly, the best causes with all numbers; best first."""
         rough = []
-        for cause, starts in self._promising(current, choices):
+        for cause, starts in self._promising(current, choices, most):
             fits = [
                 self.comparison.fit(current.cause_values, ((cause, start),), SCREENING_STEPS)
                 for start in starts
@@ -98,7 +101,7 @@ class CauseSearch:
         return _rank(refined + rough[REFINED:])
 
     def _promising(
-        self, current: FittedBuilding, choices: Sequence[Candidate]
+        self, current: FittedBuilding, choices: Sequence[Candidate], most: int
     ) -> Iterator[tuple[Candidate, Sequence[Values]]]:
         """Causes that follow the residual best to first order, each with its best starts."""
         found = []
@@ -115,7 +118,7 @@ class CauseSearch:
         of_sensors = [one for one in found if one[1].of_sensor]
         simulated = sorted((one for one in found if not one[1].of_sensor), key=lambda one: one[0])
         # the error of a sensor is fitted without a simulation
-        for _, cause, starts in of_sensors + simulated[:SIMULATED]:
+        for _, cause, starts in of_sensors + simulated[:most]:
             yield cause, starts
 
     def choose(
@@ -194,13 +197,6 @@ class CauseSearch:
             )
         )
 
-    def _best_starts(self, beside: CauseValues, cause: Candidate) -> Sequence[Values]:
-        """Starts of a cause, those with the least misfit first if not all are fitted."""
-        if len(cause.starts) <= STARTS_FITTED:
-            return cause.starts
-        evaluate = self.comparison.evaluate
-        return sorted(cause.starts, key=lambda start: evaluate((*beside, (cause, start))).cost)
-
     def _without_each(self, current: FittedBuilding) -> list[FittedBuilding]:
         result = current.cause_values
         return [self.comparison.fit((), result[:k] + result[k + 1 :]) for k in range(len(result))]
@@ -242,9 +238,9 @@ class CauseSearch:
             for other in self._choices:
                 if other.key == cause.key and other is not cause:
                     before, after = current.cause_values[:k], current.cause_values[k + 1 :]
-                    start = self._best_starts((*before, *after), other)[0]
-                    result = (*before, (other, start), *after)
-                    trial = self.comparison.fit((), result)
+                    starts = [(*before, (other, start), *after) for start in other.starts]
+                    costs = [squared(self.comparison.fitted_residuals(one)) for one in starts]
+                    trial = self.comparison.fit((), starts[int(np.argmin(costs))])
                     n = min((trial, current), key=lambda outcome: outcome.cost).n_independent
                     if trial.criterion(n) < current.criterion(n):
                         current = trial

@@ -16,7 +16,7 @@ from scipy.signal import butter, sosfiltfilt
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.adapters.building import intervals
-from isolation_sim.discrepancy.building.cause_search import adequacy, search_causes
+from isolation_sim.discrepancy.building.cause_search import CauseSearch, adequacy, search_causes
 from isolation_sim.discrepancy.building.causes import candidates
 from isolation_sim.discrepancy.building.comparison import compare_records, split, with_causes
 from isolation_sim.discrepancy.building.errors import excess_error
@@ -248,6 +248,46 @@ def test_two_causes_are_both_named_and_held_out_records_judge(isolated):
     )
     noise_step = next(step for step in diagnosis.steps if step.title == "Noise floor")
     assert "Held out: second" in noise_step.text
+
+
+def test_a_drift_and_a_mass_that_it_hides_are_both_named_alone(isolated):
+    record = _record(isolated, _heavier(0.1), seed=6)
+    response = dict(record.response)
+    shown = response["isolator_displacement_m"]
+    course = np.linspace(0.0, 1.0, len(shown))
+    response["isolator_displacement_m"] = shown + shown.std() * course
+    diagnosis = diagnose_building(replace(record, response=response), isolated)
+    named = {cause.name: cause for cause in diagnosis.causes}
+    assert set(named) == {"sensor_bias", "base_mass_error"}
+    drift = {name: one.value for name, one in named["sensor_bias"].parameters.items()}
+    # half of it on average, and as much from there to either end
+    assert drift == pytest.approx(dict.fromkeys(("mean", "slope"), shown.std() / 2), rel=0.03)
+    assert named["base_mass_error"].parameters["relative_error"].value == pytest.approx(
+        0.1, rel=0.1
+    )
+
+
+def test_a_storey_that_yields_is_named_with_its_strength(isolated):
+    blank = _record(isolated)
+    peak = isolated.structure.total_mass * np.abs(blank.mean_acceleration(blank.values, "")).max()
+
+    def yielding(model):
+        return _with(model, "storey_yielding", "storey4", (0.2 * peak, 0.1))
+
+    diagnosis = diagnose_building(_record(isolated, yielding, seed=6), isolated)
+    (cause,) = diagnosis.causes
+    assert (cause.name, cause.place) == ("storey_yielding", "storey4")
+    assert cause.parameters["yield_shear"].value == pytest.approx(0.2 * peak, rel=0.01)
+
+
+def test_a_cause_that_corrects_next_to_nothing_is_dropped(isolated):
+    record = _record(isolated, _heavier(0.15), seed=7, noise=1e-3)
+    model = building_model(isolated, [record])
+    listed = {(c.name, c.place): c for c in candidates(model, [record])}
+    space = CauseSearch(compare_records(model, [record]))
+    both = [("base_mass_error", ""), ("floor_mass_error", "floor2")]
+    fitted = space.comparison.fit((), tuple((listed[key], (0.1,)) for key in both))
+    assert space.finish(fitted).causes == ("base_mass_error",)
 
 
 def test_a_biased_sensor_is_named_with_its_channel(isolated):
