@@ -90,7 +90,7 @@ class CauseSearch:
     ) -> list[FittedBuilding]:
         """Each cause's own numbers fitted roughly, the best causes with all numbers; best first."""
         rough = []
-        for cause, starts in self._promising(current, choices, most):
+        for cause, starts in self._screened(current, choices, most):
             fits = [
                 self.comparison.fit(current.cause_values, ((cause, start),), SCREENING_STEPS)
                 for start in starts
@@ -100,11 +100,11 @@ class CauseSearch:
         refined = [self.comparison.fit((), one.cause_values) for one in rough[:REFINED]]
         return _rank(refined + rough[REFINED:])
 
-    def _promising(
+    def _screened(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
     ) -> Iterator[tuple[Candidate, Sequence[Values]]]:
         """Causes that follow the residual best to first order, each with its best starts."""
-        found = []
+        screened = []
         for cause in choices:
             if cause.label in current.causes:
                 continue
@@ -114,9 +114,11 @@ class CauseSearch:
             ]
             order = np.argsort([squared(trial) for trial in trials], kind="stable")
             left = min(_left_along(current.fitted, trial) for trial in trials)
-            found.append((left, cause, [cause.starts[k] for k in order[:STARTS_FITTED]]))
-        of_sensors = [one for one in found if one[1].of_sensor]
-        simulated = sorted((one for one in found if not one[1].of_sensor), key=lambda one: one[0])
+            screened.append((left, cause, [cause.starts[k] for k in order[:STARTS_FITTED]]))
+        of_sensors = [one for one in screened if one[1].of_sensor]
+        simulated = sorted(
+            (one for one in screened if not one[1].of_sensor), key=lambda one: one[0]
+        )
         # the error of a sensor is fitted without a simulation
         for _, cause, starts in of_sensors + simulated[:most]:
             yield cause, starts
@@ -254,15 +256,15 @@ def search_causes(
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Search for causes, again with more of a lone record fitted if its rest asks for some."""
     space, result = _search_as_expected(comparison, most_causes, progress)
-    found, held_out = result.best, space.comparison.held_out
-    left = excess_error(space.comparison, found)
-    if found.cause_values and left > REMAINS:
+    best, held_out = result.best, space.comparison.held_out
+    left = excess_error(space.comparison, best)
+    if best.cause_values and left > REMAINS:
         # a cause that imitates two others, taken first, may keep both out
-        first = found.cause_values[0][0].key
+        first = best.cause_values[0][0].key
         other = _search_as_expected(comparison, min(most_causes, 2), progress, first)
         if excess_error(other[0].comparison, other[1].best) < INSTEAD * left:
             return other
-    if found.cause_values or adequacy(held_out, found.held_out) >= MISFIT_LEVEL:
+    if best.cause_values or adequacy(held_out, best.held_out) >= MISFIT_LEVEL:
         return space, result
     # what grows or comes late is seen in the held-out data alone
     reopened = comparison.fitting_more()
@@ -353,12 +355,12 @@ def _best_of_each(
     tried: Sequence[FittedBuilding], taken: Candidate
 ) -> list[tuple[Candidate, Values]]:
     """The best causes beside the one taken, each in its best form."""
-    found: dict[tuple[str, str], tuple[Candidate, Values]] = {}
+    best: dict[tuple[str, str], tuple[Candidate, Values]] = {}
     for one in tried:
         cause, values = one.cause_values[-1]
         if cause.key != taken.key:
-            found.setdefault(cause.key, (cause, values))
-    return list(found.values())[:RIVALS_TRIED]
+            best.setdefault(cause.key, (cause, values))
+    return list(best.values())[:RIVALS_TRIED]
 
 
 def _near(best: FittedBuilding, others: Sequence[FittedBuilding]) -> list[FittedBuilding]:

@@ -161,10 +161,10 @@ def columns_named(choice: str, headings: Sequence[Heading]) -> list[int]:
         [_split(heading.text, "")[0] for heading in headings],
         [str(k) for k in range(1, len(headings) + 1)],
     ):
-        found = [k for k, text in enumerate(texts) if text.strip().lower() == wanted]
-        if len(found) == 1:
-            return found
-        several = several or found
+        matches = [k for k, text in enumerate(texts) if text.strip().lower() == wanted]
+        if len(matches) == 1:
+            return matches
+        several = several or matches
     return several
 
 

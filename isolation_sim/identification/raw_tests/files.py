@@ -19,7 +19,7 @@ def tables_by_name(
 ) -> tuple[dict[str, RawTable], list[str]]:
     """Tables by the names of their tests or records, and notes of files without one."""
     expected = f"{kind} files ({', '.join(READERS)}) or a folder of them"
-    found: dict[str, RawTable] = {}
+    by_name: dict[str, RawTable] = {}
     notes = []
     fitting: set[str] = set()
 
@@ -33,13 +33,13 @@ def tables_by_name(
         for table in tables:
             part = table.part.removeprefix("sheet ") if len(tables) > 1 else ""
             name = _NOT_IN_NAMES.sub("_", f"{path.stem} {part}".strip())
-            if name in found:
+            if name in by_name:
                 raise InputError(
-                    f"{found[name].place} and {table.place}: both are named {name!r}; "
+                    f"{by_name[name].place} and {table.place}: both are named {name!r}; "
                     "expected: different names"
                 )
             if not (part and left_out(name, part)):
-                found[name] = table
+                by_name[name] = table
         if not (tables or left_out(path.name, path.stem)):
             if path in places:
                 least = f"{MINIMUM_SAMPLES} rows of numbers or more, of one width"
@@ -48,10 +48,10 @@ def tables_by_name(
     for pattern in leave_out:
         if pattern not in fitting:
             named = kind if kind == "test" else "file"
-            raise InputError("--leave-out", repr(pattern), pattern_of(found, named))
-    if not found:
+            raise InputError("--leave-out", repr(pattern), pattern_of(by_name, named))
+    if not by_name:
         raise InputError(f"{', '.join(map(str, places))}: no {kind}; expected: {expected}")
-    return found, notes
+    return by_name, notes
 
 
 def pattern_of(names: Iterable[str], kind: str = "test") -> str:

@@ -31,31 +31,31 @@ _STEP_NAMES = {"dt", "dts", "timestep", "samplingtime", "samplingperiod", "sampl
 
 def rate_in(lines: Iterable[str]) -> float | None:
     """Samples per second in lines of text; None if there is none, or if they disagree."""
-    found = set()
+    rates = set()
     for line in lines:
         for match in _RATES.finditer(line):
             kilo = "khz" in f"{match['before']} {match['after']}".lower()
-            found.add(_number(match["number"]) * (1e3 if kilo else 1.0))
+            rates.add(_number(match["number"]) * (1e3 if kilo else 1.0))
         for match in _STEPS.finditer(line):
             words = re.findall(r"[a-zµμ]+", f"{match['before']} {match['after']}".lower())
             factor = next((_STEP_UNITS[word] for word in words if word in _STEP_UNITS), 1.0)
             step = _number(match["number"]) * factor
-            found.add(float(f"{1 / step:.9g}") if step else 0.0)
-    return found.pop() if len(found) == 1 and min(found) > 0 else None
+            rates.add(float(f"{1 / step:.9g}") if step else 0.0)
+    return rates.pop() if len(rates) == 1 and min(rates) > 0 else None
 
 
 def rate_of(struct: Mapping[str, Any]) -> float | None:
     """Samples per second in the scalars of a struct, such as ``fs`` or ``dt``."""
-    found = set()
+    rates = set()
     for name, value in struct.items():
         if isinstance(value, bool) or not isinstance(value, int | float | np.number) or value <= 0:
             continue
         bare = name.lower().replace("_", "")
         if bare in _RATE_NAMES:
-            found.add(float(value))
+            rates.add(float(value))
         elif bare in _STEP_NAMES:
-            found.add(float(f"{1 / value:.9g}"))
-    return found.pop() if len(found) == 1 else None
+            rates.add(float(f"{1 / value:.9g}"))
+    return rates.pop() if len(rates) == 1 else None
 
 
 def _number(text: str) -> float:

@@ -101,9 +101,9 @@ class Match(Printed):
             for one in self.columns
             if one.key != TIME or len(self.tables) == 1
         }
-        given = self.settings.channels.get(TIME)
-        if given is not None and len(self.tables) > 1 and given.column.lower() != "none":
-            parts = {"column": given.column, "unit": given.unit, "file": given.file}
+        time = self.settings.channels.get(TIME)
+        if time is not None and len(self.tables) > 1 and time.column.lower() != "none":
+            parts = {"column": time.column, "unit": time.unit, "file": time.file}
             entries = {TIME: _inline({key: text for key, text in parts.items() if text})} | entries
         lines += [f"{key} = {entry}" for key, entry in entries.items()]
         lines += [f'{key} = "none"' for key, entry in self.settings.channels.items()

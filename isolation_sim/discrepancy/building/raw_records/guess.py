@@ -41,10 +41,10 @@ class Sensor(NamedTuple):
     unit: str
     scale: float
     relative: bool
-    given: bool  # Whether by the settings
+    prescribed: bool  # Whether by the settings
 
 
-def find_given_columns(
+def columns_of_settings(
     tables: Mapping[str, RawTable], settings: RecordSettings
 ) -> list[tuple[str, int, str]]:
     """Table, column and key of each channel that the settings name."""
@@ -56,21 +56,21 @@ def find_given_columns(
         within = _tables_of(entry.file, tables) if entry.file else list(tables)
         if not within:
             raise InputError(f"{place}.file", repr(entry.file), f"one of {', '.join(tables)}")
-        found = {
+        matches = {
             name: ks
             for name in within
             if (ks := columns_named(entry.column, tables[name].headings))
         }
-        if len(found) > 1:
-            files = ", ".join(found)
+        if len(matches) > 1:
+            files = ", ".join(matches)
             raise InputError(
-                place, f"{entry.column!r}, a column of {files}", f'file = "{min(found)}"'
+                place, f"{entry.column!r}, a column of {files}", f'file = "{min(matches)}"'
             )
-        (table, ks), *_ = found.items() if found else ((within[0], []),)
+        (table, ks), *_ = matches.items() if matches else ((within[0], []),)
         if len(ks) != 1:
             headings = [heading for name in within for heading in tables[name].headings]
-            given = f"{entry.column!r}{', which is there twice' if ks else ''}"
-            raise InputError(place, given, f"one of {listed(headings)}, its number, or none")
+            choice = f"{entry.column!r}{', which is there twice' if ks else ''}"
+            raise InputError(place, choice, f"one of {listed(headings)}, its number, or none")
         for other, k, earlier in result:
             if (other, k) == (table, ks[0]):
                 raise InputError(
@@ -83,13 +83,13 @@ def find_given_columns(
 def find_times_and_currents(
     tables: Mapping[str, RawTable],
     settings: RecordSettings,
-    given: Sequence[tuple[str, int, str]],
+    prescribed: Sequence[tuple[str, int, str]],
 ) -> Iterator[Column]:
     """Column of time in each table, and of the current in one of them."""
     _check_time(tables, settings)
     currents = []
     for name, table in tables.items():
-        taken = {k for other, k, key in given if other == name and key != CURRENT}
+        taken = {k for other, k, key in prescribed if other == name and key != CURRENT}
         usable = [table.usable(k) and k not in taken for k in range(len(table.headings))]
         chosen = dict.fromkeys(UNITS, "none")
         for key in (TIME, CURRENT):
@@ -136,7 +136,7 @@ def _check_time(tables: Mapping[str, RawTable], settings: RecordSettings) -> Non
         raise InputError(place, repr(entry.column), f"one of {listed(headings)}, or none")
 
 
-def given_sensor(
+def sensor_of_settings(
     tables: Mapping[str, RawTable], settings: RecordSettings, table: str, k: int, key: str
 ) -> Sensor:
     """The sensor of a column that the settings name."""

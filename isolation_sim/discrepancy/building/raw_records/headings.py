@@ -145,9 +145,9 @@ def _without_axis(word: str) -> list[str]:
 def _place(name: str, parts: set[str], relative: bool, quantity: str) -> str:
     """The place that a name in small letters says."""
     for pattern in _NUMBERED:
-        found = {int(number) for number in pattern.findall(name)}
-        if len(found) == 1:
-            return f"floor{number}" if (number := found.pop()) else BASE
+        numbers = {int(number) for number in pattern.findall(name)}
+        if len(numbers) == 1:
+            return f"floor{number}" if (number := numbers.pop()) else BASE
     named = [place for place, words in _PLACES.items() if parts & words]
     if named == [GROUND] and _FLOOR_WORD.search(name):
         return ""  # a ground floor may be the base or the first floor

@@ -242,6 +242,8 @@ def _row(name: str, values: np.ndarray, columns: Sequence[Column]) -> tuple[str,
     """Channel, range, unit, heading, its unit, and file."""
     one = channel(name)
     key, unit = (one.key, one.unit) if one else (CURRENT, "A")
-    found = next((each for each in columns if each.key == key), None)
-    origin = (found.heading, found.unit, found.table) if found else ("base minus ground", "", "")
+    source = next((each for each in columns if each.key == key), None)
+    origin = (
+        (source.heading, source.unit, source.table) if source else ("base minus ground", "", "")
+    )
     return (key, f"{np.min(values):.3g} to {np.max(values):.3g}", unit, *origin)

@@ -9,7 +9,7 @@ from typing import Any
 from ....identification.raw_tests.tables import RawTable
 from ..channels import BASE, GROUND, ISOLATOR
 from .columns import Column, Match
-from .guess import find_given_columns, find_times_and_currents, given_sensor, guess_sensors
+from .guess import columns_of_settings, find_times_and_currents, guess_sensors, sensor_of_settings
 from .resolve import Resolver
 from .settings import TIME, RecordSettings, channel_of
 
@@ -18,12 +18,12 @@ def match_columns(
     tables: dict[str, RawTable], settings: RecordSettings, notes: Sequence[str] = ()
 ) -> Match:
     """Find the column of each channel, by the settings, the headings and the names of files."""
-    given = find_given_columns(tables, settings)
-    columns = [*find_times_and_currents(tables, settings, given)]
-    taken = {(table, k) for table, k, _ in given} | {(one.table, one.position) for one in columns}
-    sensors = [given_sensor(tables, settings, *one) for one in given if channel_of(one[2])]
-    found, unused, open_ = guess_sensors(tables, settings, taken)
-    sensors += found
+    chosen = columns_of_settings(tables, settings)
+    columns = [*find_times_and_currents(tables, settings, chosen)]
+    taken = {(table, k) for table, k, _ in chosen} | {(one.table, one.position) for one in columns}
+    sensors = [sensor_of_settings(tables, settings, *one) for one in chosen if channel_of(one[2])]
+    guessed, unused, open_ = guess_sensors(tables, settings, taken)
+    sensors += guessed
     resolver = Resolver(tables, settings, notes=list(notes), unused=unused, open=open_)
     columns += resolver.resolve(sensors)
     resolver.check_complete(columns)

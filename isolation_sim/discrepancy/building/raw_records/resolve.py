@@ -81,7 +81,7 @@ class Resolver:
         """Leave out guesses of channels that the settings give or exclude."""
         result = []
         for one in sensors:
-            if not one.given and one.channel.key in self.settings.channels:
+            if not one.prescribed and one.channel.key in self.settings.channels:
                 none = self.settings.channels[one.channel.key].column.lower() == "none"
                 reason = "as the settings say" if none else f"another column is {one.channel.key}"
                 self.unused.append((one.table, one.position, reason))
@@ -185,7 +185,7 @@ class Resolver:
                 continue
             partner = one.channel._replace(place=GROUND if place == BASE else BASE)
             isolator = one.channel._replace(place=ISOLATOR)
-            if isolator in there and not one.given:
+            if isolator in there and not one.prescribed:
                 self.unused.append(
                     (one.table, one.position, "the isolators' displacement is there")
                 )
@@ -246,7 +246,7 @@ class Resolver:
             self._add(
                 one, place, f"{f'the unit {one.unit!r}' if one.unit else 'no unit'} for {key}",
                 f"--unit {key}=UNIT, --unit {quantity}=UNIT ({sensor_units(one.channel)})"
-                + ("" if one.given else f", or --column {key}=none"),
+                + ("" if one.prescribed else f", or --column {key}=none"),
             )  # fmt: skip
             return None
         return Column(

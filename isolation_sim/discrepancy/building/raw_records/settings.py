@@ -54,17 +54,17 @@ class RecordSettings:
 
 
 def read_settings(
-    given: str | Path | Mapping[str, Any] | None,
+    source: str | Path | Mapping[str, Any] | None,
     columns: Mapping[str, str],
     units: Mapping[str, str],
     rate: float | None,
 ) -> RecordSettings:
     """Read settings from a file or a mapping; ``columns``, ``units`` and ``rate`` go before."""
-    if given is None or isinstance(given, Mapping):
-        place, data = "settings", dict(given or {})
+    if source is None or isinstance(source, Mapping):
+        place, data = "settings", dict(source or {})
     else:
-        place = str(given)
-        data = read_toml(Path(given), "settings, such as --write-settings FILE writes")
+        place = str(source)
+        data = read_toml(Path(source), "settings, such as --write-settings FILE writes")
     if set(data) - set(READERS):
         raise unknown_name(f"key in {place},", min(set(data) - set(READERS)), READERS)
     read = {
