@@ -18,6 +18,10 @@ from .model import FittedModel, Model, fit_model
 _LITTLE = 0.05
 """Share of an effect's first strength from which it is fitted if the whole of it does not help."""
 
+_FAILED, _MUCH = 0.1, 4.0
+"""Share of the expected gain below which a fit has failed, and factor on the strength from which it
+is made again."""
+
 
 def noise_gain(step: NDArray, noise: NDArray) -> float:
     """Mean decrease of the cost that noise alone brings along a change of the residual."""
@@ -129,7 +133,15 @@ def screen(
 def fit_direction(base: FittedModel, one: Direction) -> FittedModel:
     """Fit an effect together with the model it is added to."""
     model = base.model.with_effects(one.effect)
-    return fit_model(model, first_values(base, model, one), SEARCH_STEPS, 1e-4)
+    fitted = fit_model(model, first_values(base, model, one), SEARCH_STEPS, 1e-4)
+    if base.cost - fitted.cost > _FAILED * one.gain:
+        return fitted
+    # the law that lacks the effect imitates it, so that little of it helps less than none
+    strong = np.concatenate([base.values, one.start])
+    strong[len(base.values) + one.effect.strength] *= _MUCH
+    strong = np.clip(strong, *model.bounds())
+    other = fit_model(model, strong, SEARCH_STEPS, 1e-4)
+    return other if other.cost < fitted.cost else fitted
 
 
 def first_values(base: FittedModel, model: Model, one: Direction) -> NDArray:
