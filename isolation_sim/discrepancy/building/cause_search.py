@@ -207,7 +207,9 @@ class CauseSearch:
         """Drop causes that correct too little of the signal, the least one first."""
         while len(best.cause_values) > 1:
             trials = self._without_each(best)
-            left = [mean_error(self.comparison, one, True) ** 2 for one in (best, *trials)]
+            errors = [mean_error(self.comparison, one, True) for one in (best, *trials)]
+            # a model that diverges without a cause needs it
+            left = np.nan_to_num(errors, nan=np.inf) ** 2
             least = int(np.argmin(left[1:]))
             without, corrected = trials[least], max(left[1 + least] - left[0], 0.0)
             all_corrected = mean_error(self.comparison, self.before, True) ** 2 - left[0]
