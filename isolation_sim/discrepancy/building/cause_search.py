@@ -8,7 +8,7 @@ on data not fitted is then the floor, and the search is repeated with weights th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,7 +102,7 @@ class CauseSearch:
 
     def _screened(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
-    ) -> Iterator[tuple[Candidate, Sequence[Values]]]:
+    ) -> list[tuple[Candidate, Sequence[Values]]]:
         """Causes that follow the residual best to first order, each with its best starts."""
         screened = []
         for cause in choices:
@@ -120,8 +120,7 @@ class CauseSearch:
             (one for one in screened if not one[1].of_sensor), key=lambda one: one[0]
         )
         # the error of a sensor is fitted without a simulation
-        for _, cause, starts in of_sensors + simulated[:most]:
-            yield cause, starts
+        return [(cause, starts) for _, cause, starts in of_sensors + simulated[:most]]
 
     def choose(
         self, current: FittedBuilding, tried: Sequence[FittedBuilding]
@@ -205,6 +204,7 @@ class CauseSearch:
 
     def _without_negligible(self, best: FittedBuilding) -> FittedBuilding:
         """Drop causes that correct too little of the signal, the least one first."""
+        nominal = mean_error(self.comparison, self.before, True) ** 2
         while len(best.cause_values) > 1:
             trials = self._without_each(best)
             errors = [mean_error(self.comparison, one, True) for one in (best, *trials)]
@@ -212,8 +212,9 @@ class CauseSearch:
             left = np.nan_to_num(errors, nan=np.inf) ** 2
             least = int(np.argmin(left[1:]))
             without, corrected = trials[least], max(left[1 + least] - left[0], 0.0)
-            all_corrected = mean_error(self.comparison, self.before, True) ** 2 - left[0]
-            small = corrected < min(MINOR_IN_BUILDING**2, LEAST_BUILDING_SHARE * all_corrected)
+            small = corrected < min(
+                MINOR_IN_BUILDING**2, LEAST_BUILDING_SHARE * (nominal - left[0])
+            )
             completes = self.is_explained(best) and not self.is_explained(without)
             if corrected > LEAST_SENSOR_ERROR**2 and (completes or not small):
                 break
@@ -229,8 +230,7 @@ class CauseSearch:
                 if other[0].label in current.causes:
                     continue
                 trial = self.comparison.fit((), (*before, other, *after))
-                n = min((trial, current), key=lambda outcome: outcome.cost).n_independent
-                if trial.criterion(n) < current.criterion(n) - STRONG_EVIDENCE:
+                if _is_nearer(trial, current, STRONG_EVIDENCE):
                     current = trial
                     self.rivals.setdefault(other[0].label, [])
                     self._others.setdefault(other[0].label, [])
@@ -245,8 +245,7 @@ class CauseSearch:
                     starts = [(*before, (other, start), *after) for start in other.starts]
                     costs = [squared(self.comparison.fitted_residuals(one)) for one in starts]
                     trial = self.comparison.fit((), starts[int(np.argmin(costs))])
-                    n = min((trial, current), key=lambda outcome: outcome.cost).n_independent
-                    if trial.criterion(n) < current.criterion(n):
+                    if _is_nearer(trial, current):
                         current = trial
         return current
 
@@ -327,6 +326,12 @@ def _rank(outcomes: Sequence[FittedBuilding]) -> list[FittedBuilding]:
         return []
     n = min(outcomes, key=lambda outcome: outcome.cost).n_independent
     return sorted(outcomes, key=lambda outcome: outcome.criterion(n))
+
+
+def _is_nearer(trial: FittedBuilding, current: FittedBuilding, least: float = 0.0) -> bool:
+    """Whether a model is nearer to the data than another, by Schwarz's criterion."""
+    n = min((trial, current), key=lambda outcome: outcome.cost).n_independent
+    return trial.criterion(n) < current.criterion(n) - least
 
 
 def _left_along(residual: Sequence[NDArray], trial: Sequence[NDArray]) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from ground_motions.units import UNITS
+from ground_motions.units import column_units
 
 GROUND, BASE, ISOLATOR = "ground", "base", "isolator"
 AXES = ("x", "y")
@@ -84,7 +84,7 @@ def accepted_units(one: Channel) -> dict[str, float]:
     """Units as a column's name ends in them, and what one of each is in SI."""
     if one.axis == ROTATION:
         return {_UNITS[one.quantity, True]: 1.0}
-    return {unit.replace("/", "_"): factor for unit, factor in UNITS[one.quantity].items()}
+    return column_units(one.quantity)
 
 
 def required(axes: tuple[str, ...]) -> tuple[str, ...]:

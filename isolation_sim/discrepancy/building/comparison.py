@@ -155,8 +155,9 @@ class Comparison:
 
     def _best_of(self, models: Sequence[BuildingModel], result: CauseValues) -> Comparison:
         """Compare again with one of some models if it is nearer to the records than the present."""
-        costs = [replace(self, model=one, _cache={}).evaluate(result).cost for one in models]
-        if not costs or min(costs) >= self.evaluate(result).cost:
+        trials = [replace(self, model=one, _cache={}) for one in models]
+        costs = [squared(trial.fitted_residuals(result)) for trial in trials]
+        if not costs or min(costs) >= squared(self.fitted_residuals(result)):
             return self
         best = models[int(np.argmin(costs))]
         return compare_records(best, self.records, result, self.model_error, self.later)
