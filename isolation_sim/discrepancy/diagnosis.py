@@ -240,7 +240,7 @@ class Diagnosis(Printed):
     verdict : str
         "adequate", "explained", "partly_explained" or "unexplained".
     noise_floor : float
-        Error that noise alone leaves, relative like the errors.
+        Error that noise alone leaves on the fitted runs, relative like the errors.
     error_before, error_after : Errors
         Of the simulation as it was, and with the causes in it.
     causes : tuple of Cause
@@ -269,6 +269,8 @@ class Diagnosis(Printed):
         Errors with causes, with an equation and with a learned term; None if not requested.
     data_notes : tuple of str
         What looks wrong in the data, such as loops that run the wrong way round.
+    held_out_noise_floor : float
+        Error that noise alone leaves on the held-out runs; not a number where it is not known.
     """
 
     data: str
@@ -290,11 +292,18 @@ class Diagnosis(Printed):
     details: Mapping[str, Any] = field(default_factory=dict)
     ladder: Ladder | None = None
     data_notes: tuple[str, ...] = ()
+    held_out_noise_floor: float = float("nan")
 
     @property
     def meaning(self) -> str:
         """The verdict in a sentence."""
-        return meaning(self.verdict, self.error_before.held_out, self.noise_floor)
+        return meaning(self.verdict, self.error_before.held_out, self.noise.held_out)
+
+    @property
+    def noise(self) -> Errors:
+        """Errors that noise alone leaves; as on the fitted runs where only that is known."""
+        held_out = self.held_out_noise_floor
+        return Errors(self.noise_floor, self.noise_floor if np.isnan(held_out) else held_out)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but steps and traces as plain numbers and text.
@@ -309,6 +318,7 @@ class Diagnosis(Printed):
             "model": self.model,
             "verdict": self.verdict,
             "noise_floor": number(self.noise_floor),
+            "held_out_noise_floor": number(self.held_out_noise_floor),
             "error_before": _errors(self.error_before),
             "error_after": _errors(self.error_after),
             "gain_held_out": list(self.gain) if self.gain else None,
@@ -358,25 +368,26 @@ class Diagnosis(Printed):
         yield from render("diagnosis:shown", self)
 
     def __repr__(self) -> str:
-        before, after = (
+        before, after, noise = (
             100 * (error.fit if np.isnan(error.held_out) else error.held_out)
-            for error in (self.error_before, self.error_after)
+            for error in (self.error_before, self.error_after, self.noise)
         )
         causes = ", ".join(cause.placed for cause in self.causes) or "no cause"
         return (
             f"{type(self).__name__}({self.model} against {self.data}: {self.verdict}, {causes}; "
-            f"error {before:.3g} % to {after:.3g} %, noise {100 * self.noise_floor:.3g} %)"
+            f"error {before:.3g} % to {after:.3g} %, noise {noise:.3g} %)"
         )
 
     @property
     def criteria(self) -> dict[str, float]:
-        """Relative RMS errors before and after, the noise floor and the unexplained share."""
+        """Relative RMS errors before and after, the noise floors and the unexplained share."""
         return {
             "error_before": self.error_before.fit,
             "error_after": self.error_after.fit,
             "held_out_error_before": self.error_before.held_out,
             "held_out_error_after": self.error_after.held_out,
             "noise_floor": self.noise_floor,
+            "held_out_noise_floor": self.held_out_noise_floor,
             "unexplained_share": self.unexplained_share,
         }
 

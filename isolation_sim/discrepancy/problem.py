@@ -31,7 +31,7 @@ class Evaluation:
     # before, after: Relative errors of the nominal and of the final model
     before: Errors
     after: Errors
-    noise_floor: float  # Error that noise alone leaves, relative like the errors
+    noise: Errors  # Errors that noise alone leaves
     # Share of the misfit above the noise that the causes leave, from 0; unbounded above
     unexplained: float
     adequate: bool  # Whether the nominal model misses the data by no more than noise

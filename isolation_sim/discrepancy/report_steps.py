@@ -58,13 +58,14 @@ def _verdict_step(
     problem: Problem[H], result: SearchResult[H], evaluation: Evaluation, causes: Sequence[Cause],
     verdict: Verdict,
 ) -> Step:  # fmt: skip
-    sentences = [meaning(verdict, evaluation.before.held_out, evaluation.noise_floor)]
+    sentences = [meaning(verdict, evaluation.before.held_out, evaluation.noise.held_out)]
     if causes:
         change = _change(evaluation.before, evaluation.after)
-        floor = evaluation.noise_floor
-        sentences.append(
-            change + (f"; noise alone leaves {100 * floor:.2f} %." if np.isfinite(floor) else ".")
-        )
+        noise = evaluation.noise
+        alone = f"; noise alone leaves {100 * noise.fit:.2f}"
+        if evaluation.after.held_out > 0:
+            alone += f" and {100 * noise.held_out:.2f}"
+        sentences.append(change + (f"{alone} %." if np.isfinite(noise.fit) else "."))
     text, headings, rows = problem.outcome_text(result, evaluation, causes)
     return Step(
         "Verdict", " ".join([*sentences, text]).strip(), headings, rows,

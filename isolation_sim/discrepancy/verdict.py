@@ -23,8 +23,8 @@ FITTED_ONLY = (
 """The verdict "adequate" where the data held out are missed by far more than noise."""
 
 
-def meaning(verdict: Verdict, held_out: float, noise_floor: float) -> str:
-    """A verdict in a sentence, by the error on the data held out before any cause."""
-    if verdict == "adequate" and held_out**2 > FITTED_ALONE * noise_floor**2:
+def meaning(verdict: Verdict, held_out: float, noise: float) -> str:
+    """A verdict in a sentence, by the held-out error before any cause and that of noise alone."""
+    if verdict == "adequate" and held_out**2 > FITTED_ALONE * noise**2:
         return FITTED_ONLY
     return MEANINGS[verdict]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..discrepancy.diagnosis import BuildingDiagnosis, Cause, Diagnosis
+from ..discrepancy.diagnosis import BuildingDiagnosis, Cause, Diagnosis, Errors
 from .consequence import consequence_note, consequence_table
 from .html.text import capital
 from .tables import TextTable
@@ -50,7 +50,7 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
             if cause.confusable_with:
                 yield f"  hard to distinguish from {', '.join(cause.confusable_with)}"
     if diagnosis.ladder is not None:
-        yield ladder_table(diagnosis.ladder, diagnosis.noise_floor)
+        yield ladder_table(diagnosis.ladder, diagnosis.noise)
         yield from ladder_text(diagnosis.ladder)
     if diagnosis.depends_on:
         yield f"The residual depends on {', '.join(diagnosis.depends_on)}."
@@ -81,21 +81,19 @@ def consequence_text(consequence: Consequence) -> list[str]:
 
 
 def errors_table(diagnosis: Diagnosis) -> TextTable:
-    """Errors before and after, noise floor and decrease of the held-out error, %."""
+    """Errors before and after, noise floors and decrease of the held-out error, %."""
+    errors = diagnosis.error_before, diagnosis.error_after, diagnosis.noise
+    columns = 2 + bool(np.isfinite(diagnosis.noise_floor))
     rows = [
-        (name, f"{100 * before:.2f}", f"{100 * after:.2f}")
-        for name, before, after in (
-            ("fitted runs", diagnosis.error_before.fit, diagnosis.error_after.fit),
-            ("held-out runs", diagnosis.error_before.held_out, diagnosis.error_after.held_out),
-        )
-        if np.isfinite(before)
+        (name, *(f"{100 * getattr(error, part):.2f}" for error in errors[:columns]))
+        for name, part in (("fitted runs", "fit"), ("held-out runs", "held_out"))
+        if np.isfinite(getattr(errors[0], part))
     ]
-    if np.isfinite(diagnosis.noise_floor):
-        rows.append(("noise floor", "", f"{100 * diagnosis.noise_floor:.2f}"))
     if diagnosis.gain:
         low, high = (100 * g for g in diagnosis.gain)
-        rows.append(("decrease, 95 %", "", f"{low:.0f} to {high:.0f}"))
-    return TextTable("Residual over measured signal (RMS)", ("", "before, %", "after, %"), rows)
+        rows.append(("decrease, 95 %", "", f"{low:.0f} to {high:.0f}", *[""] * (columns - 2)))
+    headings = ("", "before, %", "after, %", "noise floor, %")[: columns + 1]
+    return TextTable("Residual over measured signal (RMS)", headings, rows)
 
 
 def channels_table(diagnosis: BuildingDiagnosis) -> Iterator[TextTable]:
@@ -112,8 +110,8 @@ RUNGS = {
 }  # fmt: skip
 
 
-def ladder_table(ladder: Ladder, noise_floor: float) -> TextTable:
-    """Errors of every tier, the best attained error and the noise floor, %."""
+def ladder_table(ladder: Ladder, noise: Errors) -> TextTable:
+    """Errors of every tier, the best attained error and the noise floors, %."""
 
     def percent(value: float) -> str:
         return f"{100 * value:.2f}" if np.isfinite(value) else ""
@@ -126,7 +124,7 @@ def ladder_table(ladder: Ladder, noise_floor: float) -> TextTable:
     columns = [[getattr(one, name) for one in ladder.rungs] for name in
                ("fit", "held_out", "left_out")]  # fmt: skip
     rows.append(("best attained", *(percent(min(column)) for column in columns)))
-    rows.append(("noise floor", percent(noise_floor), "", ""))
+    rows.append(("noise floor", percent(noise.fit), percent(noise.held_out), ""))
     headings: tuple[str, ...] = ("", "fitted, %", "held out, %", "conditions left out, %")
     if not np.isfinite(columns[-1]).any():
         headings, rows = headings[:-1], [row[:-1] for row in rows]
@@ -225,7 +223,7 @@ def markdown(diagnosis: Diagnosis) -> str:
         parts.append(_grid(*cause_cells(diagnosis)))
         parts += [f"- **{cause.placed}**: {cause_text(cause)}" for cause in diagnosis.causes]
     if diagnosis.ladder is not None:
-        ladder = ladder_table(diagnosis.ladder, diagnosis.noise_floor)
+        ladder = ladder_table(diagnosis.ladder, diagnosis.noise)
         parts += ["## Tiers", _grid(ladder.headings, ladder.rows)]
         parts += ladder_text(diagnosis.ladder)
     for number, step in enumerate(diagnosis.steps, start=1):

@@ -14,13 +14,13 @@ from isolation_sim.identification.run_table import TestRun
 N, DT, NOISE = 800, 0.005, 0.005
 
 
-def campaign(offset=0.0, unrelated=0.0):
+def campaign(offset=0.0, unrelated=0.0, held_out_size=6e-3):
     """A spring and a dashpot with noise, and shares of the force that they do not have."""
     random = np.random.default_rng(5)
     slow = butter(4, [0.5, 3.0], "bandpass", fs=1 / DT, output="sos")
     time = DT * np.arange(N)
     runs = []
-    for k, size in enumerate((4e-3, 5e-3, 6e-3, 7e-3, 8e-3)):
+    for k, size in enumerate((4e-3, 5e-3, held_out_size, 7e-3, 8e-3)):
         omega = 2 * np.pi * (0.7 + 0.2 * k)
         x, v = size * np.sin(omega * time), size * omega * np.cos(omega * time)
         force = 2e4 * x + 700.0 * v
@@ -50,6 +50,13 @@ def test_the_right_law_is_adequate_and_its_numbers_are_sane():
     found = judged()
     assert found.verdict == "adequate" and not found.causes
     assert found.noise_floor == pytest.approx(NOISE, rel=0.3)
+
+
+def test_a_weak_run_that_is_held_out_is_missed_by_noise_alone():
+    found = judged(held_out_size=5e-4)
+    assert found.verdict == "adequate" and "held out" not in found.meaning
+    assert found.held_out_noise_floor > 3 * found.noise_floor
+    assert found.error_before.held_out == pytest.approx(found.held_out_noise_floor, rel=0.3)
 
 
 def test_what_is_found_but_too_small_to_matter_is_negligible():

@@ -136,6 +136,18 @@ def test_a_current_that_changes_with_the_motion_is_no_offset():
     assert not any("offset" in note for note in data_notes([one, *runs[1:]], np.zeros(4)))
 
 
+def test_a_few_cycles_of_growing_amplitude_are_no_offset(runs):
+    # of one and a half cycles of friction a static function follows one direction better
+    omega, size = 2 * np.pi * 0.2, 8e-3 * TIME / TIME[-1]
+    x = size * np.sin(omega * TIME)
+    v = size / np.maximum(TIME, DT) * np.sin(omega * TIME) + size * omega * np.cos(omega * TIME)
+    friction = np.zeros(N)
+    for k in range(1, N):
+        friction[k] = np.clip(friction[k - 1] + 1e5 * (x[k] - x[k - 1]), -60.0, 60.0)
+    grown = TestRun("growing", TIME, x, v, friction + 20.0 * v, np.zeros(N))
+    assert not any("offset" in note for note in data_notes([grown, *runs], np.zeros(len(runs) + 1)))
+
+
 def test_a_force_that_a_device_holds_at_rest_is_no_offset():
     runs = [made(f"run{k}", 0.02, 0.5 + 0.1 * k, k) for k in range(4)]
     moving = np.arange(N) < N // 4

@@ -28,7 +28,13 @@ from ..building.comparison import (
     values_of,
     with_causes,
 )
-from ..building.errors import mean_error, relative_errors, relative_noise, squared_blocks
+from ..building.errors import (
+    held_out_noise,
+    mean_error,
+    relative_errors,
+    relative_noise,
+    squared_blocks,
+)
 from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
 from ..building.record_checks import check_quantities, record_problems, unmeasured_floors
@@ -104,7 +110,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         return Evaluation(
             errors[0],
             errors[1],
-            relative_noise(comparison),
+            Errors(relative_noise(comparison), held_out_noise(comparison)),
             0.0 if adequate else 1.0 - removed,
             adequate,
             self.space.explains(after, chance["after"]),

@@ -348,15 +348,24 @@ class DeviceTests(Problem[FittedModel]):
         before, after = (
             Errors(data.relative(r, data.fitted), data.relative(r, ~data.fitted)) for r in residuals
         )
-        shown = (self.noise / data.weight[:, np.newaxis])[data.fitted]
-        floor = np.sqrt(np.mean(shown**2) / np.mean(data.force[data.fitted] ** 2))
-        floor = min(float(floor), after.least)
+        noise = Errors(
+            min(self._noise_floor(data.fitted), after.fit),
+            min(self._noise_floor(~data.fitted), after.held_out),
+        )
         return Evaluation(
-            before, after, floor, left, self._is_noise(self.law.force, data.fitted),
+            before, after, noise, left, self._is_noise(self.law.force, data.fitted),
             self._is_noise(self.after, self.validation_samples) and not self._misses_fitted(),
             self.squared_blocks(self.after),
             {} if self.choice is None else {"law_choice": self._choice_details(self.choice)},
         )  # fmt: skip
+
+    def _noise_floor(self, chosen: NDArray) -> float:
+        """Error that noise alone leaves on chosen samples; not a number where there are none."""
+        if not chosen.any():
+            return float("nan")
+        data = self.data
+        force = np.mean(self.noise**2, axis=1)[chosen] / data.weight[chosen] ** 2
+        return float(np.sqrt(np.sum(force) / np.sum(data.force[chosen] ** 2)))
 
     def squared_blocks(self, after: NDArray) -> NDArray:
         """Squared residual of quarters of the validation runs, before and after, (n_blocks, 2)."""
@@ -376,9 +385,7 @@ class DeviceTests(Problem[FittedModel]):
         if data.cost(force, chosen) < ADEQUATE * max(np.sum(noise), np.sum(least)):
             return True
         error = data.relative(data.bounded(force) - data.force, chosen)
-        size = float(np.sum(data.force[chosen] ** 2))
-        floor = float(np.sum(noise / data.weight[chosen] ** 2)) / size
-        return bool(error**2 - floor < self.significance**2)
+        return bool(error**2 - self._noise_floor(chosen) ** 2 < self.significance**2)
 
     def causes(self, result: SearchResult[FittedModel], evaluation: Evaluation) -> list[Cause]:
         """Interference, the effects found, and given parameter values that are wrong."""
@@ -648,7 +655,7 @@ class DeviceTests(Problem[FittedModel]):
         text = (
             f"{self.model_name}, {how}: error {100 * errors.fit:.2f} % on the fitted runs"
             f"{held_out if errors.held_out > 0 else ''}; noise alone leaves "
-            f"{100 * evaluation.noise_floor:.2f} %. Fitted as well as it can be, its squared "
+            f"{100 * evaluation.noise.fit:.2f} %. Fitted as well as it can be, its squared "
             f"residual is {cost * len(space.noise) / space.noise_cost:.3g} times that of noise, "
             f"and a residual resembles its neighbours over {memory:.0f} samples."
         )

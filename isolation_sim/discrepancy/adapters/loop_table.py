@@ -93,7 +93,7 @@ class LoopTableTests(Problem[FittedLoops]):
         rest = max(errors[1].held_out ** 2 - LOOP_ACCURACY**2, 0.0)
         left = rest / first if first > 0 else 0.0
         return Evaluation(
-            *errors, float("nan"), left, errors[0].held_out <= LOOP_ACCURACY,
+            *errors, Errors(np.nan, np.nan), left, errors[0].held_out <= LOOP_ACCURACY,
             errors[1].held_out <= LOOP_ACCURACY,
             details={"largest_error": {"before": _largest(before), "after": _largest(after)}},
         )  # fmt: skip

@@ -38,7 +38,6 @@ from ..building.errors import (
     excess_error,
     held_out_noise,
     mean_error,
-    relative_noise,
     squared_blocks,
 )
 from ..building.isolation_force import effect_values, layer_model
@@ -327,7 +326,6 @@ class BuildingTiers(Tiers[_Rung]):
         both = self.law.outcome, rung.outcome
         extended = replace(
             cast(BuildingDiagnosis, diagnosis),
-            noise_floor=relative_noise(self.comparison),
             error_after=Errors(errors.fit, errors.held_out),
             extended=extended_device(model),
             building=model.assembled(),

@@ -423,7 +423,7 @@ class Climb(Tiers[_Rung]):
 
     def noise_floor(self, diagnosis: Diagnosis) -> float:
         """Error that noise alone leaves on the validation data."""
-        return diagnosis.noise_floor
+        return diagnosis.noise.held_out
 
     def verdict(
         self, diagnosis: Diagnosis, rung: _Rung, named: float, least: float, before: float
@@ -431,11 +431,11 @@ class Climb(Tiers[_Rung]):
         """Explained means down to the best attainable model, and no more than little beyond it."""
         if diagnosis.verdict in ("adequate", "explained"):
             return diagnosis.verdict
-        floor, data = diagnosis.noise_floor, self.problem.data
+        floor, data = self.noise_floor(diagnosis), self.problem.data
         fitted = data.relative(data.bounded(rung.final.force) - data.force, data.fitted)
         remains = named**2 - floor**2
         little = remains < NEARLY_ALL * (before**2 - floor**2) and (
-            max(remains, fitted**2 - floor**2) < REMAINS**2
+            max(remains, fitted**2 - diagnosis.noise_floor**2) < REMAINS**2
         )
         if little and named**2 < ADEQUATE * least**2:
             return "explained"
@@ -450,7 +450,8 @@ class Climb(Tiers[_Rung]):
         errors_after = Errors(errors.fit, errors.held_out)
         return replace(
             diagnosis,
-            noise_floor=min(diagnosis.noise_floor, errors_after.least),
+            noise_floor=min(diagnosis.noise_floor, errors.fit),
+            held_out_noise_floor=min(diagnosis.held_out_noise_floor, errors.held_out),
             error_after=errors_after,
             extended=self.device(rung, diagnosis.judged),
             gain=gain_interval(self.problem.squared_blocks(force), self.problem.seed),

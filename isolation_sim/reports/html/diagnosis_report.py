@@ -98,13 +98,12 @@ def step_blocks(step: Step) -> list[Block]:
 
 
 def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
-    before, after = (
-        (error.held_out, "on held-out data") if np.isfinite(error.held_out)
+    before, after, noise = (
+        (error.held_out, "on held-out data") if np.isfinite(diagnosis.error_before.held_out)
         else (error.fit, "on the fitted data")
-        for error in (diagnosis.error_before, diagnosis.error_after)
+        for error in (diagnosis.error_before, diagnosis.error_after, diagnosis.noise)
     )  # fmt: skip
-    floor = diagnosis.noise_floor
-    alone = f"; noise alone causes {percent(floor)} %" if np.isfinite(floor) else ""
+    alone = f"; noise alone causes {percent(noise[0])} %" if np.isfinite(noise[0]) else ""
     first = (
         f"{capital(diagnosis.model)} has an RMS error of {percent(before[0], 3)} % "
         f"{before[1]}{alone}."
@@ -248,7 +247,7 @@ def _tiers(diagnosis: Diagnosis) -> Iterator[Block]:
     if diagnosis.ladder is None:
         return
     yield Table.of(
-        ladder_table(diagnosis.ladder, diagnosis.noise_floor),
+        ladder_table(diagnosis.ladder, diagnosis.noise),
         note="Conditions left out: each condition is predicted by a model fitted without it."
         * any(np.isfinite(one.left_out) for one in diagnosis.ladder.rungs),
     )  # fmt: skip
