@@ -205,6 +205,10 @@ BUILDING_EXPLAINED = 0.95
 """Removed share of the misfit above which the verdict is "explained". Blind buildings."""
 FITTED_ENERGY = 0.6
 """Share of a lone record's energy that is fitted; later samples are held out. Convention."""
+LESS_FITTED_ENERGY = 0.3
+"""The same where causes that leave little on the later samples leave more on those fitted: what
+acts in strong motion alone is then held out too. Convention.
+"""
 MOST_NOISE = 0.5
 """Share of noise in a channel's RMS from which the mean error of the channels leaves it out.
 Convention."""

@@ -3,6 +3,7 @@
 Forms:
 
     smooth      level tanh(v / velocity)
+    arctangent  level 2/pi arctan(v / velocity)                          slower to its full value
     magnetic    level (1 + growth I^2) tanh(v / velocity)                the magnet presses as B^2
     stribeck    level (1 + rise exp(-(v / v_s)^2)) tanh(10 v / v_s)      more at low velocity
     dahl        level z,   z' = (v - |v| z) / length                     elastic before it slides
@@ -21,6 +22,12 @@ def smooth(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Friction that sets in over a small velocity."""
     level, velocity = parameters
     return level * np.tanh(signals.v / velocity)
+
+
+def arctangent(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Friction that nears its full value slowly."""
+    level, velocity = parameters
+    return level * np.arctan(signals.v / velocity) * (2 / np.pi)
 
 
 def magnetic(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -75,6 +82,14 @@ FORMS = (
         force=smooth,
         source="Coulomb (1785)",
         plan=EffectInPlan(force=plan_smooth),
+    ),
+    Effect(
+        cause="coulomb_friction",
+        form="arctangent",
+        title="Coulomb friction that sets in slowly",
+        parameters=(LEVEL, VELOCITY),
+        force=arctangent,
+        source="Coulomb (1785), smoothed by an arctangent",
     ),
     Effect(
         cause="coulomb_friction",

@@ -151,9 +151,9 @@ FORMS = (
                 "velocity", "m/s", "velocity of the onset of thinning", lower=1e-6, divides=True,
                 starts=(0.01, 0.1),
             ),
-            # friction's own power is 0
+            # friction's own power is 0, and below 0.25 its smooth forms follow as well
             EffectParameter(
-                "exponent", "1", "power of the velocity", lower=0.1, upper=0.8, starts=(0.2, 0.5)
+                "exponent", "1", "power of the velocity", lower=0.25, upper=0.8, starts=(0.3, 0.5)
             ),
         ),
         force=thinning,

@@ -37,6 +37,10 @@ _FOLD_STEPS = 20
 """Steps of a fit without one condition, from the values of the fit to all."""
 
 
+LISTED = 5
+"""Laws of the right family that a sentence names."""
+
+
 @dataclass(frozen=True)
 class LawRank:
     """How well a law fits."""
@@ -53,6 +57,10 @@ class LawRank:
     # (n_numbers,): Unknowns of the fit, as ``parameterise`` has them; empty without finite forces
     values: NDArray = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)
     prescribed: bool = False  # Whether the values were given and not fitted
+
+
+LISTED = 5
+"""Laws of the right family that a sentence names."""
 
 
 @dataclass(frozen=True)
@@ -86,8 +94,10 @@ class LawChoice:
         )  # fmt: skip
         text = f"Of {len(self.ranks)} laws {best.law}{how} by {100 * best.left_out:.3g} %."
         if near:
-            text += f" Within twice that error: {', '.join(near)}."
-        return text + " The others are of another family."
+            more = len(near) - LISTED
+            listed = ", ".join(near[:LISTED]) + f" and {more} more" * (more > 0)
+            text += f" Within twice that error: {listed}."
+        return text + " The others are of another family." * (len(near) + 1 < len(self.ranks))
 
     def rank(self, law: str) -> LawRank | None:
         """The rank of a law; None if it was not compared."""

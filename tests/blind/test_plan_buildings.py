@@ -43,7 +43,7 @@ def read(building, folder):
 def test_nothing_is_named_where_nothing_is_hidden(tmp_path):
     diagnosis = diagnosed(nominal(), tmp_path)
     assert diagnosis.verdict == "adequate" and not diagnosis.causes
-    assert diagnosis.error_before.held_out < 1.5 * diagnosis.noise_floor
+    assert diagnosis.error_before.held_out < 1.5 * diagnosis.held_out_noise_floor
     # every channel in both parts of the record
     assert len(diagnosis.traces) == 2 * 11
 

@@ -29,7 +29,6 @@ from ..building.comparison import (
     with_causes,
 )
 from ..building.errors import (
-    held_out_noise,
     mean_error,
     relative_errors,
     relative_noise,
@@ -110,7 +109,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         return Evaluation(
             errors[0],
             errors[1],
-            Errors(relative_noise(comparison), held_out_noise(comparison)),
+            Errors(*(relative_noise(comparison, held) for held in (False, True))),
             0.0 if adequate else 1.0 - removed,
             adequate,
             self.space.explains(after, chance["after"]),

@@ -451,7 +451,8 @@ class DeviceTests(Problem[FittedModel]):
         where = "fitted" if self.data.fitted.all() else "held out"
         ratio = np.sqrt(cost_without / max(self.final.cost_of(self.validation_samples), 1e-300))
         numbers = ", ".join(
-            f"{quantity.meaning} {values[quantity.name].value:.3g} {quantity.unit}".rstrip(" 1")
+            f"{quantity.meaning} {values[quantity.name].value:.3g}"
+            + f" {quantity.unit}" * (quantity.unit != "1")
             for quantity in effect.parameters
         )
         # a law that depends on the effect may fail without it

@@ -80,7 +80,7 @@ class CauseSearch:
                       f"{', '.join(current.causes)}")  # fmt: skip
         first = [cause for cause in self._choices if not cause.late]
         best = self._fits(current, first, SIMULATED)
-        if self.is_explained(best[0]):
+        if best and self.is_explained(best[0]):
             return best
         late = [cause for cause in self._choices if cause.late]
         return _rank(best + self._fits(current, late, LATE_SIMULATED))
@@ -138,7 +138,7 @@ class CauseSearch:
         """Estimate the noise again with the cause in the model, and drop needless causes."""
         old = self.comparison
         self.comparison = compare_records(
-            old.model, old.records, taken.cause_values, old.model_error, old.later
+            old.model, old.records, taken.cause_values, old.model_error, old.middle
         ).with_best_sampling(taken.cause_values)
         self.before = self.comparison.evaluate(())
         current = self.comparison.fit((), taken.cause_values)
@@ -171,7 +171,7 @@ class CauseSearch:
         """Whether a model leaves noise, or nearly nothing of the misfit and of the signal."""
         if chance >= MISFIT_LEVEL:
             return True
-        left = excess_error(self.comparison, after)
+        left = max(excess_error(self.comparison, after, held_out) for held_out in (False, True))
         return left <= REMAINS and self.removed_share(after) >= BUILDING_EXPLAINED
 
     def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
@@ -258,13 +258,23 @@ def search_causes(
     """Search for causes, again with more of a lone record fitted if its rest asks for some."""
     space, result = _search_as_expected(comparison, most_causes, progress)
     best, held_out = result.best, space.comparison.held_out
-    left = excess_error(space.comparison, best)
+    left, left_fitted = (excess_error(space.comparison, best, part) for part in (True, False))
     if best.cause_values and left > REMAINS:
         # a cause that imitates two others, taken first, may keep both out
         first = best.cause_values[0][0].key
         other = _search_as_expected(comparison, min(most_causes, 2), progress, first)
         if excess_error(other[0].comparison, other[1].best) < INSTEAD * left:
             return other
+    if left < REMAINS < left_fitted:
+        # what acts in strong motion alone is not seen in its end, which is held out
+        reopened = comparison.fitting_less()
+        if reopened is not None:
+            again = _search_as_expected(reopened, most_causes, progress)
+            parts = [
+                excess_error(again[0].comparison, again[1].best, part) for part in (True, False)
+            ]
+            if max(parts) < INSTEAD * left_fitted:
+                return again
     if best.cause_values or adequacy(held_out, best.held_out) >= MISFIT_LEVEL:
         return space, result
     # what grows or comes late is seen in the held-out data alone
@@ -287,7 +297,7 @@ def _search_as_expected(
         space = CauseSearch(comparison.expecting(expected), most_causes, progress, without)
         result = search(space, space.before)
         left = excess_error(space.comparison, result.best)
-        if left < max(2 * expected, relative_noise(space.comparison)):
+        if left < max(2 * expected, relative_noise(space.comparison, True)):
             return space, result
         expected = left
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...identification.least_squares import Optimum, levenberg_marquardt
-from ..decisions import FITTED_ENERGY, MOST_NOISE
+from ..decisions import FITTED_ENERGY, LESS_FITTED_ENERGY, MOST_NOISE
 from .candidate import Candidate, Parameter, Values
 from .model import JUMPS, BuildingModel
 from .noise import NoiseFloor, noise_floor
@@ -97,8 +97,8 @@ class Comparison:
         Fitted and held-out data.
     model_error : float
         Error to be expected of any model, as ``make_segment`` takes it.
-    later : bool
-        Whether half of what is otherwise held out of a lone record is fitted as well.
+    middle : int or None
+        Sample of a lone record from which it is held out.
     _cache : dict
         Simulations by record, last sample and causes.
     """
@@ -109,7 +109,7 @@ class Comparison:
     fitted: tuple[Segment, ...]
     held_out: tuple[Segment, ...]
     model_error: float = 0.0
-    later: bool = False
+    middle: int | None = None
     _cache: dict = field(default_factory=dict)
 
     @property
@@ -160,7 +160,7 @@ class Comparison:
         if not costs or min(costs) >= squared(self.fitted_residuals(result)):
             return self
         best = models[int(np.argmin(costs))]
-        return compare_records(best, self.records, result, self.model_error, self.later)
+        return compare_records(best, self.records, result, self.model_error, self.middle)
 
     def expecting(self, model_error: float) -> Comparison:
         """Weight the same data by another expected model error."""
@@ -176,13 +176,22 @@ class Comparison:
 
     def fitting_more(self) -> Comparison | None:
         """Fit half of the held-out time of a lone record as well; None where that is no choice."""
-        if self.later or len(self.records) > 1:
+        if self.middle is None:
             return None
+        return self._divided((self.middle + len(self.records[0])) // 2)
+
+    def fitting_less(self) -> Comparison | None:
+        """Hold out a part of a lone record's strong motion; None where that is no choice."""
+        if self.middle is None:
+            return None
+        return self._divided(_middle(self.records[0], LESS_FITTED_ENERGY))
+
+    def _divided(self, middle: int) -> Comparison | None:
         (record,), (floor,) = self.records, self.floors
-        fitted, held_out = _parts(record, floor, self.model_error, True)
-        if len(record) - held_out.samples.start < MINIMUM_SAMPLES:
+        if min(middle, len(record) - middle) < MINIMUM_SAMPLES:
             return None
-        return replace(self, fitted=(fitted,), held_out=(held_out,), later=True)
+        fitted, held_out = _parts(record, floor, self.model_error, middle)
+        return replace(self, fitted=(fitted,), held_out=(held_out,), middle=middle)
 
     def fitted_residuals(self, result: CauseValues) -> tuple[NDArray, ...]:
         """Weigh the residuals of the fitted segments alone, with given causes in the model."""
@@ -245,7 +254,7 @@ def compare_records(
     records: Sequence[BuildingRecord],
     result: CauseValues = (),
     model_error: float = 0.0,
-    later: bool = False,
+    middle: int | None = None,
 ) -> Comparison:
     """Estimate the noise of records and divide them into fitted and held-out data."""
     records = tuple(records)
@@ -267,39 +276,37 @@ def compare_records(
     out = {record.name for record in records if record.hold_out}
     if not out and len(records) > 1:
         out = {records[-1].name}
+    if len(records) == 1 and middle is None:
+        n = len(records[0])
+        middle = int(np.clip(_middle(records[0], FITTED_ENERGY), n // 4, 3 * n // 4))
     for record, floor in zip(records, floors, strict=True):
         n = len(record)
-        if len(records) == 1:
-            for listed, one in zip(
-                (fitted, held_out), _parts(record, floor, model_error, later), strict=True
-            ):
-                listed.append(one)
+        if middle is not None:
+            first, second = _parts(record, floor, model_error, middle)
+            fitted.append(first)
+            held_out.append(second)
         else:
             (held_out if record.name in out else fitted).append(
                 make_segment(record, slice(0, n), floor, model_error)
             )
-    return Comparison(model, records, floors, tuple(fitted), tuple(held_out), model_error, later)
+    return Comparison(model, records, floors, tuple(fitted), tuple(held_out), model_error, middle)
 
 
 def _parts(
-    record: BuildingRecord, floor: NoiseFloor, model_error: float, later: bool
+    record: BuildingRecord, floor: NoiseFloor, model_error: float, middle: int
 ) -> tuple[Segment, Segment]:
     """Fitted and held-out time of a lone record."""
-    n, middle = len(record), split(record, later)
     return (
         make_segment(record, slice(0, middle), floor, model_error),
-        make_segment(record, slice(middle, n), floor, model_error),
+        make_segment(record, slice(middle, len(record)), floor, model_error),
     )
 
 
-def split(record: BuildingRecord, later: bool = False) -> int:
-    """Number of samples of a lone record that are fitted."""
+def _middle(record: BuildingRecord, fitted_energy: float) -> int:
+    """Sample of a lone record before which it has a share of its energy."""
     values = record.values
     energy = np.cumsum(((values / values.std(axis=0)) ** 2).sum(axis=1))
-    n = len(values)
-    middle = int(np.searchsorted(energy, FITTED_ENERGY * energy[-1]))
-    middle = int(np.clip(middle, n // 4, 3 * n // 4))
-    return (middle + n) // 2 if later else middle
+    return int(np.searchsorted(energy, fitted_energy * energy[-1]))
 
 
 def with_causes(model: BuildingModel, result: Iterable[tuple[Candidate, Values]]) -> BuildingModel:

@@ -30,29 +30,22 @@ def _pooled(errors: NDArray) -> float:
     return float(np.sqrt(np.mean(errors**2))) if errors.size else float("nan")
 
 
-def relative_noise(comparison: Comparison) -> float:
+def relative_noise(comparison: Comparison, held_out: bool) -> float:
     """Error that noise alone leaves, relative like the errors."""
-    floors = zip(comparison.floors, comparison.records, strict=True)
-    shares = np.array([f.total / np.sqrt(np.mean(r.values**2, axis=0)) for f, r in floors])
-    return _pooled(shares[:, comparison.seen])
-
-
-def held_out_noise(comparison: Comparison) -> float:
-    """Error that noise alone leaves on data not fitted, relative like the errors."""
     floors = dict(zip((r.name for r in comparison.records), comparison.floors, strict=True))
     noise, measured = np.zeros((2, len(comparison.records[0].channels)))
-    for segment in comparison.held_out:
+    for segment in comparison.held_out if held_out else comparison.fitted:
         n = len(range(*segment.samples.indices(len(segment.record))))
         noise += n * floors[segment.record.name].total ** 2
         measured += n * segment.rms**2
     return _pooled(np.sqrt(noise / measured)[comparison.seen])
 
 
-def excess_error(comparison: Comparison, outcome: FittedBuilding) -> float:
-    """Error that a model has beyond the noise, on data not fitted."""
+def excess_error(comparison: Comparison, outcome: FittedBuilding, held_out: bool = True) -> float:
+    """Error that a model has beyond the noise, by default on data not fitted."""
     floors = dict(zip((r.name for r in comparison.records), comparison.floors, strict=True))
     beyond, measured = np.zeros((2, len(comparison.records[0].channels)))
-    for segment in comparison.held_out:
+    for segment in comparison.held_out if held_out else comparison.fitted:
         residual = comparison.residual(outcome.cause_values, segment.record)[segment.samples]
         noise = len(residual) * floors[segment.record.name].total ** 2
         beyond += (residual**2).sum(axis=0) - noise

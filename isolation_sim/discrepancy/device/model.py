@@ -41,6 +41,15 @@ class Model(LawModel):
         """Return the model with one effect less."""
         return replace(self, effects=self.effects[:place] + self.effects[place + 1 :])
 
+    def of_device(self, values: NDArray) -> tuple[Self, NDArray]:
+        """Return the model without the effects of instruments, and its part of the values."""
+        model = self
+        for place in reversed(range(len(self.effects))):
+            if not self.effects[place].of_device:
+                values = np.delete(values, model.slices()[place])
+                model = model.without(place)
+        return model, values
+
     @property
     def causes(self) -> tuple[str, ...]:
         """Causes of the effects."""

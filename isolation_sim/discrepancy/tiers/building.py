@@ -36,8 +36,8 @@ from ..building.comparison import (
 )
 from ..building.errors import (
     excess_error,
-    held_out_noise,
     mean_error,
+    relative_noise,
     squared_blocks,
 )
 from ..building.isolation_force import effect_values, layer_model
@@ -137,7 +137,7 @@ class BuildingTiers(Tiers[_Rung]):
             return None
         # as after every cause, the noise is estimated again
         old, values = self.comparison, rung.outcome.cause_values
-        seen = compare_records(old.model, old.records, values, old.model_error, old.later)
+        seen = compare_records(old.model, old.records, values, old.model_error, old.middle)
         self._weigh(seen, self.causes.causes)
         return replace(rung, outcome=self.comparison.fit((), values))
 
@@ -242,7 +242,7 @@ class BuildingTiers(Tiers[_Rung]):
         result = Rung(name, fit, held_out, float("nan"))
         if name in ("law", "causes"):
             return result
-        floor = held_out_noise(self.comparison)
+        floor = relative_noise(self.comparison, True)
         left = max(held_out**2 - floor**2, 0.0)
         # as causes, terms must remove a good part of what simpler models leave
         most = 1 - TO_BLAME
@@ -308,7 +308,7 @@ class BuildingTiers(Tiers[_Rung]):
 
     def noise_floor(self, diagnosis: Diagnosis) -> float:
         """Error that noise alone leaves on the validation data."""
-        return held_out_noise(self.comparison)
+        return relative_noise(self.comparison, True)
 
     def verdict(
         self, diagnosis: Diagnosis, rung: _Rung, named: float, least: float, before: float

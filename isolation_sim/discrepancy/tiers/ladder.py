@@ -8,10 +8,10 @@ out. Building records have rungs of their own (``tiers.building``).
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +73,16 @@ class _Rung:
     loses: bool = False  # Whether an equation predicts some condition worse than the law
 
 
-R = TypeVar("R")
+class _WithTerms(Protocol):
+    """A rung that may have an equation's terms."""
+
+    @property
+    def chosen(self) -> tuple[Chosen, ...]:
+        """The terms."""
+        ...
+
+
+R = TypeVar("R", bound=_WithTerms)
 D = TypeVar("D", bound=Diagnosis)
 
 
@@ -331,8 +340,10 @@ class Climb(Tiers[_Rung]):
         """Tests beyond whose range a rung runs away or gives energy back."""
         factor, data = BEYOND_TESTS, self.data
         larger = replace(data, x=factor * data.x, v=factor * data.v, a=factor * data.a)
-        model = replace(rung.part.model, data=larger)
-        force = model.resolve_steps(rung.part.values).forces(rung.part.values, False)[0]
+        # an instrument's delay turns the loops of fast motion, but gives no energy
+        model, values = rung.part.model.of_device(rung.part.values)
+        model = replace(model, data=larger)
+        force = model.resolve_steps(values).forces(values, False)[0]
         bounded = data.bounded(force)
         bad = [
             name for name, run in zip(data.names, data.runs, strict=True)
@@ -501,10 +512,11 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
         if one.worse_than and not one.worse
     ]
     replaced = ladder.replaced_causes(equation) if equation is not None else ()
-    if replaced:
+    if equation is not None and replaced:
         notes.append("The equation stands in place of the causes.")
-        if offered == "equation" and _only_imitated(deciding, floor):
-            diagnosis, said = _without_imitations(diagnosis, replaced)
+        if offered in ("equation", "learned") and _only_imitated(deciding, floor):
+            terms = {one.term.cause for one in equation.chosen}
+            diagnosis, said = _without_imitations(diagnosis, set(replaced) - terms)
             notes += said
     if equation is None:
         notes.append(ladder.NO_EQUATION)
@@ -557,7 +569,7 @@ def _attainable(
     return promised, [note]
 
 
-def _without_imitations(diagnosis: D, replaced: Sequence[str]) -> tuple[D, list[str]]:
+def _without_imitations(diagnosis: D, replaced: Collection[str]) -> tuple[D, list[str]]:
     """A diagnosis without the causes that an equation replaces, and a note of their names."""
     imitated = [c for c in diagnosis.causes if c.name in replaced and c.name != OUTSIDE]
     if not imitated:

@@ -60,6 +60,7 @@ class Term:
     rate: str = ""  # Python code of the state's time derivative; empty where there is no state
     state_unit: str = "m"  # SI unit of the state
     current: bool = False  # Whether its state follows the current, ``i`` in ``rate``
+    cause: str = ""  # Cause of the catalogue that it is a form of
 
     @property
     def title(self) -> str:
@@ -97,6 +98,7 @@ _MEMORY = (
     ("flow s' = v - w sinh(s/r)", "v - w * np.sinh(s / r)", "rw", np.inf),
     ("play of x over r", _PLAY, "r", _WIDEST_GAP),
 )
+_MEMORY_CAUSES = {"relaxation": "extra_relaxation", "friction": "coulomb_friction"}
 _SLIP = "u - g sgn u where |u| > g, u = x - s, s play of x over r"
 _BEYOND = "(x - s - g) * (x - s > g) + (x - s + g) * (x - s < -g)"
 _SLIPS = (0.1, 0.2, 0.4)
@@ -169,7 +171,10 @@ def _library(x: float, v: float) -> Iterator[Term]:
     yield from (Term(*one) for one in _STATIC)
     for share in _SPEEDS:
         for name in ("tanh", "arcsinh"):
-            yield Term(f"{name}(v/w)", f"np.{name}(v / w)", "N", _numbers(w=share * v))
+            yield Term(
+                f"{name}(v/w)", f"np.{name}(v / w)", "N", _numbers(w=share * v),
+                cause="coulomb_friction" * (name == "tanh"),
+            )  # fmt: skip
     for share in _BUMPS:
         u = "(x - b) / r"
         yield Term(
@@ -186,7 +191,7 @@ def _library(x: float, v: float) -> Iterator[Term]:
     for text, code, unit in _INERTIA:
         yield Term(
             f"{text}, a = s' = (v - s)/t", code, unit, _numbers(t=_FAST * x / v), _ACCELERATION,
-            "m/s",
+            "m/s", cause="inertia_force" * (text == "a"),
         )  # fmt: skip
     for text, rate, symbols, widest in _MEMORY:
         if symbols == "t":
@@ -198,7 +203,8 @@ def _library(x: float, v: float) -> Iterator[Term]:
                 _numbers(r=r * x, w=w * v) for r in _LENGTHS[:-1] for w in _SPEEDS[:-1]
             ]  # fmt: skip
         for numbers in choices:
-            yield Term(f"s, {text}", "s", "N/m", numbers, rate)
+            cause = _MEMORY_CAUSES.get(text.split()[0], "")
+            yield Term(f"s, {text}", "s", "N/m", numbers, rate, cause=cause)
     for share in _SLIPS:
         r = share * x
         numbers = _numbers(most=_WIDEST_GAP * x, r=r, g=r / 2)

@@ -78,7 +78,7 @@ def _held(period, shown, seed=0, noise=0.01):
 def test_a_clean_record_with_a_held_current_is_adequate(isolated, period, shown):
     diagnosis = diagnose_building(_held(period, shown), isolated)
     assert diagnosis.verdict == "adequate", [cause.label for cause in diagnosis.causes]
-    assert diagnosis.error_before.held_out < 3 * diagnosis.noise_floor
+    assert diagnosis.error_before.held_out < 1.5 * diagnosis.held_out_noise_floor
 
 
 def _with_current(current):
