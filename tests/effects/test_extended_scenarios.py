@@ -114,8 +114,8 @@ def test_any_numbers_survive_the_section(isolator):
     def survive(data):
         name = data.draw(st.sampled_from(sorted(quantities)))
         values = {
-            q.name: data.draw(st.floats(max(q.lower, 0.1 * q.starts[0] * size(q)),
-                                        min(q.upper, 10 * q.starts[-1] * size(q))))
+            q.name: data.draw(st.floats(max(q.lower, 0.1 * abs(q.starts[0]) * size(q)),
+                                        min(q.upper, 10 * abs(q.starts[-1]) * size(q))))
             for q in quantities[name]
         }  # fmt: skip
         device = extend(isolator, [(FORMS[name], values)])
