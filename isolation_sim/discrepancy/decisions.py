@@ -216,6 +216,10 @@ LEAST_SENSOR_NOISE = 1e-3
 """Smallest sensor noise, as a share of a channel's RMS. Instruments' data sheets."""
 LEAST_SENSOR_ERROR = 3e-3
 """Smallest calibration error, as a share of a channel's reading. Instruments' data sheets."""
+MANY_NUMBERS = 3
+"""Numbers of a cause from which simpler ones are tried in its place at the end: at the ends of
+their ranges many imitate a single one. Effort; seen on records of others.
+"""
 STARTS_FITTED = 3
 """Starts of each cause that are fitted: those with the least misfit. Effort."""
 SIMULATED, LATE_SIMULATED = 16, 2

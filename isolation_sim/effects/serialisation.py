@@ -11,6 +11,7 @@ from ground_motions.registry import code_files
 
 from ..errors import InputError
 from ..laws.device import Device
+from ..laws.registry import law as published
 from ..laws.serialisation import to_dict
 from .extend import separate
 from .registry import EFFECTS
@@ -26,6 +27,14 @@ def device_places(device: Device) -> list[str]:
 def device_code(device: Device) -> dict[str, str]:
     """Files that a device's law and effects come from, each with its digest."""
     return code_files(device_places(device))
+
+
+def _is_published(device: Device) -> bool:
+    """Whether a device has the numbers of its law's default published set."""
+    try:
+        return published(device.law.name).current == device.current
+    except InputError:
+        return False
 
 
 @checked
@@ -54,13 +63,15 @@ def device_section(device: Device, *comments: str, places: Mapping[str, str] | N
     Raises
     ------
     InputError
-        If the parameters follow the current piecewise, which a scenario cannot say.
+        If the parameters follow the current piecewise, and not as published, which a scenario
+        cannot say.
     """
     import tomlkit
 
     base, applied = separate(device)
     data = to_dict(base)
-    if "current_breaks" in data:
+    as_published = "current_breaks" in data and _is_published(base)
+    if "current_breaks" in data and not as_published:
         raise InputError(
             f"{base.name}: parameters are given piecewise in the current; expected in a scenario: "
             "one polynomial for all currents"
@@ -80,7 +91,8 @@ def device_section(device: Device, *comments: str, places: Mapping[str, str] | N
         section["tested_current_A"] = data["tested_current"]
     section["length_scale"] = data["length"]
     section["force_scale"] = data["force_scale"]
-    section["parameters"] = data["parameters"]
+    if not as_published:
+        section["parameters"] = data["parameters"]
     for key, of_device in (("effect", True), ("instrument", False)):
         tables = tomlkit.aot()
         for name, (effect, values) in zip(names, applied, strict=True):

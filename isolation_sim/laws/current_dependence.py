@@ -235,7 +235,10 @@ class CurrentDependence:
             k = self.names.index(name)
             coefficients[:, k] = 0.0
             coefficients[:, k, : row.size] = row
-        return CurrentDependence(self.names, self.breaks, coefficients)
+        # pieces that have become alike are one
+        changes = np.append(True, (np.diff(coefficients, axis=0) != 0).any(axis=(1, 2)))
+        breaks = np.append(self.breaks[:-1][changes], self.breaks[-1])
+        return CurrentDependence(self.names, breaks, coefficients[changes])
 
     def ordered(self, names: Sequence[str]) -> CurrentDependence:
         """Return the same dependence with its parameters in another order.

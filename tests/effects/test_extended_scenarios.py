@@ -125,9 +125,24 @@ def test_any_numbers_survive_the_section(isolator):
     survive()
 
 
-def test_piecewise_parameters_are_refused_as_a_section():
+def test_piecewise_parameters_are_those_published_or_refused_as_a_section():
+    device = law("improved_bouc_wen")
+    extended = extend(device, [(effect("coulomb_friction"), {"level": 5.0, "velocity": 0.01})])
+    read = Scenario.from_toml(device_section(extended)).isolator.scaled()
+    for current in (0.0, 0.7, 3.0):
+        assert read.parameters_at(current) == extended.parameters_at(current)
     with pytest.raises(InputError, match="one polynomial"):
-        device_section(law("improved_bouc_wen"))
+        device_section(device.with_parameters(k=2e4))
+
+
+def test_parameters_that_are_all_given_are_no_longer_piecewise():
+    device = law("improved_bouc_wen")
+    numbers = dict(zip(device.law.parameter_names, device.parameters_at(1.0), strict=True))
+    numbers["k"] = (numbers["k"], 0.1 * numbers["k"])
+    given_all = law("improved_bouc_wen", numbers)
+    read = Scenario.from_toml(device_section(given_all)).isolator.scaled()
+    for current in (0.0, 0.7, 2.0):
+        assert read.parameters_at(current) == given_all.parameters_at(current)
 
 
 def test_energy_closes_with_effects_that_store_it(short):

@@ -21,6 +21,7 @@ from ..decisions import (
     LATE_SIMULATED,
     LEAST_BUILDING_SHARE,
     LEAST_SENSOR_ERROR,
+    MANY_NUMBERS,
     MINOR_IN_BUILDING,
     MISFIT_LEVEL,
     MOST_BUILDING_CAUSES,
@@ -40,7 +41,7 @@ from ..inference import f_chance, rivals
 from ..search import SearchResult, search
 from .candidate import Candidate, Values
 from .causes import candidates
-from .comparison import Comparison, FittedBuilding, compare_records, squared
+from .comparison import CauseValues, Comparison, FittedBuilding, compare_records, squared
 from .errors import excess_error, mean_error, relative_noise
 from .segment import Segment, cell_means
 
@@ -153,9 +154,13 @@ class CauseSearch:
 
     def finish(self, best: FittedBuilding) -> FittedBuilding:
         """Replace each cause by a better variant; name none if together they remove too little."""
+        best = self._exchange_for_simpler(best)
         if len(best.cause_values) > 1:
             best = self._without_negligible(self._exchange_variants(best))
-        return best if self.removed_share(best) >= TO_BLAME else self.before
+        # weights may count a little gain that the error itself does not show
+        nominal, error = (mean_error(self.comparison, one, True) for one in (self.before, best))
+        helps = self.removed_share(best) >= TO_BLAME and not error > nominal
+        return best if helps else self.before
 
     def without_each(self, best: FittedBuilding) -> list[FittedBuilding]:
         """Fits that lack one of the causes found."""
@@ -224,8 +229,7 @@ class CauseSearch:
     def _exchange_causes(self, current: FittedBuilding) -> FittedBuilding:
         """Put others that were tried in the place of earlier causes, if they are nearer now."""
         for k in range(len(current.cause_values) - 1):
-            before, after = current.cause_values[:k], current.cause_values[k + 1 :]
-            cause = current.cause_values[k][0]
+            before, (cause, _), after = _around(current, k)
             for other in self._others[cause.label]:
                 if other[0].label in current.causes:
                     continue
@@ -236,12 +240,30 @@ class CauseSearch:
                     self._others.setdefault(other[0].label, [])
         return current
 
+    def _exchange_for_simpler(self, current: FittedBuilding) -> FittedBuilding:
+        """Put causes of fewer numbers in the place of those of many, if they are nearer."""
+        # at the ends of their ranges many numbers imitate a single one
+        for k in range(len(current.cause_values)):
+            before, (many, _), after = _around(current, k)
+            if len(many.parameters) < MANY_NUMBERS:
+                continue
+            fewer = [
+                cause for cause in self._choices
+                if len(cause.parameters) < len(many.parameters) and not cause.of_sensor
+            ]  # fmt: skip
+            without = self.comparison.fit((), (*before, *after))
+            for other, starts in self._screened(without, fewer, RIVALS_TRIED):
+                trial = self.comparison.fit((), (*before, (other, starts[0]), *after))
+                if _is_nearer(trial, current):
+                    current = trial
+                    self.rivals.setdefault(other.label, [])
+        return current
+
     def _exchange_variants(self, current: FittedBuilding) -> FittedBuilding:
         for k in range(len(current.cause_values)):
-            cause = current.cause_values[k][0]
+            before, (cause, _), after = _around(current, k)
             for other in self._choices:
                 if other.key == cause.key and other is not cause:
-                    before, after = current.cause_values[:k], current.cause_values[k + 1 :]
                     starts = [(*before, (other, start), *after) for start in other.starts]
                     costs = [squared(self.comparison.fitted_residuals(one)) for one in starts]
                     trial = self.comparison.fit((), starts[int(np.argmin(costs))])
@@ -329,6 +351,14 @@ def cell_p_values(segment: Segment, whitened: NDArray) -> NDArray:
     n = len(examples)
     off = np.log(np.nan_to_num(cell_means(whitened), nan=np.inf)) - examples.mean(axis=0)
     return t.sf(off / (examples.std(axis=0, ddof=1) * np.sqrt(1 + 1 / n)), n - 1)
+
+
+def _around(
+    fitted: FittedBuilding, place: int
+) -> tuple[CauseValues, tuple[Candidate, Values], CauseValues]:
+    """The causes before one, it with its numbers, and those after it."""
+    causes = fitted.cause_values
+    return causes[:place], causes[place], causes[place + 1 :]
 
 
 def _rank(outcomes: Sequence[FittedBuilding]) -> list[FittedBuilding]:
