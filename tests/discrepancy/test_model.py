@@ -47,6 +47,16 @@ def test_derivatives_by_the_law_pass_the_effect(form, bare):
         assert np.linalg.norm(columns[:, k] - slope) <= 2e-4 * np.linalg.norm(slope)
 
 
+def test_the_device_alone_has_no_effects_of_the_instruments(bare):
+    model, law = bare
+    delay, friction = (EFFECTS[name][0] for name in ("sensor_delay", "coulomb_friction"))
+    both = model.with_effects(delay, friction)
+    own = np.arange(len(delay.parameters) + len(friction.parameters)) + 1.0
+    alone, values = both.of_device(np.concatenate([law, own]))
+    assert alone.effects == (friction,)
+    assert values.tolist() == [*law, *own[len(delay.parameters) :]]
+
+
 def test_offsets_of_the_runs_leave_the_law_its_constant_force():
     law = LAWS["hyperbolic_tangent"]
     time = np.arange(0, 4.0, 1 / 128)

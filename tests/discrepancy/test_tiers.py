@@ -18,6 +18,7 @@ from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 from isolation_sim.discrepancy.tiers.regression import Regression
 from isolation_sim.discrepancy.tiers.result import EquationTerm, Ladder
 from isolation_sim.discrepancy.tiers.terms import Number, Term, along, library
+from isolation_sim.effects import EFFECTS
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.left_out import conditions
@@ -340,6 +341,13 @@ def test_causes_that_only_imitated_an_equation_are_not_named(diagnosis):
     assert note.endswith("equation: amplitude_softening.")
     # a wrong parameter that was given is no effect, and stays
     assert _without_imitations(blamed, (OUTSIDE,)) == (blamed, [])
+
+
+def test_a_term_that_is_a_cause_of_the_catalogue_says_so(campaign):
+    data = measured_runs(campaign.runs)
+    of = {term.cause: term.text for term in library(data) if term.cause}
+    assert of["inertia_force"].startswith("a, ") and "|v| s/r" in of["coulomb_friction"]
+    assert set(of) <= set(EFFECTS)
 
 
 def test_causes_that_lose_do_not_extend_the_law(diagnosis):

@@ -132,6 +132,8 @@ def test_near_laws_are_told():
     found = LawChoice((rank("a", 0.1), rank("b", 0.19), rank("c", 0.21)))
     assert [one.law for one in found.near] == ["a", "b"]
     assert "Within twice that error: b." in found.text
+    many = LawChoice(tuple(rank(str(k), 0.1) for k in range(9)))
+    assert many.text.endswith("Within twice that error: 1, 2, 3, 4, 5 and 3 more.")
     # a law is compared with the others, not with itself
     best, own = found.better_than("b")
     assert (best.law, own.law) == ("a", "b")

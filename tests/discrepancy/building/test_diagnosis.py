@@ -292,6 +292,42 @@ def test_a_cause_that_corrects_next_to_nothing_is_dropped(isolated):
     assert space.finish(fitted).causes == ("base_mass_error",)
 
 
+def test_a_simple_cause_takes_the_place_of_one_of_many_numbers(isolated):
+    """Softening from the smallest deformation on is a smaller force."""
+    record = _record(isolated, lambda m: _with(m, "isolator_force_error", "", (-0.1,)), seed=8)
+    model = building_model(isolated, [record])
+    many = next(
+        c for c in candidates(model, [record]) if c.name == "isolator_amplitude_softening"
+    )  # fmt: skip
+    space = CauseSearch(compare_records(model, [record]))
+    imitated = space.comparison.fit((), ((many, (0.1, 1e-3, 4.0, 10.0)),))
+    found = space.finish(imitated)
+    assert found.causes == ("isolator_force_error",)
+    assert found.cause_values[0][1][0] == pytest.approx(-0.1, abs=5e-3)
+
+
+def test_what_the_fitted_part_lacks_is_not_explained(isolated):
+    """The base is heavier all the time, a floor in the strong first part alone."""
+
+    def both(model):
+        return _with(_heavier(0.3)(model), "floor_mass_error", "floor3", (3.0, 0.5))
+
+    all_along, more = _record(isolated, _heavier(0.3)), _record(isolated, both)
+    n = len(all_along) // 4
+    response = {
+        name: np.concatenate([more.response[name][:n], values[n:]])
+        for name, values in all_along.response.items()
+    }
+    for record, explained in ((all_along, True), (replace(all_along, response=response), False)):
+        model = building_model(isolated, [record])
+        space = CauseSearch(compare_records(model, [record]))
+        base = next(c for c in candidates(model, [record]) if c.name == "base_mass_error")
+        found = space.comparison.evaluate(((base, (0.3,)),))
+        assert space.removed_share(found) > 0.95 and excess_error(space.comparison, found) < 0.03
+        assert (excess_error(space.comparison, found, held_out=False) < 0.03) is explained
+        assert space.explains(found, 0.0) is explained
+
+
 def test_a_biased_sensor_is_named_with_its_channel(isolated):
     record = _record(isolated, seed=4)
     response = dict(record.response)
