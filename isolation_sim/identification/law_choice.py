@@ -35,9 +35,7 @@ _FINALISTS = 6
 """Best laws, which are fitted further, as ``fit`` does."""
 _FOLD_STEPS = 20
 """Steps of a fit without one condition, from the values of the fit to all."""
-
-
-LISTED = 5
+_LISTED = 5
 """Laws of the right family that a sentence names."""
 
 
@@ -57,10 +55,6 @@ class LawRank:
     # (n_numbers,): Unknowns of the fit, as ``parameterise`` has them; empty without finite forces
     values: NDArray = field(default_factory=lambda: np.zeros(0), compare=False, repr=False)
     prescribed: bool = False  # Whether the values were given and not fitted
-
-
-LISTED = 5
-"""Laws of the right family that a sentence names."""
 
 
 @dataclass(frozen=True)
@@ -94,8 +88,8 @@ class LawChoice:
         )  # fmt: skip
         text = f"Of {len(self.ranks)} laws {best.law}{how} by {100 * best.left_out:.3g} %."
         if near:
-            more = len(near) - LISTED
-            listed = ", ".join(near[:LISTED]) + f" and {more} more" * (more > 0)
+            more = len(near) - _LISTED
+            listed = ", ".join(near[:_LISTED]) + f" and {more} more" * (more > 0)
             text += f" Within twice that error: {listed}."
         return text + " The others are of another family." * (len(near) + 1 < len(self.ranks))
 

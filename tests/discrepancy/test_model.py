@@ -52,7 +52,7 @@ def test_the_device_alone_has_no_effects_of_the_instruments(bare):
     delay, friction = (EFFECTS[name][0] for name in ("sensor_delay", "coulomb_friction"))
     both = model.with_effects(delay, friction)
     own = np.arange(len(delay.parameters) + len(friction.parameters)) + 1.0
-    alone, values = both.of_device(np.concatenate([law, own]))
+    alone, values = both.without_instruments(np.concatenate([law, own]))
     assert alone.effects == (friction,)
     assert values.tolist() == [*law, *own[len(delay.parameters) :]]
 

@@ -28,12 +28,7 @@ from ..building.comparison import (
     values_of,
     with_causes,
 )
-from ..building.errors import (
-    mean_error,
-    relative_errors,
-    relative_noise,
-    squared_blocks,
-)
+from ..building.errors import mean_error, relative_errors, relative_noise, squared_blocks
 from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
 from ..building.record_checks import check_quantities, record_problems, unmeasured_floors

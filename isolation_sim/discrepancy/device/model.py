@@ -41,7 +41,7 @@ class Model(LawModel):
         """Return the model with one effect less."""
         return replace(self, effects=self.effects[:place] + self.effects[place + 1 :])
 
-    def of_device(self, values: NDArray) -> tuple[Self, NDArray]:
+    def without_instruments(self, values: NDArray) -> tuple[Self, NDArray]:
         """Return the model without the effects of instruments, and its part of the values."""
         model = self
         for place in reversed(range(len(self.effects))):

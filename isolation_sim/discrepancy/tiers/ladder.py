@@ -341,7 +341,7 @@ class Climb(Tiers[_Rung]):
         factor, data = BEYOND_TESTS, self.data
         larger = replace(data, x=factor * data.x, v=factor * data.v, a=factor * data.a)
         # an instrument's delay turns the loops of fast motion, but gives no energy
-        model, values = rung.part.model.of_device(rung.part.values)
+        model, values = rung.part.model.without_instruments(rung.part.values)
         model = replace(model, data=larger)
         force = model.resolve_steps(values).forces(values, False)[0]
         bounded = data.bounded(force)

@@ -90,15 +90,14 @@ _STATIC = (
 _WIDEST_GAP = 0.8
 """Half of a gap over the largest deformation, at most: one that never closes is none."""
 _PLAY = f"((x - s - r) * (x - s > r) + (x - s + r) * (x - s < -r)) / {_PLAY_LAG}"
-# text, rate of the state, its numbers, and the largest length over the largest deformation
+# text, rate of the state, its numbers, the largest length over the largest deformation, and cause
 _MEMORY = (
-    ("relaxation s' = v - s/t", "v - s / t", "t", np.inf),
-    ("friction s' = v - |v| s/r", "v - np.fabs(v) * s / r", "r", np.inf),
-    ("Bouc-Wen s' = v - |v| s |s|/r^2", "v - np.fabs(v) * s * np.fabs(s) / r**2", "r", np.inf),
-    ("flow s' = v - w sinh(s/r)", "v - w * np.sinh(s / r)", "rw", np.inf),
-    ("play of x over r", _PLAY, "r", _WIDEST_GAP),
+    ("relaxation s' = v - s/t", "v - s / t", "t", np.inf, "extra_relaxation"),
+    ("friction s' = v - |v| s/r", "v - np.fabs(v) * s / r", "r", np.inf, "coulomb_friction"),
+    ("Bouc-Wen s' = v - |v| s |s|/r^2", "v - np.fabs(v) * s * np.fabs(s) / r**2", "r", np.inf, ""),
+    ("flow s' = v - w sinh(s/r)", "v - w * np.sinh(s / r)", "rw", np.inf, ""),
+    ("play of x over r", _PLAY, "r", _WIDEST_GAP, ""),
 )
-_MEMORY_CAUSES = {"relaxation": "extra_relaxation", "friction": "coulomb_friction"}
 _SLIP = "u - g sgn u where |u| > g, u = x - s, s play of x over r"
 _BEYOND = "(x - s - g) * (x - s > g) + (x - s + g) * (x - s < -g)"
 _SLIPS = (0.1, 0.2, 0.4)
@@ -193,7 +192,7 @@ def _library(x: float, v: float) -> Iterator[Term]:
             f"{text}, a = s' = (v - s)/t", code, unit, _numbers(t=_FAST * x / v), _ACCELERATION,
             "m/s", cause="inertia_force" * (text == "a"),
         )  # fmt: skip
-    for text, rate, symbols, widest in _MEMORY:
+    for text, rate, symbols, widest, cause in _MEMORY:
         if symbols == "t":
             choices = [_numbers(t=t * x / v) for t in _TIMES]
         elif symbols == "r":
@@ -203,7 +202,6 @@ def _library(x: float, v: float) -> Iterator[Term]:
                 _numbers(r=r * x, w=w * v) for r in _LENGTHS[:-1] for w in _SPEEDS[:-1]
             ]  # fmt: skip
         for numbers in choices:
-            cause = _MEMORY_CAUSES.get(text.split()[0], "")
             yield Term(f"s, {text}", "s", "N/m", numbers, rate, cause=cause)
     for share in _SLIPS:
         r = share * x
