@@ -17,15 +17,13 @@ from .record import BuildingRecord
 
 _LOW, _HIGH = 0.2, 3.0
 """Hz: where an isolated building moves enough to compare accelerations with its displacement."""
-
-
+_TAPER = 0.25
+"""Share of a record over which it fades in and out for this comparison. Convention."""
 _UNITS = (STANDARD_GRAVITY, 100.0, 100.0 * STANDARD_GRAVITY, 1000.0)
 """Factors between units that are mistaken for each other."""
 _ALIKE, _COHERENT, _COHERENT_ALL = 0.12, 0.9, 0.97
 """Relative distance from a factor, and coherence from which it counts; coherence of what can only
 be the same motion. Convention."""
-
-
 _STILL = 0.03
 """Motion of an accelerometer over the usual one of its direction that is none. Convention."""
 
@@ -111,13 +109,22 @@ def _against_displacement(
     record: BuildingRecord, axis: str, motion: NDArray | float
 ) -> tuple[float, float, float]:
     """Relative acceleration over the displacement's, delay of the displacement (s), coherence."""
-    # From the phase and size of their cross-spectrum, weighted by its size.
+    from scipy.signal.windows import tukey
+
+    # From the phase and size of their cross-spectrum, weighted by its size. Without a window, a
+    # record that is cut off in strong motion would have a jump at its end. By parts, the second
+    # derivative of the displacement moves to the window and to the oscillation.
+    window = tukey(len(record), _TAPER)
     frequency = np.fft.rfftfreq(len(record), record.dt)
     used = (frequency > _LOW) & (frequency < _HIGH)
     omega = 2 * np.pi * frequency[used]
     base = record.base_acceleration(axis)
-    relative = np.fft.rfft(base - motion)[used]
-    accelerated = -(omega**2) * np.fft.rfft(record.displacement(axis))[used]
+    relative = np.fft.rfft(window * (base - motion))[used]
+    slope = np.gradient(window, record.dt)
+    bend = np.gradient(slope, record.dt)
+    x = record.displacement(axis)
+    of_x, of_slope, of_bend = (np.fft.rfft(w * x)[used] for w in (window, slope, bend))
+    accelerated = of_bend - 2j * omega * of_slope - omega**2 * of_x
     cross = relative * accelerated.conj()
     power = float(np.sum(np.abs(accelerated) ** 2))
     own = float(np.sum(np.abs(relative) ** 2))

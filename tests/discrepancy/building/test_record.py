@@ -133,6 +133,14 @@ def test_a_sound_record_has_no_problems():
     assert record_problems(_record()) == ()
 
 
+@pytest.mark.parametrize("n", [400, 650, 800])
+def test_a_record_that_ends_in_strong_motion_hangs_together(n):
+    columns = dict(zip(NAMES, _rows(1600)[:n].T, strict=True))
+    ground = Record(columns["ground_acceleration_m_s2"], 0.01, "quake")
+    record = BuildingRecord("quake", ground, {name: columns[name] for name in NAMES[2:6]})
+    assert record_problems(record) == ()
+
+
 @pytest.mark.parametrize(
     ("channel", "spoil", "told"),
     [
