@@ -92,7 +92,7 @@ def errors_table(diagnosis: Diagnosis) -> TextTable:
     if diagnosis.gain:
         low, high = (100 * g for g in diagnosis.gain)
         rows.append(("decrease, 95 %", "", f"{low:.0f} to {high:.0f}", *[""] * (columns - 2)))
-    headings = ("", "before, %", "after, %", "noise floor, %")[: columns + 1]
+    headings = ("", "before, %", "after, %", "noise, %")[: columns + 1]
     return TextTable("Residual over measured signal (RMS)", headings, rows)
 
 
