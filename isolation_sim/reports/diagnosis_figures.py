@@ -27,7 +27,7 @@ LOOKS = {
 _ERRORS = {
     "before": Look("#D55E00", marker="o", joined=False, filled=False),
     "after": Look("#000000", marker="X", joined=False),
-    "noise floor, all runs together": Look("#555555", (1.3, 1.3)),
+    "noise floor, all fitted runs": Look("#555555", (1.3, 1.3)),
 }
 _SHOWN = 6
 STRONGEST = 8.0
@@ -121,9 +121,9 @@ def errors(diagnosis: Diagnosis) -> Panel:
     both = np.concatenate([values for values, _ in lines.values()])
     least = float(np.min(both[both > 0], initial=np.inf))
     if 0 < _FAR_BELOW * floor < least < np.inf:
-        x = f"Residual / signal, RMS (%); noise floor of all runs together {floor:.2g} %"
+        x = f"Residual / signal, RMS (%); noise floor of all fitted runs {floor:.2g} %"
     elif np.isfinite(floor) and floor > 0:
-        lines["noise floor, all runs together"] = np.full(2, floor), np.array([-1, len(rows)])
+        lines["noise floor, all fitted runs"] = np.full(2, floor), np.array([-1, len(rows)])
     return Panel(
         "Residual over measured signal, RMS, of each run (%)",
         x, "", lines,

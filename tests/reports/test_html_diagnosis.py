@@ -17,11 +17,11 @@ MOST = 6_000_000
 
 def test_a_noise_floor_far_below_leaves_the_room_to_the_errors(diagnosis):
     """A near floor has a line; the value of a far one is written."""
-    floor = "noise floor, all runs together"
+    floor = "noise floor, all fitted runs"
     near = errors(diagnosis)
     far = errors(replace(diagnosis, noise_floor=1e-5))
     assert floor in near.lines and "noise floor" not in near.x
-    assert floor not in far.lines and far.x.endswith("noise floor of all runs together 0.001 %")
+    assert floor not in far.lines and far.x.endswith("noise floor of all fitted runs 0.001 %")
 
 
 def trace(name, friction, held_out):
