@@ -70,8 +70,8 @@ def device_section(device: Device, *comments: str, places: Mapping[str, str] | N
 
     base, applied = separate(device)
     data = to_dict(base)
-    as_published = "current_breaks" in data and _is_published(base)
-    if "current_breaks" in data and not as_published:
+    is_piecewise = "current_breaks" in data
+    if is_piecewise and not _is_published(base):
         raise InputError(
             f"{base.name}: parameters are given piecewise in the current; expected in a scenario: "
             "one polynomial for all currents"
@@ -91,7 +91,7 @@ def device_section(device: Device, *comments: str, places: Mapping[str, str] | N
         section["tested_current_A"] = data["tested_current"]
     section["length_scale"] = data["length"]
     section["force_scale"] = data["force_scale"]
-    if not as_published:
+    if not is_piecewise:
         section["parameters"] = data["parameters"]
     for key, of_device in (("effect", True), ("instrument", False)):
         tables = tomlkit.aot()

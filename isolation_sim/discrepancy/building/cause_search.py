@@ -42,7 +42,7 @@ from ..search import SearchResult, search
 from .candidate import Candidate, Values
 from .causes import candidates
 from .comparison import CauseValues, Comparison, FittedBuilding, compare_records, squared
-from .errors import excess_error, mean_error, relative_noise
+from .errors import excess_error, largest_excess, mean_error, relative_noise
 from .segment import Segment, cell_means
 
 
@@ -176,7 +176,7 @@ class CauseSearch:
         """Whether a model leaves noise, or nearly nothing of the misfit and of the signal."""
         if chance >= MISFIT_LEVEL:
             return True
-        left = max(excess_error(self.comparison, after, held_out) for held_out in (False, True))
+        left = largest_excess(self.comparison, after)
         return left <= REMAINS and self.removed_share(after) >= BUILDING_EXPLAINED
 
     def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
@@ -277,7 +277,7 @@ def search_causes(
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
-    """Search for causes, again with more of a lone record fitted if its rest asks for some."""
+    """Search for causes, again with more or less of a lone record fitted if its parts disagree."""
     space, result = _search_as_expected(comparison, most_causes, progress)
     best, held_out = result.best, space.comparison.held_out
     left, left_fitted = (excess_error(space.comparison, best, part) for part in (True, False))
@@ -292,10 +292,7 @@ def search_causes(
         reopened = comparison.fitting_less()
         if reopened is not None:
             again = _search_as_expected(reopened, most_causes, progress)
-            parts = [
-                excess_error(again[0].comparison, again[1].best, part) for part in (True, False)
-            ]
-            if max(parts) < INSTEAD * left_fitted:
+            if largest_excess(again[0].comparison, again[1].best) < INSTEAD * left_fitted:
                 return again
     if best.cause_values or adequacy(held_out, best.held_out) >= MISFIT_LEVEL:
         return space, result

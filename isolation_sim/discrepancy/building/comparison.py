@@ -122,6 +122,10 @@ class Comparison:
         ]
         return np.min(shares, axis=0) < MOST_NOISE
 
+    def segments(self, held_out: bool) -> tuple[Segment, ...]:
+        """Held-out data, or those that are fitted."""
+        return self.held_out if held_out else self.fitted
+
     def residual(
         self, result: CauseValues, record: BuildingRecord, end: int | None = None
     ) -> NDArray:

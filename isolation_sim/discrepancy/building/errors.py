@@ -14,7 +14,7 @@ from .comparison import Comparison, FittedBuilding
 def relative_errors(comparison: Comparison, outcome: FittedBuilding, held_out: bool) -> NDArray:
     """Error of each channel: RMS of the residual over RMS of the measured value."""
     squares = 0.0, 0.0
-    for segment in comparison.held_out if held_out else comparison.fitted:
+    for segment in comparison.segments(held_out):
         residual = comparison.residual(outcome.cause_values, segment.record)[segment.samples]
         measured = segment.record.values[segment.samples]
         squares = squares[0] + (residual**2).sum(axis=0), squares[1] + (measured**2).sum(axis=0)
@@ -34,7 +34,7 @@ def relative_noise(comparison: Comparison, held_out: bool) -> float:
     """Error that noise alone leaves, relative like the errors."""
     floors = dict(zip((r.name for r in comparison.records), comparison.floors, strict=True))
     noise, measured = np.zeros((2, len(comparison.records[0].channels)))
-    for segment in comparison.held_out if held_out else comparison.fitted:
+    for segment in comparison.segments(held_out):
         n = len(range(*segment.samples.indices(len(segment.record))))
         noise += n * floors[segment.record.name].total ** 2
         measured += n * segment.rms**2
@@ -45,13 +45,18 @@ def excess_error(comparison: Comparison, outcome: FittedBuilding, held_out: bool
     """Error that a model has beyond the noise, by default on data not fitted."""
     floors = dict(zip((r.name for r in comparison.records), comparison.floors, strict=True))
     beyond, measured = np.zeros((2, len(comparison.records[0].channels)))
-    for segment in comparison.held_out if held_out else comparison.fitted:
+    for segment in comparison.segments(held_out):
         residual = comparison.residual(outcome.cause_values, segment.record)[segment.samples]
         noise = len(residual) * floors[segment.record.name].total ** 2
         beyond += (residual**2).sum(axis=0) - noise
         measured += len(residual) * segment.rms**2
     excess = (beyond / measured)[comparison.seen]
     return float(np.sqrt(max(float(np.mean(excess)), 0.0))) if excess.size else 0.0
+
+
+def largest_excess(comparison: Comparison, outcome: FittedBuilding) -> float:
+    """The larger of these errors, on fitted and on held-out data."""
+    return max(excess_error(comparison, outcome, held_out) for held_out in (False, True))
 
 
 def squared_blocks(comparison: Comparison, outcomes: Sequence[FittedBuilding]) -> NDArray:
