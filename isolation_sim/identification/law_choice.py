@@ -32,8 +32,10 @@ _STARTS, _STEPS = 8, 40
 _RESOLVED = 2
 """Best ends of its searches that are fitted with resolved integration steps."""
 _FINALISTS = 6
-"""Best laws, which are fitted further, as ``fit`` does."""
-_FOLD_STEPS = 20
+"""Best laws, which are fitted further."""
+_RANKED = 0.01
+"""Share of the cost; ten steps that gain less together change no rank, and end a fit of one."""
+_FOLD_STEPS = 8
 """Steps of a fit without one condition, from the values of the fit to all."""
 _LISTED = 5
 """Laws of the right family that a sentence names."""
@@ -48,8 +50,8 @@ class LawRank:
     title: str
     n_numbers: int  # Numbers that were fitted
     # error, left_out: RMS residual over RMS force, of the fitted runs and of what was not fitted:
-    # runs held out and, for the best laws, each condition of the others in turn; infinite for a
-    # law without finite forces
+    # runs held out, and each condition of the others in turn; infinite for a law without finite
+    # forces
     error: float
     left_out: float
     # (n_numbers,): Unknowns of the fit, as ``parameterise`` has them; empty without finite forces
@@ -61,7 +63,7 @@ class LawRank:
 class LawChoice:
     """Registered laws compared on a campaign."""
 
-    ranks: tuple[LawRank, ...]  # The law to use first, then by the error on the runs held out
+    ranks: tuple[LawRank, ...]  # The law to use first, then by the error on what was left out
 
     @property
     def best(self) -> LawRank:
@@ -119,10 +121,10 @@ def choose_law(
     prescribed: Device | None = None,
 ) -> LawChoice:
     """Fit every law to short data, the best few further, and rank them."""
-    # The held-out runs validate the fit; of the best laws, each condition of the
-    # fitted runs is left out in turn as well. A law with fewer numbers is preferred where the
-    # errors are nearly the same. ``advance`` is called after each law. A ``prescribed`` device
-    # stands for its law if its error on the same data is smaller.
+    # The held-out runs validate the fit; each condition of the fitted runs is left out in turn as
+    # well. A law with fewer numbers is preferred where the errors are nearly the same. ``advance``
+    # is called after each law. A ``prescribed`` device stands for its law if its error on the same
+    # data is smaller.
     # Raises InputError if no law gives finite forces.
     cycles = max(_SAMPLES / _A_CYCLE / len(data.dt), 1.5)
     short = data.cycles(cycles, _A_CYCLE)
@@ -135,16 +137,15 @@ def choose_law(
         advance()
         return result
 
-    def rank_further(one: LawRank, model: LawModel) -> LawRank:
-        advance()
-        return _rank_further(one, model, pool)
-
-    fitted = sorted((rank(name) for name in laws), key=lambda one: one[0].error)
-    ranks = [one for one, _ in fitted]
-    best = [rank_further(*one) for one in fitted[:_FINALISTS] if np.isfinite(one[0].error)]
-    if not best:
+    ranked = sorted((rank(name) for name in laws), key=lambda one: one[0].left_out)
+    ranks = [one for one, _ in ranked]
+    if not np.isfinite(ranks[0].error):
         raise InputError(f"{campaign.name}: no law gives finite forces under the measured motion")
-    ranks = [*best, *ranks[len(best) :]]
+    for k, (one, model) in enumerate(ranked[:_FINALISTS]):
+        advance()
+        # one that misses its own data by more than the best misses others' cannot become the best
+        if one.error <= min(rank.left_out for rank in ranks):
+            ranks[k] = _evaluate(*refine_law(model, one.values, _RANKED), pool)
     if prescribed is not None:
         own = _rank_prescribed(campaign, short, degree, prescribed)
         better = [one for one in ranks if one.law == own.law and one.left_out < own.left_out]
@@ -166,13 +167,14 @@ def _rank(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> tuple[LawRank
     model = replace(model, expected=begin[0])
     near = replace(model, data=fitted)
 
-    def resolved(end: Optimum) -> LawRank:
-        return _evaluate(*model.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-3))
+    def resolved(end: Optimum) -> tuple[LawModel, Optimum]:
+        return model.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-3)
 
     ends = pool.map(lambda start: search_roughly(near, start, _STEPS, 1e-3), begin[:_RESOLVED])
-    none = LawRank(p.law.name, p.law.title, len(p.scale), np.inf, np.inf)
-    best = min(pool.map(resolved, distinct(ends)), key=lambda one: one.error, default=none)
-    return best, model
+    best = min(pool.map(resolved, distinct(ends)), key=lambda one: one[1].cost, default=None)
+    if best is None or not np.isfinite(best[1].cost):
+        return LawRank(p.law.name, p.law.title, len(p.scale), np.inf, np.inf), model
+    return _evaluate(*best, pool), model
 
 
 def _rank_prescribed(
@@ -191,19 +193,11 @@ def _rank_prescribed(
     )
 
 
-def _rank_further(one: LawRank, model: LawModel, pool: ThreadPoolExecutor) -> LawRank:
-    """Fit a law further, as ``fit`` does, and cross-validate it over conditions, too."""
-    model, end = refine_law(model, one.values)
-    return replace(_evaluate(model, end), left_out=_left_out(model, end.x, pool))
-
-
-def _evaluate(model: LawModel, end: Optimum) -> LawRank:
-    """The rank of a fitted law, by the held-out samples if there are any."""
-    data, law = model.data, model.parameterisation.law
-    residual = data.bounded(model.forces(end.x, False)[0]) - data.force
-    counted = data.fitted if data.fitted.all() else ~data.fitted
-    errors = data.relative(residual, data.fitted), data.relative(residual, counted)
-    return LawRank(law.name, law.title, len(model.parameterisation.scale), *errors, end.x)
+def _evaluate(model: LawModel, end: Optimum, pool: ThreadPoolExecutor) -> LawRank:
+    """The rank of a fitted law, cross-validated over conditions."""
+    law, n_numbers = model.parameterisation.law, len(model.parameterisation.scale)
+    left_out = _left_out(model, end.x, pool)
+    return LawRank(law.name, law.title, n_numbers, model.error(end.x), left_out, end.x)
 
 
 def _left_out(model: LawModel, values: NDArray, pool: ThreadPoolExecutor) -> float:

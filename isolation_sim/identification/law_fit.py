@@ -373,24 +373,24 @@ def _n_currents(data: MeasuredRuns) -> int:
     return len(group_currents(means, _STEADY * max(map(abs, means))))
 
 
-def refine_law(model: M, start: NDArray) -> tuple[M, Optimum]:
+def refine_law(model: M, start: NDArray, valley: float = _VALLEY) -> tuple[M, Optimum]:
     """Fit a law to all samples from near values, with runs weighted by their misfit there."""
-    model, result = _refined(model, start)
+    model, result = _refined(model, start, valley)
     if not model.data.averaging.any():
         return model, result
     without = replace(model.data, averaging=np.zeros_like(model.data.averaging))
-    other, end = _refined(replace(model, data=without), result.x)
+    other, end = _refined(replace(model, data=without), result.x, valley)
     nearer = other.error(end.x) < NOT_AVERAGED * model.error(result.x)
     return (other, end) if nearer else (model, result)
 
 
-def _refined(model: M, start: NDArray) -> tuple[M, Optimum]:
+def _refined(model: M, start: NDArray, valley: float) -> tuple[M, Optimum]:
     """Fit a law with the start of each run that suits it."""
 
     def fit(model: M, start: NDArray) -> tuple[M, Optimum]:
         model = model.resolve_steps(start).weigh(start)
         tolerance = _NOTHING_GAINED / np.sum(model.data.fitted)
-        return model.minimise_resolved(start, _MOST_ITERATIONS, tolerance, _VALLEY)
+        return model.minimise_resolved(start, _MOST_ITERATIONS, tolerance, valley)
 
     model, result = fit(model.settle_starts(start), start)
     with_starts = model.settle_starts(result.x)
