@@ -252,6 +252,24 @@ def listed(x, v, s, p):
     return [p[0] * x]
 
 
+def powered(x, v, states, parameters):
+    k, n = parameters
+    return k * (x + np.sign(x) * np.fabs(x) ** n)
+
+
+POWERED = Law(
+    "powered", "Powered",
+    (Quantity("k", "N/m^n", "stiffness", 0.0), Quantity("n", "1", "power", 1.0, 2.0)), powered,
+)  # fmt: skip
+
+
+def on_powers():
+    isolators = iso.Device(
+        POWERED, iso.laws.CurrentDependence.polynomial({"k": (1e7, 1e6), "n": 1.5}), (0.0, 3.0)
+    )
+    return iso.reference_building().on(isolators)
+
+
 LISTED = Law("listed", "Listed", (Quantity("k", "N/m", "stiffness"),), listed)
 
 # a call in Python, and what the answer says
@@ -289,6 +307,14 @@ CALLS = [
     (
         lambda: iso.simulate(iso.reference_building().on(iso.law(LISTED, {"k": 1.0})), MOTION),
         "return [p[0] * x]' cannot be traced in force; expected: one expression",
+    ),
+    (
+        lambda: iso.simulate(on_powers(), MOTION, "mpc"),
+        "law 'powered': no derivative of the force by n at rest, for fits and predictions",
+    ),
+    (
+        lambda: iso.simulate(on_powers(), MOTION, "clairvoyant"),
+        "second derivatives of the law are not finite at rest (powered)",
     ),
     (
         lambda: iso.compare(isolated(), MOTION, "on_off"),

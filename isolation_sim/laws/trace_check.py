@@ -1,4 +1,4 @@
-"""Check whether a user's law can be traced; the error names the line that cannot."""
+"""Check whether a user's law can be traced and differentiated; the error names the reason."""
 
 from __future__ import annotations
 
@@ -80,6 +80,29 @@ def _check(law: Law, name: str, function: Callable[..., Any]) -> None:
         result = np.array(compiled(*point)).ravel()
         if not np.allclose(result, direct, rtol=1e-9, atol=0.0, equal_nan=True):
             raise _error(law, name, function, None)
+
+
+@lru_cache(maxsize=256)
+def check_differentiable(law: Law) -> None:
+    """Refuse a law whose derivatives by states or parameters are not numbers at rest."""
+    import casadi
+
+    own, n = (*law.state_names, *law.parameter_names), len(law.states)
+    x, v, *variables = symbols(["x", "v", *own])
+    random = np.random.default_rng(0)
+    numbers = tuple(_inside(q, random) for q in law.parameters)
+    rest = (0.0,) * n if law.rest is None else law.rest(numbers)
+    for name, function in (("force", law.force), ("rates", law.rates)):
+        value = _as_list(function(x, v, tuple(variables[:n]), tuple(variables[n:])))
+        by = casadi.jacobian(casadi.SX(casadi.vertcat(*value)), casadi.vertcat(*variables))
+        at_rest = np.array(casadi.Function("by", [x, v, *variables], [by])(0, 0, *rest, *numbers))
+        wrong = [own[k] for k in np.flatnonzero(~np.isfinite(at_rest).all(axis=0))]
+        if wrong:
+            raise InputError(
+                f"law {law.name!r}: no derivative of the {name} by {', '.join(wrong)} at rest, for "
+                "fits and predictions; expected: 1e-300 added to a square whose power, root or "
+                "logarithm is taken, such as (z * z + 1e-300) ** (n / 2) for |z| ** n"
+            )
 
 
 def _inside(quantity: Any, random: np.random.Generator) -> float:

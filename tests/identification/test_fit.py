@@ -17,6 +17,7 @@ from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.velocity import smooth
 from isolation_sim.laws import LAWS, CurrentDependence, Device
+from isolation_sim.laws.law import Law, Quantity
 
 STARTS = 12
 
@@ -46,6 +47,17 @@ def check_that_a_law_that_does_not_say_so_leaves_parameters_open(name, campaign_
     left = {e.name for e in silent.estimates if not e.determined}
     assert left == set(LAWS[name].redundancy.among)
     assert any(note.startswith("the data do not determine") for note in silent.notes)
+
+
+def test_a_power_without_a_derivative_at_rest_is_refused(campaign_of):
+    def force(x, v, states, parameters):
+        k, n = parameters
+        return k * np.sign(x) * np.fabs(x) ** n
+
+    parameters = (Quantity("k", "N/m^n", "stiffness"), Quantity("n", "1", "power", 0.5, 2.0))
+    law = Law("powered", "Powered", parameters, force)
+    with pytest.raises(InputError, match="no derivative of the force by n at rest"):
+        fit(campaign_of("linear", 0), law)
 
 
 @pytest.mark.parametrize("name", ["bouc_wen", "improved_bouc_wen"])
