@@ -83,8 +83,8 @@ def _check(law: Law, name: str, function: Callable[..., Any]) -> None:
 
 
 @lru_cache(maxsize=256)
-def check_differentiable(law: Law) -> None:
-    """Refuse a law whose derivatives by states or parameters are not numbers at rest."""
+def check_differentiable(law: Law, deformation: float = 0.0, velocity: float = 0.0) -> None:
+    """Refuse a law whose derivatives by states at rest or by parameters are not numbers."""
     import casadi
 
     own, n = (*law.state_names, *law.parameter_names), len(law.states)
@@ -92,10 +92,11 @@ def check_differentiable(law: Law) -> None:
     random = np.random.default_rng(0)
     numbers = tuple(_inside(q, random) for q in law.parameters)
     rest = (0.0,) * n if law.rest is None else law.rest(numbers)
+    point = (deformation, velocity, *rest, *numbers)
     for name, function in (("force", law.force), ("rates", law.rates)):
         value = _as_list(function(x, v, tuple(variables[:n]), tuple(variables[n:])))
         by = casadi.jacobian(casadi.SX(casadi.vertcat(*value)), casadi.vertcat(*variables))
-        at_rest = np.array(casadi.Function("by", [x, v, *variables], [by])(0, 0, *rest, *numbers))
+        at_rest = np.array(casadi.Function("by", [x, v, *variables], [by])(*point))
         wrong = [own[k] for k in np.flatnonzero(~np.isfinite(at_rest).all(axis=0))]
         if wrong:
             raise InputError(

@@ -49,14 +49,22 @@ def check_that_a_law_that_does_not_say_so_leaves_parameters_open(name, campaign_
     assert any(note.startswith("the data do not determine") for note in silent.notes)
 
 
-def test_a_power_without_a_derivative_at_rest_is_refused(campaign_of):
+@pytest.mark.parametrize("of", ["state", "motion"])
+def test_a_power_needs_a_derivative_at_rest_if_it_is_of_a_state(campaign_of, of):
     def force(x, v, states, parameters):
         k, n = parameters
-        return k * np.sign(x) * np.fabs(x) ** n
+        return k * (states[0] if of == "state" else np.sign(x) * np.fabs(x) ** n)
 
-    parameters = (Quantity("k", "N/m^n", "stiffness"), Quantity("n", "1", "power", 0.5, 2.0))
+    def rates(x, v, states, parameters):
+        return (v - 1e3 * np.fabs(v) * states[0] * np.fabs(states[0]) ** parameters[1],)
+
+    parameters = (Quantity("k", "N/m", "stiffness"), Quantity("n", "1", "power", 1.0, 2.0))
     law = Law("powered", "Powered", parameters, force)
-    with pytest.raises(InputError, match="no derivative of the force by n at rest"):
+    if of == "motion":
+        assert fit(campaign_of("linear", 0), law).error == pytest.approx(0.01, rel=0.1)
+        return
+    law = replace(law, states=(Quantity("z", "m", "hysteretic deformation"),), rates=rates)
+    with pytest.raises(InputError, match="no derivative of the rates by n at rest"):
         fit(campaign_of("linear", 0), law)
 
 
