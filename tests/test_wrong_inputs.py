@@ -15,6 +15,7 @@ import pytest
 import isolation_sim as iso
 from ground_motions import Record, el_centro_1940, read
 from isolation_sim.cli import main
+from isolation_sim.effects import Effect, EffectParameter, extend
 from isolation_sim.errors import InputError
 from isolation_sim.laws.law import Law, Quantity
 from isolation_sim.simulation.control import CoilDriver, Sensors
@@ -263,6 +264,21 @@ POWERED = Law(
 )  # fmt: skip
 
 
+def halved(signals, states, parameters):
+    return (signals.x if signals.x > 0 else signals.x / 2), signals.v
+
+
+HALVED = Effect(
+    "halved", "one_side", "Halved",
+    (EffectParameter("part", "1", "part", strength=True, starts=(0.1,)),), motion=halved,
+)  # fmt: skip
+
+
+def on_halved():
+    device = extend(iso.law("strain_stiffening"), [(HALVED, {"part": 0.5})])
+    return iso.reference_building().on(iso.reference_isolators(device))
+
+
 def on_powers():
     isolators = iso.Device(
         POWERED, iso.laws.CurrentDependence.polynomial({"k": (1e7, 1e6), "n": 1.5}), (0.0, 3.0)
@@ -307,6 +323,10 @@ CALLS = [
     (
         lambda: iso.simulate(iso.reference_building().on(iso.law(LISTED, {"k": 1.0})), MOTION),
         "return [p[0] * x]' cannot be traced in force; expected: one expression",
+    ),
+    (
+        lambda: iso.simulate(on_halved(), MOTION),
+        "return (signals.x if signals.x > 0 else signals.x / 2), signals.v' cannot be traced",
     ),
     (
         lambda: iso.simulate(on_powers(), MOTION, "mpc"),

@@ -49,6 +49,15 @@ def check_that_a_law_that_does_not_say_so_leaves_parameters_open(name, campaign_
     assert any(note.startswith("the data do not determine") for note in silent.notes)
 
 
+@pytest.mark.parametrize("function", [fit, iso.diagnose])
+def test_a_law_that_cannot_be_traced_is_refused(campaign_of, function):
+    law = Law(
+        "branch", "", (Quantity("k", "N/m", ""),), lambda x, v, s, p: p[0] * x if x > 0 else 0
+    )
+    with pytest.raises(InputError, match=r"law 'branch': .* cannot be traced"):
+        function(campaign_of("linear", 0), law)
+
+
 @pytest.mark.parametrize("of", ["state", "motion"])
 def test_a_power_needs_a_derivative_at_rest_if_it_is_of_a_state(campaign_of, of):
     def force(x, v, states, parameters):
