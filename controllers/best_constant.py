@@ -79,10 +79,10 @@ class BestConstant(Held):
         driven_elements(context.nominal, self.name)
         low = float(lowest(context).max()) if self.lowest is None else self.lowest
         high = float(highest_tested(context).min()) if self.highest is None else self.highest
-        if not (np.isfinite([low, high]).all() and low < high):
+        if not (np.isfinite([low, high]).all() and low <= high):
             raise InputError(
                 f"best_constant: currents from {low:g} to {high:g} A; expected: finite limits, the "
-                "lowest below the highest"
+                "lowest not above the highest"
             )
         criterion, off = CRITERIA[self.criterion], trial(PassiveOff())
 

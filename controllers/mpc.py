@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from isolation_sim.laws.trace_check import check_differentiable
 from isolation_sim.simulation.control import CompiledDecision, RunContext
 from isolation_sim.structures import IsolatedStructure
 
@@ -263,6 +264,8 @@ class MPC(Estimating, CompiledController):
             scales = model.numbers.reshape(-1, model.n_numbers)[:, FORCE_SCALE]
             extended = self.filter == "extended"
             function = state_seen.decide_extended if extended else state_seen.decide_kalman
+        for element in predicted.elements:
+            check_differentiable(element.device.law)
         p = Prediction(predicted, coils, step, longest, nominal if observer else None)
         n_steps = self._n_steps(step)
         blocks = round(20 + 12 * self.preview) if self.blocks is None else self.blocks

@@ -15,6 +15,7 @@ import pytest
 import isolation_sim as iso
 from ground_motions import Record, el_centro_1940, read
 from isolation_sim.cli import main
+from isolation_sim.effects import Effect, EffectParameter, extend
 from isolation_sim.errors import InputError
 from isolation_sim.laws.law import Law, Quantity
 from isolation_sim.simulation.control import CoilDriver, Sensors
@@ -252,6 +253,39 @@ def listed(x, v, s, p):
     return [p[0] * x]
 
 
+def powered(x, v, states, parameters):
+    k, n = parameters
+    return k * (x + np.sign(x) * np.fabs(x) ** n)
+
+
+POWERED = Law(
+    "powered", "Powered",
+    (Quantity("k", "N/m^n", "stiffness", 0.0), Quantity("n", "1", "power", 1.0, 2.0)), powered,
+)  # fmt: skip
+
+
+def halved(signals, states, parameters):
+    return (signals.x if signals.x > 0 else signals.x / 2), signals.v
+
+
+HALVED = Effect(
+    "halved", "one_side", "Halved",
+    (EffectParameter("part", "1", "part", strength=True, starts=(0.1,)),), motion=halved,
+)  # fmt: skip
+
+
+def on_halved():
+    device = extend(iso.law("strain_stiffening"), [(HALVED, {"part": 0.5})])
+    return iso.reference_building().on(iso.reference_isolators(device))
+
+
+def on_powers():
+    isolators = iso.Device(
+        POWERED, iso.laws.CurrentDependence.polynomial({"k": (1e7, 1e6), "n": 1.5}), (0.0, 3.0)
+    )
+    return iso.reference_building().on(isolators)
+
+
 LISTED = Law("listed", "Listed", (Quantity("k", "N/m", "stiffness"),), listed)
 
 # a call in Python, and what the answer says
@@ -289,6 +323,18 @@ CALLS = [
     (
         lambda: iso.simulate(iso.reference_building().on(iso.law(LISTED, {"k": 1.0})), MOTION),
         "return [p[0] * x]' cannot be traced in force; expected: one expression",
+    ),
+    (
+        lambda: iso.simulate(on_halved(), MOTION),
+        "return (signals.x if signals.x > 0 else signals.x / 2), signals.v' cannot be traced",
+    ),
+    (
+        lambda: iso.simulate(on_powers(), MOTION, "mpc"),
+        "law 'powered': no derivative of the force by n at rest, for fits and predictions",
+    ),
+    (
+        lambda: iso.simulate(on_powers(), MOTION, "clairvoyant"),
+        "second derivatives of the law are not finite at rest (powered)",
     ),
     (
         lambda: iso.compare(isolated(), MOTION, "on_off"),

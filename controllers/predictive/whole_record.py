@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from isolation_sim.errors import InputError
 from isolation_sim.laws.emit import symbols
 from isolation_sim.simulation.modal import real_rows
 from isolation_sim.simulation.plan import modes_for
@@ -313,12 +314,23 @@ class WholeRecord:
         equation = self._programme[1]
         x0, numbers = self._guess_and_parameters(start, weights)
         low, high = self._box(start, bounds or {})
+        self._check_curvature(x0, numbers)
         solved = self._solver(
             x0=x0 if variables is None else variables, p=numbers, lbx=low, ubx=high,
             lbg=0.0, ubg=np.where(equation, 0.0, np.inf),
         )  # fmt: skip
         x = np.asarray(solved["x"]).ravel()
         return self._optimum(x, start, weights, self._solver.stats())
+
+    def _check_curvature(self, x0: NDArray, numbers: NDArray) -> None:
+        """Refuse a law without second derivatives at the start: the solver would never end."""
+        *_, curvature = self._solver.get_function("nlp_hess_l")(x0, numbers, 1.0, 1.0)
+        if not np.isfinite(curvature.nonzeros()).all():
+            laws = ", ".join(law.name for law in self.isolated.group_laws)
+            raise InputError(
+                f"clairvoyant: the second derivatives of the law are not finite at rest ({laws}); "
+                "expected: a law without a power below 2 of a quantity that is 0 at rest"
+            )
 
     def solve_together(
         self, starts: Sequence[Run], weights: Sequence[Mapping[str, float]],

@@ -58,7 +58,7 @@ def read(
     ------
     InputError
         If the suffix is unknown, an option does not belong to the format, the file is refused by
-        its reader, or the reader returns something other than a `Record`.
+        its reader, or the reader raises an error or returns something other than a `Record`.
     """
     suffix = Path(path).suffix.lower()
     name = reader or suffix.removeprefix(".")
@@ -81,7 +81,16 @@ def read(
         raise InputError(
             f"{path}, option unit", "nothing", "the unit of the accelerations, for example unit='g'"
         )
-    record: Any = chosen(path, **specified)
+    try:
+        record: Any = chosen(path, **specified)
+    except (InputError, OSError):
+        raise
+    except Exception as error:
+        raise InputError(
+            f"reader {name!r}",
+            f"{type(error).__name__}: {' '.join(str(error).split())}",
+            f"a Record of {path}",
+        ) from error
     if not isinstance(record, Record):
         raise InputError(
             f"reader {name!r}",

@@ -15,7 +15,6 @@ from ..errors import InputError
 from ..laws import Device
 from ..laws.law import Law
 from ..laws.registry import LAWS
-from ..laws.trace_check import check_traceable
 from .campaign import Campaign, read_campaign
 from .data_checks import data_notes, outlier_note, refuse_swapped
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
@@ -110,7 +109,6 @@ def fit(
             choice = choose_law(campaign, some, current_degree, pool, seed=seed)
         law = LAWS[choice.best.law]
     assert isinstance(law, Law)
-    check_traceable(law)
     model = LawModel(data, parameterise(campaign, law, data, current_degree, dict(fixed or {})))
     advance = (lambda: progress(1)) if progress is not None else (lambda: None)
     known = None if choice is None or fixed else choice.best.values

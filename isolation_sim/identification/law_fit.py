@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..laws import Device
 from ..laws.law import Law, StateScaling
+from ..laws.trace_check import check_differentiable
 from .campaign import Campaign
 from .current_basis import currents_of, group_currents
 from .least_squares import Optimum, levenberg_marquardt
@@ -311,9 +312,12 @@ def fit_law(
     # that diverges in the motion of held-out runs comes last. ``advance`` is called after each
     # start. Where there are more currents than coefficients, the costs on these more samples
     # choose between a state that is scaled and a parameter that is held.
-    # Raises InputError if no start gives finite forces, or the best end does not.
+    # Raises InputError if the law has no derivatives at rest, no start gives finite forces, or the
+    # best end does not.
     p = model.parameterisation
     data = model.data
+    # a motion that is never at rest needs no derivatives there
+    check_differentiable(p.law, *(float(np.abs(of).min()) for of in (data.x, data.v)))
     rough = data.thinned(max(_ROUGH, len(data.x) // 6)).without_held_out()
 
     def search_constant(p: Parameterisation, start: NDArray) -> Optimum:

@@ -75,10 +75,9 @@ class Device:
                 raise InputError(f"{self.name}: {what} {value} must be finite")
             set_field(self, what, value)
         tested = _number(self.tested_current)
-        if np.isnan(tested):
+        if not tested >= 0:
             raise InputError(
-                f"{self.name}: tested_current is {self.tested_current!r}; expected: a number of "
-                "amperes"
+                f"{self.name}: tested_current is {self.tested_current!r}; expected: 0 A or more"
             )
         set_field(self, "tested_current", tested)
         self._check_bounds()

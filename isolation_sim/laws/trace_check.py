@@ -1,4 +1,4 @@
-"""Check whether a user's law can be traced; the error names the line that cannot."""
+"""Check whether a user's law can be traced and differentiated; the error names the reason."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import ast
 import inspect
 import linecache
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -40,16 +40,25 @@ _POINTS = 5
 def check_traceable(law: Law) -> None:
     """Refuse a law outside this package whose functions CasADi cannot follow, naming the line."""
     functions = {"force": law.force, "rates": law.rates, "stored_energy": law.stored_energy}
-    own = {name: f for name, f in functions.items() if f is not None and not _is_ours(f)}
-    for name, function in own.items():
-        _check(law, name, function)
+    # of a law with effects, the functions are ours and call those of the effects
+    inner = [
+        function
+        for effect in getattr(law, "effects", ())
+        for function in (effect.motion, effect.current, effect.factor, effect.force, effect.rates)
+        if function is not None and not _is_ours(function)
+    ]
+    for name, function in functions.items():
+        if function is not None and (inner or not _is_ours(function)):
+            _check(law, name, function, inner or [function])
 
 
 def _is_ours(function: Callable[..., Any]) -> bool:
     return getattr(function, "__module__", "").partition(".")[0] == __name__.partition(".")[0]
 
 
-def _check(law: Law, name: str, function: Callable[..., Any]) -> None:
+def _check(
+    law: Law, name: str, function: Callable[..., Any], suspects: Sequence[Callable[..., Any]]
+) -> None:
     import casadi
 
     states, parameters = law.state_names, law.parameter_names
@@ -70,7 +79,7 @@ def _check(law: Law, name: str, function: Callable[..., Any]) -> None:
         traced = casadi.SX(casadi.vertcat(*_as_list(value)))
         compiled = casadi.Function("law", variables, [traced])
     except Exception as error:
-        raise _error(law, name, function, error) from None
+        raise _error(law, name, suspects, error) from None
     random = np.random.default_rng(0)
     for _ in range(_POINTS):
         point = random.uniform(-1, 1, len(variables))
@@ -79,7 +88,32 @@ def _check(law: Law, name: str, function: Callable[..., Any]) -> None:
             direct = np.array(_as_list(function(*arguments([*point]))), float).ravel()
         result = np.array(compiled(*point)).ravel()
         if not np.allclose(result, direct, rtol=1e-9, atol=0.0, equal_nan=True):
-            raise _error(law, name, function, None)
+            raise _error(law, name, suspects, None)
+
+
+@lru_cache(maxsize=256)
+def check_differentiable(law: Law, deformation: float = 0.0, velocity: float = 0.0) -> None:
+    """Refuse a law whose derivatives by states at rest or by parameters are not numbers."""
+    import casadi
+
+    check_traceable(law)
+    own, n = (*law.state_names, *law.parameter_names), len(law.states)
+    x, v, *variables = symbols(["x", "v", *own])
+    random = np.random.default_rng(0)
+    numbers = tuple(_inside(q, random) for q in law.parameters)
+    rest = (0.0,) * n if law.rest is None else law.rest(numbers)
+    point = (deformation, velocity, *rest, *numbers)
+    for name, function in (("force", law.force), ("rates", law.rates)):
+        value = _as_list(function(x, v, tuple(variables[:n]), tuple(variables[n:])))
+        by = casadi.jacobian(casadi.SX(casadi.vertcat(*value)), casadi.vertcat(*variables))
+        at_rest = np.array(casadi.Function("by", [x, v, *variables], [by])(*point))
+        wrong = [own[k] for k in np.flatnonzero(~np.isfinite(at_rest).all(axis=0))]
+        if wrong:
+            raise InputError(
+                f"law {law.name!r}: no derivative of the {name} by {', '.join(wrong)} at rest, for "
+                "fits and predictions; expected: 1e-300 added to a square whose power, root or "
+                "logarithm is taken, such as (z * z + 1e-300) ** (n / 2) for |z| ** n"
+            )
 
 
 def _inside(quantity: Any, random: np.random.Generator) -> float:
@@ -93,10 +127,10 @@ def _as_list(value: Any) -> list[Any]:
 
 
 def _error(
-    law: Law, name: str, function: Callable[..., Any], error: Exception | None
+    law: Law, name: str, suspects: Sequence[Callable[..., Any]], error: Exception | None
 ) -> InputError:
     """The line that cannot be traced, and its replacement."""
-    place, line, instead = _suspect(function)
+    place, line, instead = next(filter(any, map(_suspect, suspects)), ("", "", ""))
     if not place:
         reason = "other numbers than with NumPy" if error is None else type(error).__name__
         return InputError(

@@ -299,7 +299,7 @@ def refusal(current: float, time: float, lane: Lane, channel: int) -> InputError
     )
     return InputError(
         f"{lane.controller}: current {current:.5g} A at t = {time:.4g} s is outside {low:.4g} to "
-        f"{high:.4g} A, where the device on channel {channel} is meaningful{remedy}"
+        f"{high:.4g} A, the range of the supply and of the devices on channel {channel}{remedy}"
     )
 
 

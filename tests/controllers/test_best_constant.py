@@ -49,6 +49,12 @@ def test_stays_within_the_limits(isolated, record):
     assert 0 <= best.found <= 2.0
 
 
+def test_a_supply_of_one_current_leaves_no_choice(isolated, record):
+    best = controller("best_constant")
+    simulate(isolated, record.cut(0.0, 1.0), best, driver=CoilDriver(low=1.0, high=1.0))
+    assert best.found == 1.0
+
+
 def test_refusals(isolated):
     best = controller("best_constant")
     with pytest.raises(InputError, match="has not searched yet"):

@@ -127,6 +127,13 @@ def test_a_reader_that_returns_no_record_is_refused(text, tmp_path, refused):
         read(text("1\n2\n"), reader=reader)
 
 
+def test_an_error_in_a_reader_names_the_reader(text, tmp_path, refused):
+    text("import numpy\n\n\ndef read(path):\n    return numpy.loadtxt(path)\n", "own.py")
+    reader = f"{tmp_path / 'own.py'}:read"
+    with refused("own.py:read", "ValueError: could not convert", "a Record of", "motion.txt"):
+        read(text("1\ntwo\n"), reader=reader)
+
+
 @pytest.mark.parametrize(
     ("name", "options", "parts"),
     [

@@ -17,6 +17,7 @@ from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.velocity import smooth
 from isolation_sim.laws import LAWS, CurrentDependence, Device
+from isolation_sim.laws.law import Law, Quantity
 
 STARTS = 12
 
@@ -46,6 +47,34 @@ def check_that_a_law_that_does_not_say_so_leaves_parameters_open(name, campaign_
     left = {e.name for e in silent.estimates if not e.determined}
     assert left == set(LAWS[name].redundancy.among)
     assert any(note.startswith("the data do not determine") for note in silent.notes)
+
+
+@pytest.mark.parametrize("function", [fit, iso.diagnose])
+def test_a_law_that_cannot_be_traced_is_refused(campaign_of, function):
+    law = Law(
+        "branch", "", (Quantity("k", "N/m", ""),), lambda x, v, s, p: p[0] * x if x > 0 else 0
+    )
+    with pytest.raises(InputError, match=r"law 'branch': .* cannot be traced"):
+        function(campaign_of("linear", 0), law)
+
+
+@pytest.mark.parametrize("of", ["state", "motion"])
+def test_a_power_needs_a_derivative_at_rest_if_it_is_of_a_state(campaign_of, of):
+    def force(x, v, states, parameters):
+        k, n = parameters
+        return k * (states[0] if of == "state" else np.sign(x) * np.fabs(x) ** n)
+
+    def rates(x, v, states, parameters):
+        return (v - 1e3 * np.fabs(v) * states[0] * np.fabs(states[0]) ** parameters[1],)
+
+    parameters = (Quantity("k", "N/m", "stiffness"), Quantity("n", "1", "power", 1.0, 2.0))
+    law = Law("powered", "Powered", parameters, force)
+    if of == "motion":
+        assert fit(campaign_of("linear", 0), law).error == pytest.approx(0.01, rel=0.1)
+        return
+    law = replace(law, states=(Quantity("z", "m", "hysteretic deformation"),), rates=rates)
+    with pytest.raises(InputError, match="no derivative of the rates by n at rest"):
+        fit(campaign_of("linear", 0), law)
 
 
 @pytest.mark.parametrize("name", ["bouc_wen", "improved_bouc_wen"])

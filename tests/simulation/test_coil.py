@@ -116,7 +116,10 @@ def test_a_schedule_is_refused_before_the_run(stiffening, strong_motion, schedul
 
 def test_supply_limits_are_named(stiffening, strong_motion, rule):
     driver = CoilDriver(low=0.5, high=2.5, initial=0.5)
-    with pytest.raises(InputError, match=r"current 3 A at t = 0 s is outside 0\.5 to 2\.5 A"):
+    with pytest.raises(
+        InputError,
+        match=r"current 3 A at t = 0 s is outside 0\.5 to 2\.5 A, the range of the supply",
+    ):
         simulate(stiffening, strong_motion, rule(lambda t, m: 3.0, 0.1), driver=driver)
 
 
