@@ -19,6 +19,8 @@ from ..errors import InputError, unknown_name
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
 from ..laws.law import InPlan, Law, Quantity
+from ..laws.registry import LAWS
+from ..laws.trace_check import check_traceable
 from .effect import REFERENCE_TEMPERATURE, Effect, EffectInPlan, Signals, in_sentence
 
 ACCELERATION_LAG = 2e-3
@@ -182,6 +184,13 @@ def separate(device: Device) -> tuple[Device, list[tuple[Effect, dict[str, float
         inner = CurrentDependence(law.base.parameter_names, breaks, flat.reshape(pieces, n, -1))
     name = device.name.split(" with ")[0]
     return replace(device, law=law.base, current=inner, name=name), applied
+
+
+def check_effect(effect: Effect) -> None:
+    """Refuse an effect outside this package that cannot be traced, naming the line."""
+    inner = LAWS["linear"]
+    names = dict.fromkeys(inner.parameter_names, 1.0)
+    check_traceable(extended_law(inner, [effect], CurrentDependence.polynomial(names)))
 
 
 def extended_law(law: Law, effects: Sequence[Effect], dependence: CurrentDependence) -> ExtendedLaw:

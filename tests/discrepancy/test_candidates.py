@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
+from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.discrepancy.device.model import Model, fit_model
 from isolation_sim.discrepancy.device.screen import (
     Direction,
@@ -15,7 +16,9 @@ from isolation_sim.discrepancy.device.screen import (
     screen,
     screen_effect,
 )
-from isolation_sim.effects import effect
+from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.effects import Effect, EffectParameter, effect
+from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
@@ -53,6 +56,20 @@ def bare():
 @pytest.fixture(scope="module")
 def noise(bare):
     return np.random.default_rng(0).standard_normal((len(bare.residual), 6))
+
+
+def halved(signals, states, parameters):
+    return (signals.x if signals.x > 0 else signals.x / 2), signals.v
+
+
+def test_an_effect_that_cannot_be_traced_is_named(monkeypatch):
+    part = EffectParameter("part", "1", "part", strength=True, starts=(0.1,))
+    one_side = Effect("halved", "one_side", "Halved", (part,), motion=halved)
+    monkeypatch.setattr(device_tests, "EFFECTS", {"halved": (one_side,)})
+    with pytest.raises(
+        InputError, match=r"candidates.py:\d+.*signals.x > 0.*cannot be traced"
+    ):
+        diagnose(runs(), "kelvin_voigt", threads=1, tiers="causes")
 
 
 def test_each_step_gains_on_the_one_before(bare, noise):

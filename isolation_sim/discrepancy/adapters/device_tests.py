@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...effects import EFFECTS, Effect, extend
 from ...effects.effect import in_sentence
+from ...effects.extend import check_effect
 from ...identification.campaign import Campaign
 from ...identification.data_checks import data_notes, outlier_note
 from ...identification.fitted import RunError
@@ -722,6 +723,8 @@ def _observable_effects(data: MeasuredRuns) -> list[Effect]:
         if (effect.current is None or current_varies)
         and ("temperature" not in effect.needs or warmth_varies)
     ]
+    for effect in effects:
+        check_effect(effect)
     several = len(data.dt) > 2
     if several and data.past is not None:
         effects += [carry_history(effect) for effect in effects if can_carry_history(effect)]

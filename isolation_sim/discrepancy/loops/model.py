@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...effects import EFFECTS, Effect
 from ...effects.effect import REFERENCE_TEMPERATURE
+from ...effects.extend import check_effect
 from ...identification.least_squares import Optimum
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.multistart import distinct
@@ -273,6 +274,8 @@ class LoopSearch:
             for effect in forms
             if np.ptp(self.table.current) > 0 or effect.current is None
         ]
+        for effect in left:
+            check_effect(effect)
         begun = list(self.pool.map(lambda e: self._begin_effect(current, e), left))
         begun.sort(key=lambda pair: pair[1].cost)
         fitted = self.pool.map(
