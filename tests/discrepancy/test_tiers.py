@@ -269,6 +269,16 @@ def test_conditions_are_motions(campaign):
     assert not any(np.any(a & b) for _, a in groups for _, b in groups if a is not b)
 
 
+def test_the_parts_of_one_run_have_the_same_path():
+    """The quiet end of an earthquake is no condition of its own."""
+    time = np.arange(2000) / 100
+    x = np.exp(-time / 3) * np.sin(6 * time)
+    data = measured_runs([TestRun("quake", time, x, np.gradient(x, time), 1e4 * x, 0 * time)])
+    paths = [np.sum(np.abs(data.v[mask])) for _, mask in conditions(data)]
+    assert len(paths) == 6
+    np.testing.assert_allclose(paths, np.mean(paths), rtol=0.1)
+
+
 def test_unknown_tiers_are_refused(campaign):
     with pytest.raises(
         InputError, match="tiers is 'all'; expected: auto, causes, equation, learned"
