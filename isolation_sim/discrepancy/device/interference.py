@@ -36,6 +36,7 @@ def interference(data: MeasuredRuns, modelled: NDArray) -> Interference | None:
     """Look for a periodic disturbance that all runs share; ``modelled`` is the law's force, N."""
     if len(data.dt) < 3 or np.ptp(data.dt) > 1e-9:
         return None
+    modelled = data.bounded(modelled)
     residual = data.force - modelled
     best: Interference | None = None
     for modulates in (False, True):
