@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -42,11 +43,17 @@ def test_a_quarter_of_the_runs_is_held_out():
     assert sum(held) == 2
 
 
-def test_the_last_third_of_a_lone_run_is_held_out():
-    runs = [a_run()]
-    data = hold_out_some(measured_runs(runs), runs)
-    n = len(data.x)
-    assert not data.fitted[-(n // 3) :].any() and data.fitted[: n - n // 3].all()
+def test_the_last_third_of_a_lone_runs_path_is_held_out():
+    """Of steady motion it is the last third; an earthquake ends quietly."""
+    run = a_run()
+    n = len(run.time)
+    steady = hold_out_some(measured_runs([run]), [run])
+    assert not steady.fitted[-(n // 3) + 2 :].any() and steady.fitted[: n - n // 3 - 2].all()
+    fading = np.exp(-run.time)
+    quake = replace(run, displacement=fading * run.displacement, velocity=fading * run.velocity)
+    data = hold_out_some(measured_runs([quake]), [quake])
+    held = np.sum(np.abs(data.v[~data.fitted]))
+    assert held == pytest.approx(np.sum(np.abs(data.v)) / 3, rel=0.02)
 
 
 @pytest.mark.parametrize("currents", [(0.0, 1.0), (0.0, 1.0, 2.0), (0.0, 1.0, 2.0, 3.0)])
