@@ -140,6 +140,20 @@ def test_a_common_line_is_found_and_none_where_there_is_none():
     assert found is None or np.isfinite(found.force).all()
 
 
+def test_the_line_of_short_runs_holds_in_a_long_one():
+    """Mains of 50 Hz: a deviation of 0.05 Hz would turn its phase once in 20 s."""
+    loud = []
+    for k, (f, seconds) in enumerate([(0.8, 3.0), (1.1, 3.0), (1.4, 3.0), (1.7, 3.0), (0.5, 20.0)]):
+        quiet = a_run(f"run{k}", f, seconds=seconds)
+        hum = 3.0 * np.sin(2 * np.pi * 50 * quiet.time + k)
+        loud.append(a_run(f"run{k}", f, quiet.force + hum, 1.0, k, seconds))
+    data = measured_runs(loud)
+    found = interference(data, STIFFNESS * data.x)
+    assert found.frequency == pytest.approx(50, abs=0.01)
+    left = data.force - STIFFNESS * data.x - found.force
+    assert np.std(left[data.runs[-1]]) == pytest.approx(1.0, rel=0.05)
+
+
 def test_means_are_taken_run_by_run():
     data = measured_runs([a_run("a"), a_run("b", seconds=8.0)])
     values = np.concatenate([np.full(n, k + 1.0) for k, n in enumerate(data.lengths)])
