@@ -159,7 +159,7 @@ def diagnose_problem(
         error_before=evaluation.before,
         error_after=evaluation.after,
         causes=causes,
-        unexplained_share=0.0 if judgement == "adequate" else min(evaluation.unexplained, 1.0),
+        unexplained_share=0.0 if evaluation.adequate else min(evaluation.unexplained, 1.0),
         depends_on=problem.depends_on(dependences, causes, evaluation),
         next_test=problem.next_test(result, causes),
         steps=report_steps(problem, result, dependences, evaluation, causes, judgement),

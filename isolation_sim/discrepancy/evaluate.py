@@ -13,6 +13,7 @@ from ..effects import separate
 from ..effects.effect import in_sentence
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
+from ..identification.data_checks import divergence_note
 from ..identification.fitted import LawEvaluation, RunError
 from ..identification.force_channel import Averaging, averaging_note, find_averaging
 from ..identification.law_fit import NOT_AVERAGED
@@ -59,7 +60,7 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
         for run, (a, b) in zip(campaign.runs, pairwise(data.starts), strict=True)
     )
     own = (*wrong, averaging_note(data.averaging), start_note(data.periods, base.law))
-    notes = filter(None, (*_notes(device, campaign), *own, history))
+    notes = filter(None, (divergence_note(errors), *_notes(device, campaign), *own, history))
     return LawEvaluation(device, campaign, errors, tuple(notes))
 
 

@@ -90,6 +90,7 @@ def verdict(causes: Sequence[Cause], adequate: bool, explained: bool) -> Verdict
     if not causes:
         return "adequate" if adequate else "unexplained"
     if all(cause.name == OUTSIDE for cause in causes):
-        return "unexplained"
+        # a law that is adequate beside them lacks nothing: they are interference in the data
+        return "explained" if adequate else "unexplained"
     known = [cause for cause in causes if cause.name != OUTSIDE and not cause.acts_like]
     return "explained" if explained and len(known) == len(causes) else "partly_explained"

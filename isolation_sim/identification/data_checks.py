@@ -162,6 +162,17 @@ def outlier_note(errors: Sequence[RunError]) -> str:
     )
 
 
+def divergence_note(errors: Sequence[RunError]) -> str:
+    """Say in which runs the force of a law is not finite; empty if it is in all."""
+    lost = [one.run.name for one in errors if not np.isfinite(one.force).all()]
+    if not lost:
+        return ""
+    return (
+        f"the law diverges in {', '.join(lost)}: its parameters do not hold for the motion and the "
+        "currents there"
+    )
+
+
 def _clipped_channels(runs: Sequence[TestRun]) -> Iterator[str]:
     for run, what, values in _channels(runs):
         part = clipped(values)

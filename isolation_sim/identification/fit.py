@@ -16,7 +16,7 @@ from ..laws import Device
 from ..laws.law import Law
 from ..laws.registry import LAWS
 from .campaign import Campaign, read_campaign
-from .data_checks import data_notes, outlier_note, refuse_swapped
+from .data_checks import data_notes, divergence_note, outlier_note, refuse_swapped
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
 from .law_choice import AUTO, choose_law
 from .law_fit import LARGEST_DERIVATIVE, STARTS, LawModel, fit_law, from_off, parameterise
@@ -120,7 +120,8 @@ def fit(
     of_data = filter(
         None, (outlier_note(result.errors), *data_notes(campaign.runs, model.data.averaging))
     )
-    notes = filter(None, (*wrong, *_first(of_data), chosen, begin))
+    diverges = divergence_note(result.errors)
+    notes = filter(None, (diverges, *wrong, *_first(of_data), chosen, begin))
     return replace(result, notes=(*notes, *result.notes))
 
 

@@ -21,12 +21,15 @@ _SAME = 0.1
 def conditions(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
     """Groups of fitted samples to leave out in turn, and their names."""
     # Runs of nearly the same amplitude and velocity are one motion. Many motions are put together
-    # by their size, so that what is left out is also an extrapolation. A single run is cut in time.
+    # by their size, so that what is left out is also an extrapolation. One or two runs are cut into
+    # parts of the same travelled path: the quiet end of an earthquake is no condition of its own.
     own = [run for run in data.runs if data.fitted[run].any()]
     number = np.zeros(len(data.x), dtype=int)
     if len(own) < 3:
         inside = np.flatnonzero(data.fitted)
-        parts = np.array_split(inside, _GROUPS)
+        path = np.cumsum(np.abs(data.v[inside]))
+        ends = np.searchsorted(path, path[-1] * np.arange(1, _GROUPS) / _GROUPS)
+        parts = np.split(inside, ends)
         return [(f"part {k + 1}", _mask(number, part)) for k, part in enumerate(parts)]
     sizes = np.log([[np.max(np.abs(y[run])) for y in (data.x, data.v)] for run in own])
     motions: list[list[int]] = []

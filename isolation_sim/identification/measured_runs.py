@@ -266,13 +266,14 @@ def _past(runs: Sequence[TestRun]) -> NDArray:
 
 
 def hold_out_some(data: MeasuredRuns, runs: Sequence[TestRun]) -> MeasuredRuns:
-    """Hold out one run in ``HELD_OUT_RUNS``, or the last third of a single run, if none is yet."""
+    """Hold out one run in ``HELD_OUT_RUNS``, or the end of a single run, if none is yet."""
     held = np.zeros(len(runs), dtype=bool)
     if not data.fitted.all():
         return data
     if len(runs) == 1:
-        n = len(data.x)
-        return replace(data, fitted=np.arange(n) < n - n // 3)
+        # the last third of the path, since an earthquake ends quietly
+        path = np.cumsum(np.abs(data.v))
+        return replace(data, fitted=3 * path < 2 * path[-1])
     # of every few runs of similar size one, preferably of a current that was held out less often
     sizes = np.argsort([np.ptp(run.displacement) for run in runs], kind="stable")
     means = np.array([np.mean(run.current) for run in runs])

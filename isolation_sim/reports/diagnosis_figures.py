@@ -9,7 +9,7 @@ import numpy as np
 
 from ..discrepancy.diagnosis import groups_in_turn, relative_error, worst_first
 from .chart import OVER_TIME, Panel
-from .loops_fitted import SAMPLES
+from .loops_fitted import strong_end
 from .panels import draw, grid
 from .style import DOUBLE_COLUMN, Look, legend, new_figure, style
 
@@ -64,10 +64,8 @@ def loops(traces: Sequence[Trace]) -> list[Panel]:
     """Loops of the first runs, with the errors before and after."""
     panels = []
     for trace in traces[:_SHOWN]:
-        # the end of a run, where slow effects are fully developed
-        shown = slice(-min(len(trace.time), SAMPLES), None)
-        if over_time(trace):
-            shown = _strongest(trace)
+        # the end of a run, where slow effects are fully developed, unless it is quiet
+        shown = _strongest(trace) if over_time(trace) else strong_end(trace.measured)
         lines = {name: (trace.across[shown], getattr(trace, name)[shown]) for name in LOOKS}
         panels.append(Panel(
             _name(trace), _heading(trace.across_label), _heading(trace.label), lines, LOOKS,

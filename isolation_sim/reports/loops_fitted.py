@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .chart import Panel
 from .panels import grid
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 _MOST_PANELS = 18
 SAMPLES = 1200
 """Largest number of samples of a loop: a few cycles are enough to see, and files stay small."""
+_STRONG = 0.5
+"""Energy of the last strong samples over that of the strongest ones of a run."""
 
 LOOKS = {
     # the measured line is wider, so that it shows on both sides of the modelled line
@@ -44,7 +47,7 @@ def loops(errors: Sequence[RunError], motion: str = "displacement") -> list[Pane
     # each on its own axes, since small loops may have the largest relative errors
     for error in errors:
         run = error.run
-        shown = slice(-min(len(run.time), SAMPLES), None)
+        shown = strong_end(run.force)
         abscissa = 1e3 * getattr(run, motion)[shown]
         forces = zip(LOOKS, (run.force, error.force), strict=True)
         lines = {name: (abscissa, scale * force[shown]) for name, force in forces}
@@ -52,3 +55,12 @@ def loops(errors: Sequence[RunError], motion: str = "displacement") -> list[Pane
         title = run.name + (", over velocity" if motion == "velocity" else "")
         panels.append(Panel(title, x, f"Force ({unit})", lines, LOOKS, note=note))
     return panels
+
+
+def strong_end(signal: NDArray) -> slice:
+    """The last samples of a run that are strong: an earthquake ends quietly."""
+    length = min(len(signal), SAMPLES)
+    total = np.append(0.0, np.cumsum(signal**2))
+    energy = total[length:] - total[:-length]
+    start = int(np.flatnonzero(energy >= _STRONG * np.max(energy))[-1])
+    return slice(start, start + length)

@@ -43,7 +43,7 @@ def test_both_of_a_pair_are_named(tmp_path):
 def test_what_is_outside_the_catalogue_is_not_blamed_on_it(tmp_path):
     case = next(c for c in outside() if "pump" in c.name)
     found = diagnose(written(case, tmp_path), case.law, tiers="causes")
-    assert found.verdict == "unexplained"
+    assert found.verdict == "explained"  # as interference, beside which there is noise alone
     assert not {cause.name for cause in found.causes} & set(CATALOGUE)
     assert "frequency" in found.depends_on
 

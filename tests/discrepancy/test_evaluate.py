@@ -49,6 +49,16 @@ def device():
     return extend(base, [(effect("force_offset"), {"level": OFFSET})])
 
 
+def test_a_law_that_diverges_is_told_of(campaign):
+    values = {"k": 9e3, "c": 400.0, "alpha": 1e4, "A": 1.0, "beta": 1e4, "n": 2.0, "F0": 0.0}
+    current = CurrentDependence.polynomial(
+        {"gamma": [1e4, -1e12]} | {k: [y] for k, y in values.items()}
+    )
+    result = iso.evaluate(Device(LAWS["bouc_wen"], current, (0.0, 1.0)), campaign)
+    assert [np.isfinite(one.relative) for one in result.errors] == [True, False, False]
+    assert any(note.startswith("the law diverges in run1, run2: ") for note in result.notes)
+
+
 def test_forces_and_errors_are_those_of_the_equation(device, campaign):
     result = iso.evaluate(device, campaign)
     assert result.error == pytest.approx(0.2) and len(result.errors) == 3

@@ -86,7 +86,8 @@ def test_verdicts():
     like = replace(known, parameters={"gap": Interval(1.0, 0.5, 1.0, "m", at_bound=True)})
     table = [
         ((), True, False, "adequate"), ((), False, True, "unexplained"),
-        ((other,), False, True, "unexplained"), ((known,), False, True, "explained"),
+        ((other,), False, True, "unexplained"), ((other,), True, False, "explained"),
+        ((known,), False, True, "explained"),
         ((known,), True, False, "partly_explained"),
         ((known, other), False, True, "partly_explained"),
         ((like,), False, True, "partly_explained"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -269,6 +270,16 @@ def test_conditions_are_motions(campaign):
     assert not any(np.any(a & b) for _, a in groups for _, b in groups if a is not b)
 
 
+def test_the_parts_of_one_run_have_the_same_path():
+    """The quiet end of an earthquake is no condition of its own."""
+    time = np.arange(2000) / 100
+    x = np.exp(-time / 3) * np.sin(6 * time)
+    data = measured_runs([TestRun("quake", time, x, np.gradient(x, time), 1e4 * x, 0 * time)])
+    paths = [np.sum(np.abs(data.v[mask])) for _, mask in conditions(data)]
+    assert len(paths) == 6
+    np.testing.assert_allclose(paths, np.mean(paths), rtol=0.1)
+
+
 def test_unknown_tiers_are_refused(campaign):
     with pytest.raises(
         InputError, match="tiers is 'all'; expected: auto, causes, equation, learned"
@@ -348,6 +359,32 @@ def test_a_term_that_is_a_cause_of_the_catalogue_says_so(campaign):
     of = {term.cause: term.text for term in library(data) if term.cause}
     assert of["inertia_force"].startswith("a, ") and "|v| s/r" in of["coulomb_friction"]
     assert set(of) <= set(EFFECTS)
+
+
+@pytest.mark.parametrize(("equation", "replaces"), [(0.03, False), (0.004, True)])
+def test_an_equation_that_is_not_offered_replaces_no_causes(diagnosis, equation, replaces):
+    from isolation_sim.discrepancy.tiers.ladder import Tiers, climb
+    from isolation_sim.discrepancy.tiers.result import Rung
+
+    term = SimpleNamespace(term=SimpleNamespace(cause=None))
+
+    class Made(Tiers):
+        law = causes = SimpleNamespace(chosen=())
+        equation = staticmethod(lambda: SimpleNamespace(chosen=(term,)))
+        progress = learned = staticmethod(lambda *any: None)
+        terms = staticmethod(lambda rung: ())
+        text = staticmethod(lambda rung: "")
+        replaced_causes = staticmethod(lambda rung: ("end_stop",))
+        noise_floor = staticmethod(lambda diagnosis: 0.001)
+        verdict = staticmethod(lambda *any: "explained")
+        extend = staticmethod(lambda diagnosis, rung, errors: diagnosis)
+
+        def errors(self, name, rung, below=()):
+            error = {"law": 0.1, "causes": 0.01, "equation": equation}[name]
+            return Rung(name, error, error, error)
+
+    notes = climb(Made(), diagnosis, "equation").ladder.notes
+    assert ("The equation stands in place of the causes." in notes) == replaces
 
 
 def test_causes_that_lose_do_not_extend_the_law(diagnosis):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
@@ -77,6 +79,14 @@ def test_explained_means_down_to_the_noise():
     found = judged(offset=0.1, unrelated=0.02, tiers="auto")
     assert found.verdict == "explained" and found.ladder.offered == "causes"
     assert found.ladder.inexplicable > 0.02 and abs(found.ladder.explainable) < 0.01
+
+
+def test_interference_explains_what_the_right_law_misses():
+    quiet = campaign()
+    runs = [replace(r, force=r.force + 3.0 * np.sin(2 * np.pi * 50 * r.time)) for r in quiet.runs]
+    found = diagnose(replace(quiet, runs=tuple(runs)), "kelvin_voigt", threads=1)
+    assert [cause.form for cause in found.causes] == ["periodic at 50.00 Hz, adds to the force"]
+    assert found.verdict == "explained" and found.unexplained_share == 0.0
 
 
 def test_a_significance_that_is_no_share_is_refused():

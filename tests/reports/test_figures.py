@@ -18,7 +18,7 @@ from ground_motions import Record
 from isolation_sim.criteria import response_of
 from isolation_sim.reports import figures
 from isolation_sim.reports.drawing import drawing_title, structure_drawing
-from isolation_sim.reports.loops_fitted import fitted_loops
+from isolation_sim.reports.loops_fitted import fitted_loops, strong_end
 from isolation_sim.reports.references import of_scenarios
 from isolation_sim.reports.style import (
     DOUBLE_COLUMN,
@@ -257,6 +257,14 @@ def test_loops_of_a_fit(count):
     for panel in figure.axes:
         drawn = panel.lines[0].get_xdata()
         assert np.ptp(drawn) > 0.8 * np.ptp(panel.get_xlim())
+
+
+def test_the_loop_of_an_earthquake_is_not_its_quiet_end():
+    time = np.arange(4000) / 100
+    sine, quake = np.sin(6 * time), np.exp(-((time - 10) ** 2) / 20) * np.sin(6 * time)
+    assert strong_end(sine) == slice(2800, 4000)
+    assert strong_end(sine[:500]) == slice(0, 500)
+    assert np.max(np.abs(quake[strong_end(quake)])) > 0.9
 
 
 def test_no_value_of_a_contour_is_cut_off():

@@ -582,7 +582,7 @@ class DeviceTests(Problem[FittedModel]):
         held = int(np.sum(~data.fitted[data.starts[:-1]]))
         held_out = "1 run is" if held == 1 else f"{held or 'No'} runs are"
         if len(runs) == 1:
-            held_out = "The last third is"
+            held_out = "The last third of its path is"
         duration = float(np.sum(data.lengths * data.dt))
         law = self.law.model.parameterisation.law
         notes = " ".join(

@@ -21,6 +21,9 @@ from ..decisions import (
     INTERFERENCE_SHARE,
 )
 
+_FINE = 16
+"""Frequencies within the width of a line in the longest run, at least. Effort."""
+
 
 @dataclass(frozen=True, eq=False)
 class Interference:
@@ -36,6 +39,7 @@ def interference(data: MeasuredRuns, modelled: NDArray) -> Interference | None:
     """Look for a periodic disturbance that all runs share; ``modelled`` is the law's force, N."""
     if len(data.dt) < 3 or np.ptp(data.dt) > 1e-9:
         return None
+    modelled = data.bounded(modelled)
     residual = data.force - modelled
     best: Interference | None = None
     for modulates in (False, True):
@@ -43,6 +47,7 @@ def interference(data: MeasuredRuns, modelled: NDArray) -> Interference | None:
         frequency = _common_line(data, residual * carrier)
         if frequency is None:
             continue
+        frequency = _refine(data, residual * carrier, frequency)
         force = _fit_line(data, residual, carrier, frequency)
         size = data.relative(force, np.ones(len(force), bool))
         if float(force @ force) < INTERFERENCE_SHARE * float(residual @ residual):
@@ -108,6 +113,19 @@ def _running_mean(values: NDArray, width: int) -> NDArray:
     at = np.arange(len(values))
     low, high = np.maximum(at - width, 0), np.minimum(at + width + 1, len(values))
     return (total[high] - total[low]) / (high - low)
+
+
+def _refine(data: MeasuredRuns, signal: NDArray, near: float) -> float:
+    """Frequency of most power near a line: short runs leave it open for the long ones."""
+    dt = float(data.dt[0])
+    size = _FINE << (int(np.max(data.lengths)) - 1).bit_length()
+    frequencies = np.fft.rfftfreq(size, dt)
+    inside = np.abs(frequencies - near) < 1 / (int(np.min(data.lengths)) * dt)
+    power = np.zeros(np.sum(inside))
+    for run, n in zip(data.runs, data.lengths, strict=True):
+        part = signal[run] - np.mean(signal[run])
+        power += np.abs(np.fft.rfft(part, size)[inside]) ** 2 / n
+    return float(frequencies[inside][int(np.argmax(power))])
 
 
 def _fit_line(data: MeasuredRuns, residual: NDArray, carrier: NDArray, frequency: float) -> NDArray:

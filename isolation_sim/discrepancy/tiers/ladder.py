@@ -511,18 +511,18 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
         for one in shown_rungs
         if one.worse_than and not one.worse
     ]
-    replaced = ladder.replaced_causes(equation) if equation is not None else ()
-    if equation is not None and replaced:
+    best = rungs[offered]
+    replaced = ladder.replaced_causes(best) if best.chosen else ()
+    if replaced:
         notes.append("The equation stands in place of the causes.")
-        if offered in ("equation", "learned") and _only_imitated(deciding, floor):
-            terms = {one.term.cause for one in equation.chosen}
+        if _only_imitated(deciding, floor):
+            terms = {one.term.cause for one in best.chosen}
             diagnosis, said = _without_imitations(diagnosis, set(replaced) - terms)
             notes += said
     if equation is None:
         notes.append(ladder.NO_EQUATION)
     if tier == "learned":
         notes.append(_dissipation(share))
-    best = rungs[offered]
     result = Ladder(
         rungs=tuple(shown_rungs),
         terms=ladder.terms(equation) if equation is not None else (),
