@@ -18,6 +18,11 @@ _SAME = 0.1
 """Relative difference of amplitude and velocity up to which runs have one motion. Convention."""
 
 
+def of_parts(data: MeasuredRuns) -> bool:
+    """Whether the conditions of the fitted samples are parts of one or two runs."""
+    return sum(bool(data.fitted[run].any()) for run in data.runs) < 3
+
+
 def conditions(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
     """Groups of fitted samples to leave out in turn, and their names."""
     # Runs of nearly the same amplitude and velocity are one motion. Many motions are put together
@@ -25,7 +30,7 @@ def conditions(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
     # parts of the same travelled path: the quiet end of an earthquake is no condition of its own.
     own = [run for run in data.runs if data.fitted[run].any()]
     number = np.zeros(len(data.x), dtype=int)
-    if len(own) < 3:
+    if of_parts(data):
         inside = np.flatnonzero(data.fitted)
         path = np.cumsum(np.abs(data.v[inside]))
         ends = np.searchsorted(path, path[-1] * np.arange(1, _GROUPS) / _GROUPS)

@@ -15,6 +15,7 @@ from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.interval import Interval
 from isolation_sim.discrepancy.tiers.equation import _Candidate, _next
+from isolation_sim.discrepancy.tiers.ladder import _lost
 from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 from isolation_sim.discrepancy.tiers.regression import Regression
 from isolation_sim.discrepancy.tiers.result import EquationTerm, Ladder
@@ -278,6 +279,24 @@ def test_the_parts_of_one_run_have_the_same_path():
     paths = [np.sum(np.abs(data.v[mask])) for _, mask in conditions(data)]
     assert len(paths) == 6
     np.testing.assert_allclose(paths, np.mean(paths), rtol=0.1)
+
+
+@pytest.mark.parametrize("n_runs, part_of_one_motion", [(1, True), (4, False)])
+def test_a_part_of_one_run_loses_only_what_others_do_not_gain(n_runs, part_of_one_motion):
+    time = np.arange(1200) / 100
+    runs = [
+        TestRun(f"run{k}", time, x, np.gradient(x, time), 1e4 * x, 0 * time)
+        for k in range(n_runs)
+        for x in [(k + 1) * np.sin(6 * time)]
+    ]
+    data = measured_runs(runs)
+    first = conditions(data)[0]
+    before = 0.1 * data.force
+    after = 0.02 * data.force
+    after[first[1]] = 1.15 * before[first[1]]  # adds 7 per cent of what the others gain
+    assert list(_lost(after, before, data, 0.003)) == ([] if part_of_one_motion else [first[0]])
+    after[first[1]] = 3 * before[first[1]]
+    assert list(_lost(after, before, data, 0.003)) == [first[0]]
 
 
 def test_unknown_tiers_are_refused(campaign):

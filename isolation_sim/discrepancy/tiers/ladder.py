@@ -8,7 +8,7 @@ out. Building records have rungs of their own (``tiers.building``).
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ...archive import law_of
 from ...effects import extend
-from ...identification.left_out import conditions, fitted_without
+from ...identification.left_out import conditions, fitted_without, of_parts
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.noise import correlation_time
 from ...laws import Device
@@ -30,6 +30,7 @@ from ..decisions import (
     EQUATION_PREFERRED,
     EQUATION_SIGNIFICANT,
     IMITATION,
+    LOST,
     NEARLY_ALL,
     NEGLIGIBLE_LOSS,
     REMAINS,
@@ -155,8 +156,7 @@ class Climb(Tiers[_Rung]):
         self.progress("leaving conditions out")
         full = problem.data
         self.data = full.thinned(TIER_SAMPLES).without_held_out()
-        self.folds = conditions(self.data)
-        self.masks = [mask for _, mask in self.folds]
+        self.masks = [mask for _, mask in conditions(self.data)]
         self.law, self.causes = (
             _Rung(final, part, without, self._left_out(without))
             for final in (problem.law, problem.final)
@@ -320,19 +320,11 @@ class Climb(Tiers[_Rung]):
         every = np.logical_or.reduce(self.masks)
         missed = self.data.relative(against.left_out, every)
         least = max(self.problem.significance, NEGLIGIBLE_LOSS * missed)
-
-        def loses(one: NDArray, other: NDArray, data: MeasuredRuns, mask: NDArray) -> bool:
-            return data.relative(one, mask) > data.relative(other, mask) + least
-
-        result = [
-            name for name, mask in self.folds
-            if loses(rung.left_out, against.left_out, self.data, mask)
-        ]  # fmt: skip
         after, before = (data.bounded(one.final.force) - data.force for one in (rung, against))
-        held = conditions(replace(data, fitted=~data.fitted)) if not data.fitted.all() else []
+        held = replace(data, fitted=~data.fitted)
         return (
-            *result,
-            *(f"{name} (held out)" for name, mask in held if loses(after, before, data, mask)),
+            *_lost(rung.left_out, against.left_out, self.data, least),
+            *(f"{name} (held out)" for name in _lost(after, before, held, least)),
             *(name for name in self._beyond(rung) if name not in self._beyond(against)),
         )
 
@@ -626,6 +618,19 @@ def _power(rung: _Rung) -> float:
 def _deciding_error(rung: Rung) -> float:
     """Error on the validation data: held out if there are any, else left out."""
     return rung.held_out if np.isfinite(rung.held_out) else rung.left_out
+
+
+def _lost(after: NDArray, before: NDArray, data: MeasuredRuns, least: float) -> Iterator[str]:
+    """Conditions of the fitted samples on which a residual (N) is larger than the one before."""
+    if not data.fitted.any():
+        return
+    folds = conditions(data)
+    gains = [float(before[mask] @ before[mask] - after[mask] @ after[mask]) for _, mask in folds]
+    # parts of one motion are no conditions of their own: what the other parts gain counts as well
+    accepted = LOST * sum(max(gain, 0.0) for gain in gains) if of_parts(data) else 0.0
+    for (name, mask), gain in zip(folds, gains, strict=True):
+        if data.relative(after, mask) > data.relative(before, mask) + least and -gain > accepted:
+            yield name
 
 
 def _loses(one: Rung, other: Rung, least: float) -> bool:
