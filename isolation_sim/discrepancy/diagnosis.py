@@ -297,7 +297,10 @@ class Diagnosis(Printed):
     @property
     def meaning(self) -> str:
         """The verdict in a sentence."""
-        return meaning(self.verdict, self.error_before.held_out, self.noise.held_out)
+        ladder = self.ladder
+        not_measured = ladder.inexplicable if ladder is not None else float("nan")
+        noise = self.noise.held_out
+        return meaning(self.verdict, self.error_before.held_out, noise, not_measured)
 
     @property
     def noise(self) -> Errors:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from .decisions import FITTED_ALONE
+from .decisions import FITTED_ALONE, NEARLY_ALL
 
 Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
 
@@ -21,10 +21,22 @@ FITTED_ONLY = (
     "acts in those held out alone."
 )
 """The verdict "adequate" where the data held out are missed by far more than noise."""
+NOT_MEASURED = (
+    "The simulation misses more than the noise of the instruments, and no model of the measured "
+    "variables misses less. The remainder is slow noise, such as a drift, or depends on something "
+    "that was not measured."
+)
+"""The verdict "unexplained" where a flexible model of the measured variables gains nothing."""
 
 
-def meaning(verdict: Verdict, held_out: float, noise: float) -> str:
-    """A verdict in a sentence, by the held-out error before any cause and that of noise alone."""
+def meaning(
+    verdict: Verdict, held_out: float, noise: float, not_measured: float = float("nan")
+) -> str:
+    """A verdict in a sentence."""
+    # By the held-out error before any cause, that of noise alone, and the share of the misfit that
+    # no measured variable explains, if the tiers have shown it.
+    if verdict == "unexplained" and not_measured > 1 - NEARLY_ALL:
+        return NOT_MEASURED
     if verdict == "adequate" and held_out**2 > FITTED_ALONE * noise**2:
         return FITTED_ONLY
     return MEANINGS[verdict]

@@ -89,6 +89,13 @@ def test_interference_explains_what_the_right_law_misses():
     assert found.verdict == "explained" and found.unexplained_share == 0.0
 
 
+@pytest.mark.usefixtures("few_laws")
+def test_slow_noise_is_not_said_to_be_an_error_of_the_simulation():
+    found = judged(unrelated=0.02, tiers="auto")
+    assert found.verdict == "unexplained" and not found.causes
+    assert "slow noise" in found.meaning and "gets something wrong" not in found.meaning
+
+
 def test_a_significance_that_is_no_share_is_refused():
     with pytest.raises(InputError, match="significance is 2; expected: 0 to 1"):
         diagnose(campaign(), "kelvin_voigt", significance=2.0)
