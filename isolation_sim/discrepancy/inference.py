@@ -87,10 +87,15 @@ def gain_interval(blocks: NDArray, seed: int = 0) -> tuple[float, float] | None:
 
 def verdict(causes: Sequence[Cause], adequate: bool, explained: bool) -> Verdict:
     """Judge a simulation by its causes and by the remaining misfit."""
-    if not causes:
-        return "adequate" if adequate else "unexplained"
-    if all(cause.name == OUTSIDE for cause in causes):
-        # a law that is adequate beside them lacks nothing: they are interference in the data
-        return "explained" if adequate else "unexplained"
-    known = [cause for cause in causes if cause.name != OUTSIDE and not cause.acts_like]
-    return "explained" if explained and len(known) == len(causes) else "partly_explained"
+    # interference is in the data: a law that is right beside it lacks nothing
+    lacking = [cause for cause in causes if not _is_interference(cause)]
+    if not lacking:
+        return ("explained" if causes else "adequate") if adequate else "unexplained"
+    if all(cause.name == OUTSIDE for cause in lacking):
+        return "unexplained"
+    known = [cause for cause in lacking if cause.name != OUTSIDE and not cause.acts_like]
+    return "explained" if explained and len(known) == len(lacking) else "partly_explained"
+
+
+def _is_interference(cause: Cause) -> bool:
+    return cause.name == OUTSIDE and "frequency" in cause.parameters

@@ -84,9 +84,12 @@ def test_the_interval_of_a_gain_is_that_of_the_delta_method():
 def test_verdicts():
     known, other = (Cause(name, 0.5, 0.0, {}, "") for name in ("end_stop", OUTSIDE))
     like = replace(known, parameters={"gap": Interval(1.0, 0.5, 1.0, "m", at_bound=True)})
+    hum = replace(other, parameters={"frequency": Interval(50.0, 49.9, 50.1, "Hz", False)})
     table = [
         ((), True, False, "adequate"), ((), False, True, "unexplained"),
-        ((other,), False, True, "unexplained"), ((other,), True, False, "explained"),
+        ((other,), False, True, "unexplained"), ((hum,), True, False, "explained"),
+        ((hum,), False, True, "unexplained"), ((known, hum), False, True, "explained"),
+        ((hum, other), False, True, "unexplained"),
         ((known,), False, True, "explained"),
         ((known,), True, False, "partly_explained"),
         ((known, other), False, True, "partly_explained"),
