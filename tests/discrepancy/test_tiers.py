@@ -20,12 +20,13 @@ from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 from isolation_sim.discrepancy.tiers.regression import Regression
 from isolation_sim.discrepancy.tiers.result import EquationTerm, Ladder
 from isolation_sim.discrepancy.tiers.terms import Number, Term, along, library
-from isolation_sim.effects import EFFECTS
+from isolation_sim.effects import EFFECTS, effect
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.left_out import conditions
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.workers import workers
 from isolation_sim.laws.registry import LAWS
 
 pytestmark = pytest.mark.usefixtures("few_laws")
@@ -393,7 +394,7 @@ def test_an_equation_that_is_not_offered_replaces_no_causes(diagnosis, equation,
         progress = learned = staticmethod(lambda *any: None)
         terms = staticmethod(lambda rung: ())
         text = staticmethod(lambda rung: "")
-        replaced_causes = staticmethod(lambda rung: ("end_stop",))
+        replaced_causes = staticmethod(lambda rung: tuple(one.name for one in diagnosis.causes))
         noise_floor = staticmethod(lambda diagnosis: 0.001)
         verdict = staticmethod(lambda *any: "explained")
         extend = staticmethod(lambda diagnosis, rung, errors: diagnosis)
@@ -404,6 +405,47 @@ def test_an_equation_that_is_not_offered_replaces_no_causes(diagnosis, equation,
 
     notes = climb(Made(), diagnosis, "equation").ladder.notes
     assert ("The equation stands in place of the causes." in notes) == replaces
+
+
+def test_a_note_names_the_causes_that_an_equation_replaces():
+    from isolation_sim.discrepancy.diagnosis import Cause
+    from isolation_sim.discrepancy.tiers.ladder import _replaced_note
+
+    causes = [Cause(name, 0.3, 0.0, {}, "") for name in ("end_stop", "inertia_force", OUTSIDE)]
+    made = SimpleNamespace(causes=causes)
+    assert _replaced_note(made, (OUTSIDE,)) == []
+    note = "The equation stands in place of end_stop."
+    assert _replaced_note(made, ("end_stop", OUTSIDE)) == [note]
+    every = tuple(cause.name for cause in causes)
+    assert _replaced_note(made, every) == ["The equation stands in place of the causes."]
+
+
+def test_an_effect_that_an_equation_makes_superfluous_is_dropped(campaign):
+    """Beside a squeeze film an end stop gains nothing, and a mass does."""
+    from isolation_sim.discrepancy.adapters.device_tests import DeviceTests
+    from isolation_sim.discrepancy.tiers.ladder import Climb
+
+    law, mass = LAWS["kelvin_voigt"], 60.0
+    heavy = [
+        replace(run, force=run.force + mass * np.gradient(run.velocity, STEP))
+        for run in campaign.runs
+    ]
+    squeeze = Chosen(Term("x^2 v", "x**2 * v", "N s/m^3"), (0,))
+    with workers(1) as pool:
+        problem = DeviceTests(
+            replace(campaign, runs=tuple(heavy)), law, None, None, 0, pool, lambda text: None
+        )
+        problem.search(problem.nominal())
+        ladder = Climb(problem)
+        bare = ladder.law.part
+        effects = effect("end_stop", "linear"), effect("inertia_force", "mass")
+        model, text = ladder._extended(bare.model.with_effects(*effects), (squeeze,), None)
+        values = np.concatenate([bare.values, [SQUEEZE, 10.0, 8e-3, mass]])
+        both = ladder._rung(ladder._fitted(model, values, 1e-5), (squeeze,), (1.0,), text)
+        rest = ladder._without_superfluous_effects(both)
+    assert both.final.causes == ("end_stop", "inertia_force")
+    assert rest.final.causes == ("inertia_force",)
+    assert rest.final.values[-2:] == pytest.approx([SQUEEZE, mass], rel=0.03)
 
 
 def test_causes_that_lose_do_not_extend_the_law(diagnosis):

@@ -253,7 +253,21 @@ class Climb(Tiers[_Rung]):
             best = replace(losing, loses=True)
         if best is None or _is_chance(best.part, start):
             return None
+        best = self._without_superfluous_effects(best)
         return replace(best, final=self._fitted(best.final.model, best.part.values, 1e-6))
+
+    def _without_superfluous_effects(self, rung: _Rung) -> _Rung:
+        """The rung without effects that gain no more than chance beside its terms."""
+        part = rung.part
+        for place in reversed(range(len(part.model.effects))):
+            values = np.delete(part.values, part.model.slices()[place])
+            fewer = self._fitted(part.model.without(place), values, 1e-5)
+            if _is_chance(part, fewer):
+                part = fewer
+        if part is rung.part:
+            return rung
+        rest = self._rung(part, rung.chosen, rung.stability, rung.text)
+        return replace(rest, loses=rung.loses)
 
     def _fitted(
         self, model: Model, values: NDArray, tolerance: float, most: int = _LAST_STEPS
@@ -412,7 +426,8 @@ class Climb(Tiers[_Rung]):
 
     def replaced_causes(self, rung: _Rung) -> tuple[str, ...]:
         """Causes of the catalogue in whose place an equation stands."""
-        return () if rung.final.effects else self.causes.final.causes
+        left = rung.final.causes
+        return tuple(cause for cause in self.causes.final.causes if cause not in left)
 
     def has_generic_terms(self) -> bool:
         """Whether causes include a term that no law file can hold."""
@@ -506,7 +521,7 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     best = rungs[offered]
     replaced = ladder.replaced_causes(best) if best.chosen else ()
     if replaced:
-        notes.append("The equation stands in place of the causes.")
+        notes += _replaced_note(diagnosis, replaced)
         if _only_imitated(deciding, floor):
             terms = {one.term.cause for one in best.chosen}
             diagnosis, said = _without_imitations(diagnosis, set(replaced) - terms)
@@ -559,6 +574,14 @@ def _attainable(
         f"one {100 * own.left_out:.3g} %: a greater gain than that of any tier."
     )
     return promised, [note]
+
+
+def _replaced_note(diagnosis: Diagnosis, replaced: Collection[str]) -> list[str]:
+    """A note of the causes in whose place an equation stands."""
+    if all(cause.name in replaced for cause in diagnosis.causes):
+        return ["The equation stands in place of the causes."]
+    labels = [c.label for c in diagnosis.causes if c.name in replaced and c.name != OUTSIDE]
+    return [f"The equation stands in place of {', '.join(labels)}."] if labels else []
 
 
 def _without_imitations(diagnosis: D, replaced: Collection[str]) -> tuple[D, list[str]]:
