@@ -37,7 +37,9 @@ DAMPER = Effect(
     title="Nonlinear damper",
     parameters=(
         EffectParameter("level", "N", "force at 0.1 m/s", lower=0.0, strength=True, starts=(0.1,)),
-        EffectParameter("exponent", "1", "of the velocity", lower=0.2, upper=2.0, starts=(0.6,)),
+        EffectParameter(
+            "exponent", "1", "exponent of the velocity", lower=0.2, upper=2.0, starts=(0.6,)
+        ),
     ),
     force=_power_force,
     source="nonlinear fluid dampers, such as Symans and others (2008)",

@@ -105,7 +105,9 @@ def _term(
     current: bool = False,
 ) -> Effect:
     used = {"acceleration": acceleration, "temperature": temperature, "current": current}
-    coefficient = EffectParameter("coefficient", unit, f"of {text}", strength=True, starts=(0.1,))
+    coefficient = EffectParameter(
+        "coefficient", unit, f"coefficient of {text}", strength=True, starts=(0.1,)
+    )
     return Effect(
         cause=OUTSIDE,
         form=text,
@@ -137,7 +139,7 @@ def with_each_power(term: Effect) -> tuple[Effect, int] | None:
 
     coefficients = tuple(
         EffectParameter(
-            f"coefficient_{k}", _newtons_per((*factors, one)), f"of {text} I^{k}",
+            f"coefficient_{k}", _newtons_per((*factors, one)), f"coefficient of {text} I^{k}",
             strength=k == 0, starts=(0.1,) if k == 0 else (0.0,),
         )
         for k, one in enumerate(_BY_I)

@@ -85,7 +85,7 @@ def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title
         unpack_parameters += [coefficient, *(names[n.symbol] for n in one.term.numbers)]
         if one.term.current:
             unpack_parameters.append(names["i"])
-        meaning = f"of {one.term.text}"
+        meaning = f"coefficient of {one.term.text}"
         parameters.append(f'    Quantity("{coefficient}", "{one.term.unit}", "{meaning}"),')
         for n in one.term.numbers:
             least, most = number_range(n)
