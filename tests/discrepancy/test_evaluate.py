@@ -49,7 +49,7 @@ def device():
     return extend(base, [(effect("force_offset"), {"level": OFFSET})])
 
 
-def test_a_law_that_diverges_is_told_of(campaign):
+def test_the_runs_in_which_a_law_diverges_are_named(campaign):
     values = {"k": 9e3, "c": 400.0, "alpha": 1e4, "A": 1.0, "beta": 1e4, "n": 2.0, "F0": 0.0}
     current = CurrentDependence.polynomial(
         {"gamma": [1e4, -1e12]} | {k: [y] for k, y in values.items()}
