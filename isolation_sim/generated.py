@@ -31,7 +31,8 @@ UNUSED_DAYS = 60.0
 _PACKAGE = Path(__file__).parent
 _PREFIX = "isolation_sim_"
 # Threads that fit one law ask for its module at the same time, and only one needs to write it.
-_LOADING = RLock()
+LOADING = RLock()
+"""Held while texts are written and loaded: CasADi, which writes them, fails in two threads at once."""
 _NAME = re.compile(r"[a-z]+_[0-9a-f]{20}")
 # in code and in a writer's strings
 _IMPORTS = re.compile(
@@ -181,7 +182,7 @@ def _files(module: Path, member: str) -> Iterator[Path]:
 def _load(name: str, write: Callable[[], str], notice: str = "") -> ModuleType:
     """Import a module from the cache folder; a new one is written first."""
     path = cache_folder() / f"{name}.py"
-    with _LOADING:
+    with LOADING:
         if not _mark_used(path):
             if notice:
                 print(notice, file=sys.stderr)
