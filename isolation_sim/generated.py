@@ -32,7 +32,7 @@ _PACKAGE = Path(__file__).parent
 _PREFIX = "isolation_sim_"
 # Threads that fit one law ask for its module at the same time, and only one needs to write it.
 LOADING = RLock()
-"""Held while texts are written and loaded: CasADi, which writes them, fails in two threads at once."""
+"""Held while texts are written and loaded: CasADi, which writes them, fails in two threads."""
 _NAME = re.compile(r"[a-z]+_[0-9a-f]{20}")
 # in code and in a writer's strings
 _IMPORTS = re.compile(
