@@ -31,8 +31,8 @@ UNUSED_DAYS = 60.0
 _PACKAGE = Path(__file__).parent
 _PREFIX = "isolation_sim_"
 # Threads that fit one law ask for its module at the same time, and only one needs to write it.
-LOADING = RLock()
-"""Held while texts are written and loaded: CasADi, which writes them, fails in two threads."""
+# CasADi, which writes the texts, fails in two threads at once.
+_LOADING = RLock()
 _NAME = re.compile(r"[a-z]+_[0-9a-f]{20}")
 # in code and in a writer's strings
 _IMPORTS = re.compile(
@@ -92,7 +92,8 @@ def load_written(kind: str, content: object, write: Callable[[], str]) -> Module
     # ``content``: inputs of ``write`` besides source files; equal contents have equal ``repr``.
     # None: they cannot be described, and the module is loaded by its text.
     if content is None:
-        return load_text(kind, write())
+        with _LOADING:
+            return load_text(kind, write())
     return _load(name_of_content(kind, content, write), write)
 
 
@@ -182,7 +183,7 @@ def _files(module: Path, member: str) -> Iterator[Path]:
 def _load(name: str, write: Callable[[], str], notice: str = "") -> ModuleType:
     """Import a module from the cache folder; a new one is written first."""
     path = cache_folder() / f"{name}.py"
-    with LOADING:
+    with _LOADING:
         if not _mark_used(path):
             if notice:
                 print(notice, file=sys.stderr)

@@ -28,7 +28,6 @@ def conditions(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
     # Runs of nearly the same amplitude and velocity are one motion. Many motions are put together
     # by their size, so that what is left out is also an extrapolation. One or two runs are cut into
     # parts of the same travelled path: the quiet end of an earthquake is no condition of its own.
-    own = [run for run in data.runs if data.fitted[run].any()]
     number = np.zeros(len(data.x), dtype=int)
     if of_parts(data):
         inside = np.flatnonzero(data.fitted)
@@ -36,6 +35,7 @@ def conditions(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
         ends = np.searchsorted(path, path[-1] * np.arange(1, _GROUPS) / _GROUPS)
         parts = np.split(inside, ends)
         return [(f"part {k + 1}", _mask(number, part)) for k, part in enumerate(parts)]
+    own = [run for run in data.runs if data.fitted[run].any()]
     sizes = np.log([[np.max(np.abs(y[run])) for y in (data.x, data.v)] for run in own])
     motions: list[list[int]] = []
     for k in np.argsort(sizes.sum(axis=1), kind="stable").tolist():

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...compilation.kernel_text import assigned, kernel_text
 from ...effects import Effect, Signals
-from ...generated import LOADING, load_text
+from ...generated import load_written
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.run_starts import lead_in
 from ...laws.emit import function_text, straight_line, symbols
@@ -82,8 +82,7 @@ def _width(effect: Effect, hook: str) -> int:
 
 @lru_cache(maxsize=256)
 def _compiled(effect: Effect) -> ModuleType:
-    with LOADING:
-        return load_text("effect", _text(effect))
+    return load_written("effect", None, lambda: _text(effect))
 
 
 def _text(effect: Effect) -> str:
