@@ -15,9 +15,9 @@ from .errors import InputError
 from .simulation.pieces import refined_outputs
 from .structures import IsolatedStructure
 from .structures.element_groups import isolation_elements
+from .structures.isolation_loop import effective, isolation_loop
 
 if TYPE_CHECKING:
-    from .laws.law import Law
     from .simulation.result import Run
 
 DAMPING_COEFFICIENT = {0.02: 0.8, 0.05: 1.0, 0.10: 1.2, 0.20: 1.5, 0.30: 1.7, 0.40: 1.9}
@@ -30,7 +30,7 @@ LEAST_OF_STATIC = {"displacement": 0.8, "shear": 0.9}
 """Least design values of a response history, as shares of the static estimate (17.6.4)."""
 SLOW = 50.0
 """Period of the cycle for the restoring force, over the effective period."""
-_CYCLES, _POINTS, _INSTANTS, _PARTS = 3, 241, 8, 8
+_INSTANTS, _PARTS = 8, 8
 
 MEMORY = "clauses and limits from memory: look them up before use"
 
@@ -103,79 +103,28 @@ def with_factors(
     return replace(isolated, elements=tuple(elements))
 
 
-def isolation_loop(
-    isolated: IsolatedStructure, amplitude: float, period: float, current: float
-) -> tuple[NDArray, NDArray]:
-    """Steady loop of all isolators under a sinusoidal displacement along the first direction."""
-    from scipy.integrate import solve_ivp
-
-    omega = 2 * np.pi / period
-    time = period * (_CYCLES + np.linspace(0.0, 1.0, _POINTS))
-    x, v = amplitude * np.cos(omega * time), -amplitude * omega * np.sin(omega * time)
-    rigid = isolated.structure.above_foundation[:, 0]
-    force = (rigid @ isolated.structure.stiffness @ rigid) * x
-    followed: dict[tuple, NDArray] = {}  # states of equal isolators
-    for e in isolation_elements(isolated):
-        element, along = isolated.elements[e], isolated.holding[e, 0]
-        if along == 0.0:
-            continue
-        device, at = element.device, current if element.channel is not None else 0.0
-        law, parameters, amount = device.law, device.parameters_at(at), along / device.length
-        key = id(law), parameters, amount
-        if not law.states:
-            followed[key] = np.zeros((0, _POINTS))
-        if key not in followed:
-            # from rest, to the amplitude in the first quarter of a cycle
-            def rates(t: float, s: NDArray, law: Law = law, size: float = amount * amplitude,
-                      parameters: tuple = parameters) -> tuple:  # fmt: skip
-                at_x, at_v = size * np.sin(omega * t), size * omega * np.cos(omega * t)
-                return tuple(law.rates(at_x, at_v, tuple(s), parameters))
-
-            solution = solve_ivp(
-                rates, (0.0, time[-1] + period / 4), device.initial_states(), "LSODA",
-                t_eval=time + period / 4, rtol=1e-7, atol=1e-10, max_step=period / 50,
-            )  # fmt: skip
-            followed[key] = solution.y
-        force = force + along * device.force(along * x, along * v, tuple(followed[key]), at)
-    return x, np.asarray(force)
-
-
 def effective_properties(
     isolated: IsolatedStructure, spectral_acceleration: float, current: float = 0.0
 ) -> EffectiveProperties:
     """Effective period and damping at the displacement D_M, by iteration."""
-    mass = isolated.structure.isolated_mass
     period, displacement = 2.0, 0.1
     for _ in range(100):
-        x, force = isolation_loop(isolated, displacement, period, current)
-        stiffness = float(force[0] - force[_POINTS // 2]) / (2 * displacement)
-        if not stiffness > 0:
-            raise InputError(
-                f"{isolated.structure.name}: its isolators have no restoring force at "
-                f"{1e3 * displacement:.3g} mm; expected for a check: a stiffness above 0"
-            )
-        damping = loop_area(x, force) / (2 * np.pi * stiffness * displacement**2)
-        before, period = displacement, 2 * np.pi * np.sqrt(mass / stiffness)
+        stiffness, damping, period = effective(isolated, displacement, period, current)
+        before = displacement
         target = spectral_acceleration * period / (4 * np.pi**2 * damping_coefficient(damping))
         displacement = (displacement * target) ** 0.5
         if abs(target - before) < 1e-6 * target:
             break
     # slow loading from the other side, since viscous forces do not recentre the base
     slow, at_rest = isolation_loop(isolated, before, SLOW * period, current)
-    half = np.interp(before / 2, slow[_POINTS // 2 :], at_rest[_POINTS // 2 :])
-    _, small = isolation_loop(isolated, 0.2 * before, period, current)
-    initial = (small[0] - small[_POINTS // 2]) / (0.4 * before)
+    rising = slice(len(slow) // 2, None)
+    half = np.interp(before / 2, slow[rising], at_rest[rising])
+    weight = isolated.structure.isolated_mass * STANDARD_GRAVITY
     return EffectiveProperties(
-        displacement=before, period=float(period), damping=float(damping), stiffness=stiffness,
-        shear=stiffness * before,
-        restoring=float(at_rest[-1] - half) / (mass * STANDARD_GRAVITY),
-        softening=float(stiffness / initial),
+        displacement=before, period=period, damping=damping, stiffness=stiffness,
+        shear=stiffness * before, restoring=float(at_rest[-1] - half) / weight,
+        softening=stiffness / effective(isolated, 0.2 * before, period, current).stiffness,
     )  # fmt: skip
-
-
-def loop_area(x: NDArray, force: NDArray) -> float:
-    """Energy that one cycle dissipates, J."""
-    return float(np.trapezoid(force, x))
 
 
 def damping_coefficient(damping: float) -> float:

@@ -14,13 +14,13 @@ from isolation_sim.code_check import (
     commands_until,
     damping_coefficient,
     effective_properties,
-    isolation_loop,
     peak_displacement,
     with_factors,
 )
 from isolation_sim.errors import InputError
 from isolation_sim.laws import law
 from isolation_sim.structures import shear_building, with_p_delta
+from isolation_sim.structures.isolation_loop import isolation_loop
 
 WEIGHT_MASS = 5e5
 GRAVITY = 9.80665

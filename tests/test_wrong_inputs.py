@@ -127,7 +127,7 @@ SCENARIOS = [
         "length_scale and target_period_s are both set",
     ),
     ("[isolator]\ntarget_period_s = 2.0\ndamping_ratio = 0.001", "damping_ratio is 0.001; exp"),
-    ("[isolator]\ndesign_displacement_m = 0.1", "needs target_period_s"),
+    ("[isolator]\ndesign_displacement_m = 0.1", "is set without target_period_s or"),
     ("[[isolator.effect]]\nname = 'frction'", "unknown effect 'frction'"),
     ("[[isolator.effect]]\nname = 'coulomb_friction'\nform = 'x'", "unknown form"),
     ("[[isolator.effect]]\nname = 'coulomb_friction'", "is missing; needed"),

@@ -19,7 +19,7 @@ from ..structures import (
     with_vertical_motion,
 )
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
-from ..structures.sizing import scale_to_period, with_damping
+from ..structures.sizing import design_cycle, scale_to_cycle, scale_to_period, with_damping
 from .fields import Coefficients, Number, Positive, Registered, Section
 
 _Parameters = Annotated[
@@ -141,6 +141,10 @@ class Isolator(_Device):
         Positive | None,
         Field(description="first period at the middle current; replaces scales and count"),
     ] = None
+    effective_period_s: Annotated[
+        Positive | None,
+        Field(description="effective period at the design displacement; replaces scales and count"),
+    ] = None
     design_displacement_m: Annotated[
         Positive | None,
         Field(description="displacement at the tested deformation; 0.04 m per s of target period"),
@@ -148,7 +152,10 @@ class Isolator(_Device):
     damping_ratio: Annotated[
         float | None,
         Field(
-            ge=0, lt=1, description="damping ratio of the first mode; a dashpot adds the difference"
+            ge=0,
+            lt=1,
+            description="of the first mode, or at design_displacement_m with "
+            "effective_period_s; a dashpot adds the difference",
         ),
     ] = None
     biaxial: Annotated[
@@ -180,29 +187,40 @@ class Isolator(_Device):
         isolated = structure.on(device, biaxial=self.biaxial, load_changes=changes)
         if self.damping_ratio is None:
             return isolated
-        return with_damping(isolated, device, self.damping_ratio, "damping_ratio")
+        cycle = None
+        if self.effective_period_s is not None:
+            cycle = design_cycle(self.effective_period_s, self.design_displacement_m)
+        return with_damping(isolated, device, self.damping_ratio, "damping_ratio", cycle)
 
     def with_scales(self, structure: Structure) -> Isolator:
-        """Return the section with scales in place of a target period."""
-        if self.target_period_s is None:
+        """Return the section with scales by the period that it gives."""
+        periods = ("target_period_s", "effective_period_s")
+        given = [key for key in periods if getattr(self, key) is not None]
+        if not given:
             if self.design_displacement_m is not None:
                 raise InputError(
-                    "design_displacement_m needs target_period_s; expected: both keys or none"
+                    "design_displacement_m is set without target_period_s or effective_period_s; "
+                    "expected: one of them, too"
                 )
             return self
-        for key, default in (("length_scale", None), ("force_scale", None), ("count", 1.0)):
-            if getattr(self, key) != default:
-                raise InputError(
-                    f"{key} and target_period_s are both set; expected: one of the two"
-                )
-        device = scale_to_period(
-            structure, self.device(), self.target_period_s, self.design_displacement_m, self.biaxial
-        )
-        result = {
+        others = (("length_scale", None), ("force_scale", None), ("count", 1.0), (periods[1], None))
+        for key, default in others:
+            if key != given[0] and getattr(self, key) != default:
+                raise InputError(f"{key} and {given[0]} are both set; expected: one of the two")
+        device, displacement = self.device(), self.design_displacement_m
+        if self.target_period_s is not None:
+            device = scale_to_period(
+                structure, device, self.target_period_s, displacement, self.biaxial
+            )
+        elif self.effective_period_s is not None:
+            cycle = design_cycle(self.effective_period_s, displacement)
+            device = scale_to_cycle(structure, device, cycle, self.biaxial)
+        changes: dict[str, Any] = {
             "length_scale": device.length, "force_scale": device.force_scale,
-            "target_period_s": None, "design_displacement_m": None,
         }  # fmt: skip
-        return self.model_copy(update=result)
+        if self.effective_period_s is None:  # the damping ratio needs them
+            changes |= {"target_period_s": None, "design_displacement_m": None}
+        return self.model_copy(update=changes)
 
     def on_reference(self) -> Device:
         """Return the device; scales that the section leaves out are the reference building's."""
@@ -214,7 +232,8 @@ class Isolator(_Device):
             if getattr(self, key) is None and not self.law.endswith(".fmu"):
                 raise InputError(
                     f"{key} is missing; expected: a number above 0 (only the reference building "
-                    "has a default), or target_period_s in place of both scales"
+                    "has a default), or in place of both scales target_period_s or "
+                    "effective_period_s"
                 )
         return self.device()
 

@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import InputError
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
+from .isolation_loop import effective
 from .modes import modal_facts, modes_of
 
 DISPLACEMENT_PER_PERIOD = 0.04
@@ -36,14 +37,11 @@ def scale_to_period(
     """Scale a device so that the first mode has the target period at the middle current."""
     from scipy.optimize import brentq
 
-    if not (np.isfinite(target_period) and target_period > 0):
-        raise InputError(f"target_period_s is {target_period!r}; expected: a number above 0")
-    if displacement is not None and not (np.isfinite(displacement) and displacement > 0):
-        raise InputError(f"design_displacement_m is {displacement!r}; expected: a number above 0")
+    _positive("target_period_s", target_period)
     if displacement is None and device.length == 1.0:
         displacement = DISPLACEMENT_PER_PERIOD * target_period
-    if displacement is not None and np.isfinite(device.tested_deformation):
-        device = device.scaled(displacement / (device.length * device.tested_deformation))
+    if displacement is not None:
+        device = _to_displacement(device, displacement)
     current = middle_current(device)
 
     def period(force: float) -> float:
@@ -72,23 +70,74 @@ def scale_to_period(
     return device.scaled(force=float(np.exp(logarithm)))
 
 
-def with_damping(isolated: Any, device: Device, damping: float, name: str = "damping") -> Any:
-    """Add dashpots between ground and base to reach a damping ratio of the first mode."""
+def design_cycle(period: float, displacement: float | None) -> tuple[float, float]:
+    """Displacement, m, and period, s, at which a device gets its effective period."""
+    _positive("effective_period_s", period)
+    if displacement is None:
+        raise InputError("effective_period_s needs design_displacement_m; expected: both")
+    _positive("design_displacement_m", displacement)
+    return displacement, period
+
+
+def scale_to_cycle(
+    structure: Any, device: Device, cycle: tuple[float, float], biaxial: bool = False
+) -> Device:
+    """Scale a device so that its effective period in a cycle is the cycle's, at the middle current.
+
+    ``cycle``: displacement, m, and period, s.
+    """
+    device = _to_displacement(device, cycle[0])
+    isolated = structure.on(device, biaxial=biaxial)
+    rigid = structure.above_foundation[:, 0]
+    without = float(rigid @ structure.stiffness @ rigid)  # such as that of P-delta
+    stiffness = effective(isolated, *cycle, middle_current(device)).stiffness - without
+    wanted = structure.isolated_mass * (2 * np.pi / cycle[1]) ** 2 - without
+    return device.scaled(force=wanted / stiffness)
+
+
+def _positive(key: str, value: float) -> None:
+    """Refuse what is no number above 0."""
+    if not (np.isfinite(value) and value > 0):
+        raise InputError(f"{key} is {value!r}; expected: a number above 0")
+
+
+def _to_displacement(device: Device, displacement: float) -> Device:
+    """Scale a device so that its largest tested deformation is the design displacement."""
+    _positive("design_displacement_m", displacement)
+    if not np.isfinite(device.tested_deformation):
+        return device
+    return device.scaled(displacement / (device.length * device.tested_deformation))
+
+
+def with_damping(
+    isolated: Any, device: Device, damping: float, name: str = "damping",
+    cycle: tuple[float, float] | None = None,
+) -> Any:  # fmt: skip
+    """Add dashpots between ground and base to reach a damping ratio of the first mode.
+
+    With a cycle, a displacement in m and a period in s, to reach the effective damping in it.
+    """
     from ..laws.kelvin_voigt import LAW
 
     if not (np.isfinite(damping) and 0 <= damping < 1):
         raise InputError(f"{name} is {damping!r}; expected: a ratio, 0 or more and below 1")
-    result = modal_facts(isolated, middle_current(device))
-    own = float(result.damping_ratios[0])
+    at_base = isolated.holding.any(axis=1)
+    held = [element for element, at in zip(isolated.elements, at_base, strict=True) if at]
+    if cycle is None:
+        result = modal_facts(isolated, middle_current(device))
+        own, omega = float(result.damping_ratios[0]), 2 * np.pi / result.periods[0]
+        moved = np.array([element.direction @ result.shapes[:, 0] for element in held])
+        size = omega / float(moved @ moved)
+    else:
+        stiffness, own, _ = effective(isolated, *cycle, middle_current(device))
+        moved = isolated.holding[at_base, 0]
+        size = stiffness * cycle[1] / (2 * np.pi) / float(moved @ moved)
     if damping < own:
         raise InputError(
             f"{name} is {damping:g}; expected: {own:.4g} or more, the ratio of building and "
             "isolators alone"
         )
-    held = [e for e, along in zip(isolated.elements, isolated.holding, strict=True) if along.any()]
-    moved = np.array([element.direction @ result.shapes[:, 0] for element in held])
-    omega = 2 * np.pi / result.periods[0]
-    coefficient = 2 * omega * (damping - own) / float(moved @ moved)
+    coefficient = 2 * size * (damping - own)
     for element in held:
         numbers = CurrentDependence.polynomial({"k": 0.0, "c": coefficient}, ("k", "c"))
         damper = Device(LAW, numbers, name="damper added for a damping ratio")

@@ -16,6 +16,7 @@ from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
 from ..laws.law import Law
 from ..laws.linear import LAW as LINEAR
+from ..old_names import note_old_name
 from .checks import check_matrices, matrix, read_only
 from .element import Element
 from .element_groups import (
@@ -26,10 +27,11 @@ from .element_groups import (
     law_of_device,
 )
 from .facts import facts
+from .isolation_loop import Effective, effective_at
 from .isolators import add_isolators
 from .modes import ModalFacts, modal_facts, undamped_modes
 from .rows import base_rows, isolator_rows, plan_dofs
-from .sizing import scale_to_period, with_damping
+from .sizing import design_cycle, scale_to_cycle, scale_to_period, with_damping
 
 
 @checked
@@ -314,6 +316,7 @@ class Structure:
         count: float = 1,
         *,
         target_period_s: float | None = None,
+        effective_period_s: float | None = None,
         design_displacement_m: float | None = None,
         damping: float | None = None,
         biaxial: bool = False,
@@ -328,17 +331,20 @@ class Structure:
             With several directions of ground motion there is one per direction, on the same coil
             channel.
         count : float, default 1
-            Number of parallel devices; not together with ``target_period_s``.
+            Number of parallel devices; not together with a period.
         target_period_s : float, optional, s
             Period of the first mode for small vibrations, at the middle of the tested currents.
             The device's force is scaled to this period.
+        effective_period_s : float, optional, s
+            Instead, the period of the mass above the isolators on their effective stiffness at
+            the design displacement, at the middle of the tested currents (ASCE 7-22, 17.2.8).
         design_displacement_m : float, optional, m
             Deformation of the isolators at the largest tested deformation of the device. By
             default 0.04 m per second of the target period, if the device is not scaled yet (80 mm
-            at 2 s, as for the reference isolators).
+            at 2 s, as for the reference isolators). The effective period needs it.
         damping : float, optional, dimensionless
-            Damping ratio of the first mode; a linear dashpot parallel to the isolators adds the
-            difference.
+            Damping ratio of the first mode, or with an effective period the effective damping at
+            the design displacement; a linear dashpot parallel to the isolators adds the difference.
         biaxial : bool, default False
             Whether the directions are coupled, by the law's in-plan form. With known isolator
             positions there is one device at each, with equal shares.
@@ -358,20 +364,27 @@ class Structure:
         """
         if not self.base:
             raise InputError(f"{self.name} has no base; expected: a base, for the isolators")
+        periods = {
+            "target_period_s": target_period_s, "effective_period_s": effective_period_s,
+            "count": None if count == 1 else count,
+        }  # fmt: skip
+        given = [key for key, value in periods.items() if value is not None]
+        if len(given) > 1:
+            raise InputError(f"{' and '.join(given)} are set; expected: one of them")
+        cycle = None
         if target_period_s is not None:
-            if count != 1:
-                raise InputError(
-                    f"count is {count!r} and target_period_s is set; expected: one of the two"
-                )
             device = scale_to_period(self, device, target_period_s, design_displacement_m, biaxial)
+        elif effective_period_s is not None:
+            cycle = design_cycle(effective_period_s, design_displacement_m)
+            device = scale_to_cycle(self, device, cycle, biaxial)
         elif design_displacement_m is not None:
-            raise InputError(
-                "design_displacement_m needs target_period_s; expected: both or neither"
-            )
+            raise InputError("design_displacement_m is set without a period; expected: both")
         isolated = add_isolators(
             IsolatedStructure(self, ()), device.scaled(force=count), biaxial, load_changes
         )
-        return isolated if damping is None else with_damping(isolated, device, damping)
+        if damping is None:
+            return isolated
+        return with_damping(isolated, device, damping, cycle=cycle)
 
     @checked
     def with_element(
@@ -676,7 +689,7 @@ class IsolatedStructure:
         """
         return self.modes(currents).periods
 
-    def effective_damping(self, currents: float | Sequence[float] = 0.0) -> float:
+    def damping_ratio(self, currents: float | Sequence[float] = 0.0) -> float:
         """Damping ratio of the first mode for small vibrations about rest; see `modes`.
 
         Parameters
@@ -690,6 +703,36 @@ class IsolatedStructure:
             Dimensionless.
         """
         return float(self.modes(currents).damping_ratios[0])
+
+    def effective_damping(self, currents: float | Sequence[float] = 0.0) -> float:
+        """Old name of `damping_ratio`, with a warning."""
+        note_old_name("effective_damping", "damping_ratio")
+        return self.damping_ratio(currents)
+
+    @checked
+    def effective(self, displacement: float, currents: float | Sequence[float] = 0.0) -> Effective:
+        """Effective period and damping of the isolation at a displacement (ASCE 7-22, 17.2.8).
+
+        Parameters
+        ----------
+        displacement : float, m
+            Amplitude of the cycle along the first direction, with the structure rigid above the
+            isolators. The cycle has the effective period.
+        currents : float or sequence of float, shape (n_channels,), A
+            Current of each channel, or one for all.
+
+        Returns
+        -------
+        Effective
+            ``stiffness`` (N/m), ``damping`` (dimensionless) and ``period`` (s).
+
+        Raises
+        ------
+        InputError
+            If the displacement is not above 0, a current is outside its device's range, or the
+            isolators have no stiffness at this displacement.
+        """
+        return effective_at(self, displacement, self._per_channel(currents))
 
     def fixed_base(self) -> IsolatedStructure:
         """Superstructure on a fixed base and rigid ground, without isolators, for comparison.
@@ -757,12 +800,7 @@ class IsolatedStructure:
         InputError
             If a current is outside its device's range or the frequency is not positive.
         """
-        try:
-            amperes = np.broadcast_to(np.array(currents, dtype=float), (max(self.n_channels, 1),))
-        except ValueError:
-            raise InputError(
-                f"currents are {currents!r}; expected: a number or {self.n_channels} of them, in A"
-            ) from None
+        amperes = self._per_channel(currents)
         stiffness, damping = self.structure.stiffness.copy(), self.structure.damping.copy()
         for element in self.elements:
             current = 0.0 if element.channel is None else amperes[element.channel]
@@ -771,3 +809,12 @@ class IsolatedStructure:
             stiffness += complex_stiffness.real * along
             damping += complex_stiffness.imag / (2 * np.pi * frequency_hz) * along
         return replace(self.structure, stiffness=stiffness, damping=damping)
+
+    def _per_channel(self, currents: float | Sequence[float]) -> np.ndarray:
+        """Currents of the channels, A, of one for all or one for each."""
+        try:
+            return np.broadcast_to(np.array(currents, dtype=float), (max(self.n_channels, 1),))
+        except ValueError:
+            raise InputError(
+                f"currents are {currents!r}; expected: a number or {self.n_channels} of them, in A"
+            ) from None

@@ -24,7 +24,7 @@ def test_periods_and_damping_of_one_degree_of_freedom(slab):
     isolated = slab.on(iso.law("kelvin_voigt", {"k": STIFFNESS, "c": DAMPING}))
     omega = np.sqrt(STIFFNESS / MASS)
     assert isolated.periods() == pytest.approx([2 * np.pi / omega], rel=1e-9)
-    assert isolated.effective_damping() == pytest.approx(DAMPING / (2 * MASS * omega), rel=1e-9)
+    assert isolated.damping_ratio() == pytest.approx(DAMPING / (2 * MASS * omega), rel=1e-9)
 
 
 def test_modes_are_those_of_the_eigenvalue_problem():
@@ -54,8 +54,60 @@ def test_a_design_displacement_and_a_damping_ratio_are_met(slab):
     isolated = slab.on(device, target_period_s=2.5, design_displacement_m=0.2, damping=0.4)
     scaled = isolated.elements[0].device
     assert scaled.length * scaled.tested_deformation == pytest.approx(0.2)
-    assert isolated.effective_damping(1.5) == pytest.approx(0.4, rel=1e-6)
+    assert isolated.damping_ratio(1.5) == pytest.approx(0.4, rel=1e-6)
     assert isolated.element_names == ("isolator", "damper")
+
+
+def lead_rubber(stiffness, strength, u_y):
+    """A bilinear bearing, its corner as sharp as the law has it."""
+    numbers = {"k": stiffness, "c": 0.0, "alpha": strength / u_y, "A": 1.0, "n": 10.0, "F0": 0.0}
+    return iso.law("bouc_wen", numbers | dict.fromkeys(("beta", "gamma"), 0.5 / u_y**10))
+
+
+def test_an_effective_period_is_that_of_the_bilinear_loop(slab):
+    """The period at rest is that of the stiffness before yielding, a third of it."""
+    k, strength, u_y, D = 1.0, 0.12, 0.01, 0.25
+    isolated = slab.on(
+        lead_rubber(k, strength, u_y), effective_period_s=2.5, design_displacement_m=D
+    )
+    stiffness = MASS * (2 * np.pi / 2.5) ** 2
+    scale = isolated.elements[0].device.force_scale
+    assert scale == pytest.approx(stiffness / (k + strength / D), rel=1e-4)
+    found = isolated.effective(D)
+    assert (found.period, found.stiffness) == pytest.approx((2.5, stiffness), rel=1e-8)
+    area = 4 * scale * strength * (D - u_y)
+    assert found.damping == pytest.approx(area / (2 * np.pi * stiffness * D**2), rel=0.01)
+    assert isolated.periods()[0] < 0.9
+
+
+def test_effective_properties_of_spring_and_dashpot_are_exact(slab):
+    isolated = slab.on(iso.law("kelvin_voigt", {"k": STIFFNESS, "c": DAMPING}))
+    omega = np.sqrt(STIFFNESS / MASS)
+    found = isolated.effective(0.1)
+    expected = STIFFNESS, DAMPING * omega / (2 * STIFFNESS), 2 * np.pi / omega
+    assert tuple(found) == pytest.approx(expected, rel=1e-3)
+    with pytest.raises(InputError, match=r"displacement is 0\.0; expected"):
+        isolated.effective(0.0)
+
+
+def test_an_effective_damping_is_reached_at_the_design_displacement():
+    text = (
+        "[structure]\nkind = 'shear'\nfloor_masses_kg = [2e5]\nbase_mass_kg = 1e5\n"
+        "storey_stiffnesses_N_per_m = [4e8]\n[isolator]\nlaw = 'strain_stiffening'\n"
+        "effective_period_s = 2.5\ndesign_displacement_m = 0.2\ndamping_ratio = 0.35\n"
+    )
+    isolated = iso.Scenario.from_toml(text).build().isolated
+    found = isolated.effective(0.2, 1.5)
+    assert (found.period, found.damping) == pytest.approx((2.5, 0.35), rel=2e-3)
+    assert isolated.element_names == ("isolator", "damper")
+    with pytest.raises(InputError, match="effective_period_s and target_period_s are both set"):
+        iso.Scenario.from_toml(text + "target_period_s = 2.0\n").build()
+
+
+def test_the_old_name_of_the_damping_ratio_is_accepted(slab):
+    isolated = slab.on(iso.law("kelvin_voigt", {"k": STIFFNESS, "c": DAMPING}))
+    with pytest.warns(FutureWarning, match="now called damping_ratio"):
+        assert isolated.effective_damping() == isolated.damping_ratio()
 
 
 @pytest.mark.parametrize(
@@ -64,8 +116,20 @@ def test_a_design_displacement_and_a_damping_ratio_are_met(slab):
         ({"target_period_s": 0.4}, "target_period_s is 0.4; expected: above 0.5"),
         ({"target_period_s": -1.0}, "target_period_s is -1.0; expected: a number above 0"),
         ({"target_period_s": 2.0, "damping": 0.01}, "damping is 0.01; expected: 0."),
-        ({"target_period_s": 2.0, "count": 3}, "count is 3 and target_period_s is set"),
-        ({"design_displacement_m": 0.1}, "needs target_period_s"),
+        (
+            {"target_period_s": 2.0, "count": 3},
+            "target_period_s and count are set; expected: one of them",
+        ),
+        ({"design_displacement_m": 0.1}, "design_displacement_m is set without a period"),
+        ({"effective_period_s": 2.0}, "effective_period_s needs design_displacement_m"),
+        (
+            {"effective_period_s": 2.0, "target_period_s": 2.0},
+            "target_period_s and effective_period_s are set",
+        ),
+        (
+            {"effective_period_s": 2.0, "design_displacement_m": 0.1, "damping": 0.01},
+            "damping is 0.01; expected: 0.",
+        ),
     ],
 )
 def test_what_cannot_be_reached_is_refused(options, told):
@@ -80,7 +144,7 @@ def test_a_scenario_takes_a_target_period():
     )
     job = iso.Scenario.from_toml(text).build()
     assert job.isolated.periods(1.5)[0] == pytest.approx(2.5, rel=1e-6)
-    assert job.isolated.effective_damping(1.5) == pytest.approx(0.35, rel=1e-6)
+    assert job.isolated.damping_ratio(1.5) == pytest.approx(0.35, rel=1e-6)
     true, believed = (each.elements[0].device for each in (job.isolated, job.options["nominal"]))
     assert believed.force_scale == pytest.approx(2 * true.force_scale)
     assert job.fixed_base
