@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from .api import compare, diagnose, evaluate, load, run_scenario, simulate
     from .comparison import Comparison, json_report
+    from .criterion import Criterion
     from .discrepancy.building.raw_records.import_record import import_building_record
     from .discrepancy.diagnosis import Diagnosis
     from .errors import (
@@ -106,6 +107,7 @@ _HOMES = {
     "Controller": "controllers",
     "ControllerError": ".errors",
     "ControllerWarning": ".errors",
+    "Criterion": ".criterion",
     "Device": ".laws",
     "DeviceSimulator": ".simulation.substructure",
     "Diagnosis": ".discrepancy.diagnosis",
@@ -181,6 +183,7 @@ __all__ = [
     "Controller",
     "ControllerError",
     "ControllerWarning",
+    "Criterion",
     "Device",
     "DeviceSimulator",
     "Diagnosis",

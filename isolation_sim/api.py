@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from ground_motions import Record
 from ground_motions.argument_types import checked
 
+from .criterion import Criterion
 from .errors import ControllerWarning, InputError, PlausibilityWarning, TestedRangeWarning, warn
 from .registry import controller as named_controller
 from .simulation.contact import contact_warnings
@@ -45,6 +46,7 @@ def simulate(
     computation_delay: float = 0.0,
     tolerance: float = 1e-6,
     current_outside: Literal["refuse", "clamp"] = "refuse",
+    criteria: Sequence[str | Criterion] = (),
 ) -> Run:
     """Simulate one run.
 
@@ -70,6 +72,8 @@ def simulate(
     current_outside : {"refuse", "clamp"}
         Treatment of a command outside the driver's limits: stop with an error, or clamp and count
         it.
+    criteria : sequence of str or Criterion
+        Criteria beside the peaks and RMS values, by name, by place or themselves.
 
     Returns
     -------
@@ -101,6 +105,7 @@ def simulate(
     result = run(
         isolated, ground, _controller(controller), nominal=nominal, driver=driver, sensors=sensors,
         computation_delay=computation_delay, tolerance=tolerance, current_outside=current_outside,
+        criteria=criteria,
     )  # fmt: skip
     _warn({result.controller: result})
     return result
@@ -118,6 +123,7 @@ def compare(
     computation_delay: float = 0.0,
     tolerance: float = 1e-6,
     current_outside: Literal["refuse", "clamp"] = "refuse",
+    criteria: Sequence[str | Criterion] = (),
     fixed_base: bool = False,
 ) -> Comparison:
     """Simulate several controllers on one plant under one ground motion.
@@ -130,7 +136,7 @@ def compare(
         Ground acceleration, m/s^2, one record per direction of the structure.
     controllers : sequence or mapping of str or Control
         Names or controllers; a mapping's keys are the names to print.
-    nominal, driver, sensors, computation_delay, tolerance, current_outside
+    nominal, driver, sensors, computation_delay, tolerance, current_outside, criteria
         As in `simulate`.
     fixed_base : bool, default False
         Whether to simulate the building without isolation and without soil, too, for comparison.
@@ -180,7 +186,7 @@ def compare(
         lambda name: run(
             isolated, ground, named[name], nominal=nominal, driver=driver, sensors=sensors,
             computation_delay=computation_delay, tolerance=tolerance,
-            current_outside=current_outside,
+            current_outside=current_outside, criteria=criteria,
         ),
         lambda: fixed_base_run(isolated, ground, tolerance) if fixed_base else None,
     )  # fmt: skip

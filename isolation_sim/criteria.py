@@ -43,13 +43,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ground_motions.argument_types import checked
 
+from .criterion import known_criterion
 from .errors import InputError
 from .simulation.quantities import quantity_rows
 
@@ -72,27 +73,36 @@ _RATIOS = {
 }
 """Criteria for the ratio to the uncontrolled structure: the first that both structures have."""
 
+
+class Quantity(NamedTuple):
+    """A quantity whose peak and RMS value are criteria."""
+
+    name: str  # In the criteria's names, with the SI unit at its end
+    label: str  # In tables
+    resultant: bool = False  # A single column
+    # Of some structures: with isolator positions, storey heights, bearings without a coil beside
+    # isolators with one, moat walls
+    optional: bool = False
+
+
 QUANTITIES = {
-    "base_displacement": "base_displacement_m",
-    "floor_acceleration": "floor_acceleration_m_s2",
-    "superstructure_acceleration": "superstructure_acceleration_m_s2",
-    "drift": "drift_m",
-    "base_shear": "base_shear_N",
-    "structural_shear": "structural_shear_N",
-    "isolator_force": "isolator_force_N",
-    "isolator_displacement": "isolator_displacement_m",
-    "drift_ratio": "drift_ratio",
-    "isolation_force": "isolation_force_N",
-    "wall_force": "wall_force_N",
+    "base_displacement": Quantity("base_displacement_m", "base displacement"),
+    "isolator_displacement": Quantity(
+        "isolator_displacement_m", "isolator displacement", optional=True
+    ),
+    "floor_acceleration": Quantity("floor_acceleration_m_s2", "floor acceleration"),
+    "superstructure_acceleration": Quantity(
+        "superstructure_acceleration_m_s2", "floor accel. above base"
+    ),
+    "drift": Quantity("drift_m", "storey drift"),
+    "drift_ratio": Quantity("drift_ratio", "storey drift over height", optional=True),
+    "base_shear": Quantity("base_shear_N", "base shear", True),
+    "structural_shear": Quantity("structural_shear_N", "structural shear", True),
+    "isolator_force": Quantity("isolator_force_N", "control device force", True),
+    "isolation_force": Quantity("isolation_force_N", "isolation layer force", True, True),
+    "wall_force": Quantity("wall_force_N", "moat wall force", True, True),
 }
-"""Quantities by their attribute of `Response`, named as in the criteria, with units."""
-
-OPTIONAL = ("isolator_displacement_m", "drift_ratio", "isolation_force_N", "wall_force_N")
-"""Quantities of some structures: with isolator positions, storey heights, bearings without a coil
-beside isolators with one, moat walls."""
-
-_RESULTANTS = ("base_shear", "structural_shear", "isolator_force", "isolation_force", "wall_force")
-"""Attributes with a single column."""
+"""Quantities by their attribute of `Response`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,8 +165,8 @@ class Response:
             raise InputError(
                 f"criteria have {n} sample{'s' * (n != 1)}; expected: two samples or more"
             )
-        for name in QUANTITIES:
-            axis = -1 if name in _RESULTANTS else -2
+        for name, quantity in QUANTITIES.items():
+            axis = -1 if quantity.resultant else -2
             if getattr(self, name) is None:
                 continue
             shape = np.shape(getattr(self, name))
@@ -191,7 +201,7 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
         over height) if the storey heights are known, of ``isolation_force_N`` (all isolators and
         bearings) if only some of them have a coil, and of ``wall_force_N`` with moat walls. With a
         reference also ``J1`` to ``J9`` and the ``normalised_`` ratios of the module's docstring
-        (dimensionless).
+        (dimensionless). Last, those that were selected for the run.
 
     Raises
     ------
@@ -241,11 +251,11 @@ def response_criteria(response: Response) -> dict[str, NDArray]:
     time = np.asarray(response.time)
     duration = time[-1] - time[0]
     peaks, rms = {}, {}
-    for name, key in QUANTITIES.items():
+    for name, (key, _, resultant, _) in QUANTITIES.items():
         values = getattr(response, name)
         if values is None:
             continue
-        if name in _RESULTANTS:
+        if resultant:
             values = np.asarray(values)[..., np.newaxis]
         peaks[f"peak_{key}"] = np.max(np.abs(values), axis=(-2, -1), initial=0.0)
         mean_square = np.trapezoid(np.square(values), time, axis=-2) / duration
@@ -303,7 +313,10 @@ def is_gain(criterion: str) -> bool:
     -------
     bool
     """
-    return criterion in ("J9", "normalised_device_dissipation")
+    if criterion in ("J9", "normalised_device_dissipation"):
+        return True
+    selected = known_criterion(criterion)
+    return selected is not None and selected.better == "larger"
 
 
 @checked
@@ -325,8 +338,8 @@ def response_of(run: Run) -> Response:
         for name, rows in quantity_rows(run.isolated, names).items()
     }
     arrays = {
-        name: moved[key][:, 0] if name in _RESULTANTS else moved[key]
-        for name, key in QUANTITIES.items()
+        name: moved[key][:, 0] if resultant else moved[key]
+        for name, (key, _, resultant, _) in QUANTITIES.items()
         if key in moved
     }
     return Response(time=run.time, **arrays)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from ground_motions.argument_types import checked
 from ground_motions.registry import Registry
 
+from .criterion import CRITERIA
+
 if TYPE_CHECKING:
     from .simulation.control import Control
 
@@ -48,7 +50,7 @@ COMMANDS: Registry[Any] = Registry(
 )
 """Commands of ``isolation-sim`` that other packages add, each a ``typer.Typer``."""
 
-Kind = Literal["law", "effect", "controller", "study", "reader"]
+Kind = Literal["law", "effect", "controller", "criterion", "study", "reader"]
 
 
 def available_controllers() -> tuple[str, ...]:
@@ -88,18 +90,18 @@ def controller(name: str, **settings: Any) -> Control:
 
 @checked
 def register(kind: Kind, thing: Any, name: str | None = None, *, replace: bool = False) -> None:
-    """Register a law, an effect, a controller, a study or a reader under a name.
+    """Register a law, an effect, a controller, a criterion, a study or a reader under a name.
 
     The name is valid in this process. The worker processes of a sweep do not know it; for them use
     a place, ``"my_laws.py:CUBIC"``, or install a package with an entry point.
 
     Parameters
     ----------
-    kind : {"law", "effect", "controller", "study", "reader"}
+    kind : {"law", "effect", "controller", "criterion", "study", "reader"}
         Kind of object.
     thing : object
-        A ``Law``; the forms of an ``Effect``; a controller's class; a study's module; a function
-        that reads a file of ground motion.
+        A ``Law``; the forms of an ``Effect``; a controller's class; a `Criterion`; a study's
+        module; a function that reads a file of ground motion.
     name : str, optional
         Its own name by default; required for a study or a reader.
     replace : bool, default False
@@ -114,14 +116,14 @@ def register(kind: Kind, thing: Any, name: str | None = None, *, replace: bool =
 
 
 def registry(kind: str) -> Registry[Any]:
-    """Return the registry of a kind: "law", "effect", "controller", "study" or "reader"."""
+    """Return the registry of a kind, such as "law"."""
     from ground_motions.readers import READERS
 
     from .effects import EFFECTS
     from .errors import unknown_name
     from .laws import LAWS
 
-    kinds = {each.kind: each for each in (LAWS, EFFECTS, CONTROLLERS, STUDIES, READERS)}
+    kinds = {each.kind: each for each in (LAWS, EFFECTS, CONTROLLERS, CRITERIA, STUDIES, READERS)}
     if kind not in kinds:
         raise unknown_name("kind", kind, kinds)
     return kinds[kind]

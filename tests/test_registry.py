@@ -28,6 +28,7 @@ from ground_motions import Record, read
 from ground_motions.readers import READERS
 from ground_motions.registry import Registry
 from isolation_sim.cli import main
+from isolation_sim.criterion import CRITERIA
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.campaign import Campaign, TestRun, write_campaign
 from isolation_sim.laws import LAWS
@@ -37,7 +38,7 @@ from isolation_sim.sweeps.plan import SweepPlan
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")
-REGISTRIES = (LAWS, EFFECTS, CONTROLLERS, STUDIES, COMMANDS, READERS)
+REGISTRIES = (LAWS, EFFECTS, CONTROLLERS, CRITERIA, STUDIES, COMMANDS, READERS)
 
 READER = '''"""Files of a recorder of one's own."""
 
@@ -73,6 +74,19 @@ def outcome(folder, short, step):
     return Outcome([{"case": "only", "peak_m": 1.0}], "One case.", {})
 '''
 
+CRITERION = '''"""A criterion of one's own."""
+
+import numpy as np
+
+from isolation_sim import Criterion
+
+CHANGES = Criterion(
+    "command_changes",
+    "changes of the command",
+    lambda run: np.count_nonzero(np.diff(run.command, axis=0)),
+)
+'''
+
 ENTRY_POINTS = """
 [isolation_sim.laws]
 my_bearing = guide_parts.bearing:LAW
@@ -81,6 +95,8 @@ cubic = guide_parts.cubic:LAW
 slack = guide_parts.slack:FORMS
 [isolation_sim.controllers]
 outwards = guide_parts.outwards:Outwards
+[isolation_sim.criteria]
+command_changes = guide_parts.effort:CHANGES
 [isolation_sim.studies]
 soft = guide_parts.soft
 still = guide_parts.still
@@ -110,6 +126,7 @@ def parts(tmp_path) -> Path:
     (folder / "reader.py").write_text(READER)
     (folder / "bearing.py").write_text(BEARING)
     (folder / "still.py").write_text(STUDY)
+    (folder / "effort.py").write_text(CRITERION)
     return folder
 
 
@@ -167,12 +184,14 @@ gap = 2e-4
 [[controller]]
 name = "{outwards}"
 full_speed = 0.2
+[simulation]
+criteria = ["{effort}"]
 """
 
 INSIDE = {"cubic": "LAW", "bearing": "LAW", "slack": "FORMS", "outwards": "Outwards",
-          "reader": "read_mg"}  # fmt: skip
+          "effort": "CHANGES", "reader": "read_mg"}  # fmt: skip
 KINDS = {"cubic": "law", "bearing": "law", "slack": "effect", "outwards": "controller",
-         "reader": "reader", "still": "study"}  # fmt: skip
+         "effort": "criterion", "reader": "reader", "still": "study"}  # fmt: skip
 WAYS = ("package", "file", "module", "registered")
 
 
@@ -182,11 +201,12 @@ def names(way: str) -> dict[str, str]:
         return {part: f"parts/{part}.py:{inside}" for part, inside in INSIDE.items()}
     if way == "module":
         return {part: f"guide_parts.{part}:{inside}" for part, inside in INSIDE.items()}
-    return {part: part for part in INSIDE} | {"bearing": "my_bearing", "reader": "mg"}
+    own = {"bearing": "my_bearing", "effort": "command_changes", "reader": "mg"}
+    return {part: part for part in INSIDE} | own
 
 
 def scenario_text(way: str) -> str:
-    """The scenario of all four parts; a package's reader goes by the suffix of the file."""
+    """The scenario of all five parts; a package's reader goes by the suffix of the file."""
     own = names(way)
     reader = "" if way == "package" else f'reader = "{own["reader"]}"'
     return SCENARIO.format(**own | {"reader": reader})
@@ -249,7 +269,7 @@ def test_run_report_and_cite(way, desk, capsys):
     np.testing.assert_array_equal(run.history["displacement"], history["displacement"])
     # the results say which code was run, and run again from anywhere
     kept, page = Path("out/scenario.toml").read_text(), Path("out/report.html").read_text()
-    for part in ("cubic", "slack", "outwards", "reader"):
+    for part in ("cubic", "slack", "outwards", "effort", "reader"):
         for text in (kept, page):
             assert (digest_line(desk, part).rpartition(" ")[2] in text) == (way == "file")
     assert iso.Scenario.from_toml(kept) == iso.Scenario.read(desk / f"{way}.toml")
@@ -270,7 +290,7 @@ def test_tune_takes_a_controller_of_one_s_own(way, desk):
     assert f'name = "{name}"' in kept
     assert (digest_line(desk, "outwards").rpartition(" ")[2] in kept) == (way == "file")
     state = Path("tuned/tuning.json").read_text()
-    for part in ("cubic", "slack", "outwards", "reader"):
+    for part in ("cubic", "slack", "outwards", "effort", "reader"):
         assert (digest_line(desk, part).rpartition(" ")[2] in state) == (way == "file")
     scores = pandas.read_csv("tuned/scores.csv")
     exported = loadmat("tuned/results.mat", simplify_cells=True)["scores"]
@@ -309,8 +329,10 @@ def test_sweep_takes_all_of_them(way, desk):
             iso.sweep(described, desk / "sweep", workers=2)
     result = iso.sweep(described, desk / "sweep", workers=1 if way == "registered" else 2)
     assert result.table["status"].tolist() == ["ok", "ok"]
+    assert (result.table["command_changes"] > 0).all()
+    assert "command_changes" in result.criteria
     kept = (result.folder / "manifest.json").read_text()
-    for part in ("cubic", "slack", "outwards", "reader"):
+    for part in ("cubic", "slack", "outwards", "effort", "reader"):
         digest = digest_line(desk, part).rpartition(" ")[2]
         assert (digest in kept) == (way == "file")
 
@@ -339,7 +361,7 @@ def test_a_sweep_whose_code_has_changed_is_another_sweep(desk):
     described = plan(desk)
     files = Design(described).content()["files"]
     assert {Path(path).name for path in files} == {
-        "motion.mg", "cubic.py", "slack.py", "outwards.py", "reader.py"}  # fmt: skip
+        "motion.mg", "cubic.py", "slack.py", "outwards.py", "effort.py", "reader.py"}  # fmt: skip
     (desk / "parts" / "outwards.py").write_text(
         (desk / "parts" / "outwards.py").read_text().replace("setting(3.0", "setting(2.0")
     )

@@ -78,6 +78,22 @@ def _effects() -> Rows:
     return ["effect", "form", "title", "parameters", "source"], entries
 
 
+def _criteria() -> Rows:
+    from ..criteria import QUANTITIES
+    from ..criterion import CRITERIA
+
+    kinds = {"peak": "peak", "rms": "RMS"}
+    entries = [
+        [f"{kind}_{each.name}", f"{word} {each.label}", "smaller", "every run"]
+        for kind, word in kinds.items()
+        for each in QUANTITIES.values()
+    ]
+    entries += [
+        [one.name, one.label, one.better, CRITERIA.place(one.name)] for one in CRITERIA.values()
+    ]
+    return ["criterion", "label", "better", "place"], entries
+
+
 def _readers() -> Rows:
     from ground_motions.readers import READERS
 
@@ -110,6 +126,7 @@ SUBJECTS: dict[str, Callable[[], Rows]] = {
     "controllers": _controllers,
     "records": _records,
     "effects": _effects,
+    "criteria": _criteria,
     "readers": _readers,
     "studies": _studies,
     "structures": _structures,

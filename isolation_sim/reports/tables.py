@@ -6,8 +6,10 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..criteria import QUANTITIES
+from ..criterion import known_criterion
 from ..written_names import as_written
-from .units import unit_of
+from .units import ending_of, unit_of
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions
@@ -28,23 +30,11 @@ class Row(NamedTuple):
     best: Callable[[list[float]], float] | None = min
 
 
-_RESPONSE = {
-    "base_displacement_m": "base displacement",
-    "isolator_displacement_m": "isolator displacement",
-    "floor_acceleration_m_s2": "floor acceleration",
-    "superstructure_acceleration_m_s2": "floor accel. above base",
-    "drift_m": "storey drift",
-    "drift_ratio": "storey drift over height",
-    "base_shear_N": "base shear",
-    "structural_shear_N": "structural shear",
-    "isolator_force_N": "control device force",
-    "isolation_force_N": "isolation layer force",
-    "wall_force_N": "moat wall force",
-}
-
+_FURTHER = "Further"
 _GROUPS = {
-    "Peak": [Row(f"peak_{key}", label) for key, label in _RESPONSE.items()],
-    "RMS": [Row(f"rms_{key}", label) for key, label in _RESPONSE.items()],
+    "Peak": [Row(f"peak_{each.name}", each.label) for each in QUANTITIES.values()],
+    "RMS": [Row(f"rms_{each.name}", each.label) for each in QUANTITIES.values()],
+    _FURTHER: [],  # those that were selected
     "Benchmark": [
         Row("J1", "J1 peak base shear"),
         Row("J2", "J2 peak structural shear"),
@@ -251,6 +241,8 @@ def criteria_lines(
     others = (baseline or {}).values()
     groups = {}
     for group, rows in _GROUPS.items():
+        if group == _FURTHER:
+            rows = _further_rows(criteria)
         lines = []
         for row in rows:
             if not any(row.key in v for v in values):
@@ -265,6 +257,24 @@ def criteria_lines(
         if lines:
             groups[group] = lines
     return groups
+
+
+def _further_rows(criteria: Mapping[str, Mapping[str, float]]) -> list[Row]:
+    """Rows of the criteria that were selected beside those of every run."""
+    listed = {row.key for rows in _GROUPS.values() for row in rows}
+    names = dict.fromkeys(name for values in criteria.values() for name in values)
+    result = []
+    for name in names:
+        if name in listed or name.startswith("normalised_"):
+            continue
+        one = known_criterion(name)
+        if one is None:  # of a result that another process saved
+            label = name.removesuffix(f"_{ending_of(name)}").replace("_", " ")
+            result.append(Row(name, label, None))
+        else:
+            better = {"smaller": min, "larger": max, "neither": None}[one.better]
+            result.append(Row(name, one.label, better))
+    return result
 
 
 def run_table(run: Run) -> WideTable:

@@ -15,12 +15,14 @@ UNITS = {
 """Printed unit and its factor from SI."""
 
 
+def ending_of(name: str) -> str:
+    """SI unit at the end of a name; empty without one."""
+    return next((ending for ending in UNITS if name.endswith(f"_{ending}")), "")
+
+
 def unit_of(name: str) -> tuple[str, float]:
     """Find the printed unit of a quantity."""
-    for ending, unit in UNITS.items():
-        if name.endswith(f"_{ending}"):
-            return unit
-    return "", 1.0
+    return UNITS.get(ending_of(name), ("", 1.0))
 
 
 _ENDINGS = {

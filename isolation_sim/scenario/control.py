@@ -127,6 +127,10 @@ class Simulation(Section):
     computation_delay_s: Annotated[
         NonNegative, Field(description="delay from a decision to its command")
     ] = 0.0
+    criteria: Annotated[
+        list[Registered],
+        Field(description="further ones: isolation-sim list criteria, or file.py:CRITERION"),
+    ] = Field(default_factory=list)
     fixed_base: Annotated[
         bool, Field(description="also simulate the building with a fixed base on rigid ground")
     ] = False

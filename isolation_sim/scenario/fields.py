@@ -83,7 +83,7 @@ def _absolute_place(name: Any, info: ValidationInfo) -> Any:
 
 
 def names_in(data: Any, key: str = "") -> Iterator[str]:
-    """Yield the registered names in a scenario's data: laws, effects, controllers, readers."""
+    """Yield the registered names in a scenario's data: of laws and other parts."""
     if isinstance(data, dict):
         for inner, value in data.items():
             yield from names_in(value, inner)
@@ -94,7 +94,7 @@ def names_in(data: Any, key: str = "") -> Iterator[str]:
         yield data
 
 
-NAMING = ("law", "name", "reader")
+NAMING = ("law", "name", "reader", "criteria")
 """Keys whose value is a registered name."""
 
 Number = Annotated[float, Field(allow_inf_nan=False)]

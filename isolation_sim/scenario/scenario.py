@@ -13,6 +13,7 @@ from ground_motions import Record
 from ground_motions.registry import has_changed
 
 from ..code_check import CheckRow, check_building
+from ..criterion import selected_criteria
 from ..errors import InputError, warn
 from ..io.toml import parse_toml, read_toml
 from ..old_names import renamed_keys
@@ -239,6 +240,7 @@ class Scenario(Section):
             "computation_delay": self.simulation.computation_delay_s,
             "tolerance": self.simulation.tolerance,
             "current_outside": self.simulation.current_outside,
+            "criteria": at("simulation", lambda: selected_criteria(self.simulation.criteria)),
         }
         nominal = self.nominal
         if nominal is not None:

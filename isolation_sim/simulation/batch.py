@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ground_motions import Record
 from ground_motions.argument_types import checked
 
+from ..criterion import Criterion, selected_criteria
 from ..errors import (
     ControllerWarning,
     Diverged,
@@ -152,6 +153,7 @@ def simulate_many(
     computation_delay: float = 0.0,
     tolerance: float = 1e-6,
     current_outside: str = "refuse",
+    criteria: Sequence[str | Criterion] = (),
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Batch:
@@ -175,6 +177,9 @@ def simulate_many(
     current_outside : {"refuse", "clamp"}
         Treatment of a command outside the driver's limits: the run fails, or the command is
         clamped and counted.
+    criteria : sequence of str or Criterion
+        Further criteria, by name, place or themselves. They need whole runs, which are computed one
+        by one.
     threads : int, optional
         Number of threads; one per processor by default.
     progress : callable, optional
@@ -201,7 +206,8 @@ def simulate_many(
     """
     result = run_cases(
         cases, driver=driver, sensors=sensors, computation_delay=computation_delay,
-        tolerance=tolerance, current_outside=current_outside, threads=threads, progress=progress,
+        tolerance=tolerance, current_outside=current_outside, criteria=criteria, threads=threads,
+        progress=progress,
     )  # fmt: skip
     for lines, kind in (
         (beyond_tests(result.deformation_over_tested, result.current_over_tested),
@@ -222,6 +228,7 @@ def run_cases(
     computation_delay: float = 0.0,
     tolerance: float = 1e-6,
     current_outside: str = "refuse",
+    criteria: Sequence[str | Criterion] = (),
     threads: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> Batch:
@@ -239,9 +246,15 @@ def run_cases(
         "driver": driver, "sensors": sensors, "computation_delay": computation_delay,
         "tolerance": tolerance, "current_outside": current_outside,
     }  # fmt: skip
+    further = selected_criteria(criteria)
 
-    def alone_with(case: Case, controller: Control) -> Run:
-        return simulate(case.isolated, case.ground, controller, nominal=case.nominal, **options)
+    def alone_with(
+        case: Case, controller: Control, criteria: Sequence[str | Criterion] = ()
+    ) -> Run:
+        return simulate(
+            case.isolated, case.ground, controller, nominal=case.nominal, criteria=criteria,
+            **options,
+        )  # fmt: skip
 
     def lane_of(case: Case) -> Lane:
         arguments = case.isolated, case.ground, case.controller, case.nominal
@@ -285,7 +298,7 @@ def run_cases(
             progress(len(block))
 
     units = (e.device.law.unit for c in cases for e in getattr(c.isolated, "elements", ()))
-    few = len(cases) < FEWEST or any(units)
+    few = len(cases) < FEWEST or any(units) or bool(further)
     alone = list(range(len(cases))) if few else []
     blocks = _blocks(() if few else map(lane_of, cases), alone, alike)
     first = next(blocks, None)
@@ -301,7 +314,7 @@ def run_cases(
             raise
     for k in alone:
         try:
-            run = alone_with(cases[k], cases[k].controller)
+            run = alone_with(cases[k], cases[k].controller, further)
         except (Diverged, InputError) as error:
             results.put_criteria([k], {}, [error])
         else:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from ..criterion import Criterion
     from .ledger import Ledger
 
 
@@ -86,6 +87,7 @@ class Run(Printed, Trajectory):
         Tolerance met by all steps: the target, or a larger value if some are unresolved.
     """
 
+    selected: tuple[Criterion, ...] = ()
     # runs saved by older versions have none of these
     source = ""
     decisions = ""
@@ -178,11 +180,15 @@ class Run(Printed, Trajectory):
 
     @cached_property
     def criteria(self) -> dict[str, float]:
-        """Peaks and RMS values of the response; see ``isolation_sim.criteria``."""
+        """Peaks and RMS values, and selected criteria; see ``isolation_sim.criteria``."""
         from .summary import summary
 
         result = summary([self.isolated], self.work)
-        return Criteria({name: float(values[0]) for name, values in result.items()})
+        criteria = Criteria({name: float(values[0]) for name, values in result.items()})
+        vars(self)["criteria"] = criteria  # the selected ones may use the others
+        for one in self.selected:
+            criteria[one.name] = one.value(self)
+        return criteria
 
     @cached_property
     def peaks(self) -> dict[str, NDArray]:

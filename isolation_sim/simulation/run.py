@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ground_motions import Record
 
+from ..criterion import Criterion, selected_criteria
 from ..errors import AccuracyWarning, InputError, warn
 from ..generated import COMPILED
 from ..laws.passive_switching import instantaneous
@@ -45,8 +46,10 @@ def simulate(
     computation_delay: float = 0.0,
     tolerance: float = 1e-6,
     current_outside: str = "refuse",
+    criteria: Sequence[str | Criterion] = (),
 ) -> Run:
     """Simulate one run."""
+    further = selected_criteria(criteria)
     driver, sensors = driver or CoilDriver(), sensors or Sensors()
     check_options(tolerance, current_outside, computation_delay)
 
@@ -83,6 +86,9 @@ def simulate(
         run.decisions = str(report)
     if cautions is not None:
         run.cautions = tuple(cautions(lane.context, sensors))
+    run.selected = further
+    if further:
+        _ = run.criteria  # errors of their functions belong here
     if run.unresolved:
         warn(
             f"{run.unresolved} integration steps missed the tolerance {tolerance:.3g}; all of them "

@@ -705,7 +705,18 @@ class IsolatedStructure:
         return float(self.modes(currents).damping_ratios[0])
 
     def effective_damping(self, currents: float | Sequence[float] = 0.0) -> float:
-        """Old name of `damping_ratio`, with a warning."""
+        """Old name of `damping_ratio`, with a warning.
+
+        Parameters
+        ----------
+        currents : float or sequence of float, shape (n_channels,), A
+            Current of each channel, or one for all.
+
+        Returns
+        -------
+        float
+            Dimensionless.
+        """
         note_old_name("effective_damping", "damping_ratio")
         return self.damping_ratio(currents)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..criterion import selected_criteria
 from ..errors import Diverged, InputError
 from ..io.columns import columns_bytes
 from ..io.results_folder import file_name
@@ -67,7 +68,9 @@ class Chunk:
             _side_by_side(group)
         failed = sum(row.status != "ok" for row in rows)
         names = [entry["name"] for entry in self.base["controller"]]
-        table = columns_bytes(table_columns(rows, self.parameters, names, self.energy))
+        selection = self.base.get("simulation", {}).get("criteria", ())
+        further = [one.name for one in selected_criteria(selection)]
+        table = columns_bytes(table_columns(rows, self.parameters, names, self.energy, further))
         return Finished(self.number, table, len(rows), failed, histories)
 
 

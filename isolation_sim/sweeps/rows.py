@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..comparison import UNCONTROLLED
-from ..criteria import OPTIONAL, QUANTITIES, benchmark_criteria
+from ..criteria import QUANTITIES, benchmark_criteria
 from ..errors import Diverged, InputError
 from ..simulation.ledger import Ledger
 from ..simulation.many_warnings import OF_RUNS
@@ -64,12 +64,13 @@ class Row:
 
 def criteria_names() -> tuple[str, ...]:
     """Names of a run's criteria, without ratios."""
-    return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in QUANTITIES.values())
+    return tuple(f"{kind}_{each.name}" for kind in ("peak", "rms") for each in QUANTITIES.values())
 
 
 def optional_names() -> tuple[str, ...]:
     """Names of the criteria that some structures lack."""
-    return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in OPTIONAL)
+    optional = [each.name for each in QUANTITIES.values() if each.optional]
+    return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in optional)
 
 
 def _energy_names() -> tuple[str, ...]:
@@ -95,16 +96,20 @@ def place_of_reference(names: Iterable[str]) -> int | None:
     return next((k for k, name in enumerate(names) if name == UNCONTROLLED), None)
 
 
-def result_names(referred: bool, energy: bool) -> tuple[str, ...]:
-    """Names of the result columns, with ratios to a reference or without."""
+def result_names(referred: bool, energy: bool, further: Sequence[str] = ()) -> tuple[str, ...]:
+    """Names of the result columns, with ratios to a reference or without, and of further ones."""
     ratios = _ratio_names(energy) if referred else ()
-    return (*criteria_names(), *ratios, *(_energy_names() if energy else ()))
+    return (*criteria_names(), *further, *ratios, *(_energy_names() if energy else ()))
 
 
 def table_columns(
-    rows: Sequence[Row], parameters: Mapping[str, type], controllers: Sequence[str], energy: bool
+    rows: Sequence[Row],
+    parameters: Mapping[str, type],
+    controllers: Sequence[str],
+    energy: bool,
+    further: Sequence[str] = (),
 ) -> dict[str, np.ndarray]:
-    """Rows as the columns of the table; ``controllers`` are the registered names."""
+    """Rows as columns; ``controllers``: registered names, ``further``: selected criteria."""
     reference = place_of_reference(controllers)
     columns = {"case": np.array([row.case.number for row in rows], np.int64)}
     for label, kind in parameters.items():
@@ -118,7 +123,7 @@ def table_columns(
         columns[key] = np.array([getattr(row, key) for row in rows], _TYPES[_OF_RUNS[key]])
     results = {
         name: np.array([row.criteria.get(name, np.nan) for row in rows])
-        for name in criteria_names()
+        for name in (*criteria_names(), *further)
     }
     if energy:
         results |= {
@@ -127,7 +132,7 @@ def table_columns(
         }
     if reference is not None:
         results |= _ratios(results, reference, len(controllers))
-    names = result_names(reference is not None, energy)
+    names = result_names(reference is not None, energy, further)
     return columns | {name: results[name] for name in names}
 
 

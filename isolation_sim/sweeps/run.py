@@ -194,7 +194,7 @@ def run_design(
 def _check_workers_know(design: Design) -> None:
     """Refuse names that are registered only in this process, since workers do not know them."""
     used = set(design.names())
-    for kind in ("law", "effect", "controller", "reader"):
+    for kind in ("law", "effect", "controller", "criterion", "reader"):
         for name in registry(kind).only_here():
             if name in used:
                 raise InputError(

@@ -13,6 +13,7 @@ import numpy as np
 
 from ground_motions import Record
 
+from ..criterion import CRITERIA
 from ..registry import CONTROLLERS, controller
 from ..scenario import Scenario
 from ..scenario.job import Job
@@ -56,7 +57,10 @@ def run_candidates(
 ) -> Batch:
     """Run candidates."""
     name, workers = runs[0].candidate.name, processes.count
-    if workers == 1 or name in CONTROLLERS.only_here() or not _in_python(job, runs[0]):
+    further = job.options["criteria"]
+    known_here = {*CONTROLLERS.only_here(), *CRITERIA.only_here()}
+    here = not known_here.isdisjoint([name, *(one.name for one in further)])
+    if workers == 1 or here or not (further or _in_python(job, runs[0])):
         return _batch(job, runs, workers)
     bounds = np.linspace(0, len(runs), min(4 * workers, len(runs)) + 1).astype(int)
     shares = (

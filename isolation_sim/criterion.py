@@ -1,0 +1,112 @@
+"""Criteria that are selected by name, each one number of a run; and their registry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from ground_motions.registry import Registry
+
+from .errors import InputError
+
+BETTER = ("smaller", "larger", "neither")
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """A criterion: one number of a run, beside the peaks and RMS values that every run has.
+
+    Attributes
+    ----------
+    name : str
+        Name in tables of numbers, with the SI unit at its end, such as ``"isolator_travel_m"``.
+    label : str
+        Name in tables for readers, without unit, such as ``"travel of the isolators"``.
+    of : callable
+        ``of(run)`` -> the number, in the unit of the name, of a
+        `isolation_sim.simulation.result.Run`.
+    better : {"smaller", "larger", "neither"}
+        Which of two numbers is better, for the marks of tables.
+
+    Raises
+    ------
+    InputError
+        If the name is no name, or ``of`` or ``better`` cannot be used.
+    """
+
+    name: str
+    label: str
+    of: Callable[[Any], float]
+    better: Literal["smaller", "larger", "neither"] = "smaller"
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.name, str) and self.name.isidentifier()):
+            raise InputError(
+                f"name of a criterion is {self.name!r}; expected: such as 'isolator_travel_m'"
+            )
+        if not callable(self.of):
+            raise InputError(f"{self.name}: of is {self.of!r}; expected: a function of a run")
+        if self.better not in BETTER:
+            raise InputError(f"{self.name}: better is {self.better!r}; expected: {BETTER}")
+
+    def value(self, run: Any) -> float:
+        """Return the criterion of a run.
+
+        Parameters
+        ----------
+        run : Run
+            A run.
+
+        Returns
+        -------
+        float
+            In the unit of the name.
+
+        Raises
+        ------
+        InputError
+            If the function fails or does not return one number.
+        """
+        try:
+            result = self.of(run)
+        except Exception as error:
+            kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+            raise InputError(
+                f"criterion {self.name}, run {run.controller}: {kind}{error}"
+            ) from error
+        try:
+            return float(result)
+        except (TypeError, ValueError):
+            raise InputError(
+                f"criterion {self.name} of run {run.controller} is {result!r}; expected: a number"
+            ) from None
+
+
+CRITERIA: Registry[Criterion] = Registry(
+    "isolation_sim.criteria",
+    "criterion",
+    "an isolation_sim.Criterion",
+    lambda result: result if isinstance(result, Criterion) else None,
+    lambda criterion: criterion.name,
+)
+"""Criteria that can be selected beside the peaks and RMS values, by name or by place."""
+
+
+def selected_criteria(criteria: Sequence[str | Criterion]) -> tuple[Criterion, ...]:
+    """Criteria by names, places or themselves; refuses two of one name."""
+    if isinstance(criteria, str | Criterion):
+        criteria = (criteria,)
+    result = tuple(one if isinstance(one, Criterion) else CRITERIA[one] for one in criteria)
+    names = [one.name for one in result]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"criterion {name} is selected twice; expected: once")
+    return result
+
+
+def known_criterion(name: str) -> Criterion | None:
+    """The criterion of a name, if it was loaded in this process or a package declares it."""
+    if name in CRITERIA:
+        return CRITERIA[name]
+    return next((one for one in CRITERIA.loaded() if one.name == name), None)

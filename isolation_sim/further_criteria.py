@@ -1,0 +1,43 @@
+"""Criteria that a scenario, ``compare`` or ``tune`` may select beside peaks and RMS values."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .criterion import Criterion
+from .simulation.quantities import quantity_rows
+
+if TYPE_CHECKING:
+    from .simulation.result import Run
+
+
+def _travel(run: Run) -> float:
+    """Length of the path of the base over the ground, of the slab that travels furthest, m."""
+    rows = quantity_rows(run.isolated, run.outputs.names)["base_displacement_m"]
+    path = np.tensordot(run.values, rows, axes=(1, 2))  # samples, slabs, directions
+    return float(np.linalg.norm(np.diff(path, axis=0), axis=-1).sum(axis=0).max())
+
+
+def _residual(run: Run) -> float:
+    """Displacement at which the base stays, m; NaN while the building moves."""
+    moves, share = run.end
+    return float("nan") if moves else share * run.criteria["peak_base_displacement_m"]
+
+
+def _rms_current(run: Run) -> float:
+    """RMS current of the coil with the largest one, A; 0 without coils."""
+    duration = run.time[-1] - run.time[0]
+    squares = np.trapezoid(np.square(run.current), run.time, axis=0) / duration
+    return float(np.sqrt(squares.max(initial=0.0)))
+
+
+ISOLATOR_TRAVEL = Criterion("isolator_travel_m", "travel of the isolators", _travel)
+"""Accumulated path of the base over the ground: wear and heat of sliding and rubber bearings."""
+
+RESIDUAL = Criterion("residual_base_displacement_m", "residual base displacement", _residual)
+"""Displacement at which the base stays after the motion; NaN if the building still moves."""
+
+RMS_CURRENT = Criterion("rms_current_A", "RMS coil current", _rms_current)
+"""Effort of control: the heat in a coil grows with its square."""

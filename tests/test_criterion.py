@@ -1,0 +1,159 @@
+"""Criteria that are selected beside the peaks and RMS values: values, tables, sweeps, tuning."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from ground_motions import Record
+from isolation_sim.criteria import is_gain
+from isolation_sim.criterion import CRITERIA
+from isolation_sim.reports.tables import as_text, run_table
+
+TIME = np.arange(0, 4, 0.02)
+GROUND = Record(2.0 * np.sin(2 * np.pi * 0.6 * TIME) * (TIME < 2), 0.02, name="burst")
+SHIPPED = ("isolator_travel_m", "residual_base_displacement_m", "rms_current_A")
+
+FILE = '''"""A criterion of one's own."""
+
+import numpy as np
+
+from isolation_sim import Criterion
+
+CHANGES = Criterion(
+    "command_changes",
+    "changes of the command",
+    lambda run: np.count_nonzero(np.diff(run.command, axis=0)),
+    better="larger",
+)
+'''
+
+SCENARIO = """
+[ground]
+kind = "ricker_pulse"
+pulse_period_s = 2.0
+peak_velocity_m_s = 0.3
+[[controller]]
+name = "constant"
+amperes = 1.0
+[[controller]]
+name = "on_off"
+[simulation]
+criteria = ["isolator_travel_m", "my_criteria.py:CHANGES"]
+"""
+
+
+@pytest.fixture(scope="module")
+def plant():
+    return iso.reference_building().on(iso.reference_isolators())
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    (tmp_path / "my_criteria.py").write_text(FILE)
+    (tmp_path / "job.toml").write_text(SCENARIO)
+    return tmp_path / "job.toml"
+
+
+@pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
+def test_the_shipped_ones_are_those_of_the_histories(plant):
+    run = iso.simulate(plant, GROUND, "on_off", criteria=SHIPPED)
+    base, current = run.history["displacement"].sel(dof="base"), np.asarray(run.current)[:, 0]
+    travel = float(np.abs(np.diff(np.asarray(base).ravel())).sum())
+    assert run.criteria["isolator_travel_m"] == pytest.approx(travel, rel=1e-12)
+    square = sum((a**2 + b**2) / 2 for a, b in pairwise(current))
+    rms = np.sqrt(square / (len(current) - 1))
+    assert run.criteria["rms_current_A"] == pytest.approx(rms, rel=1e-12)
+    moving, aside = run.end
+    residual = run.criteria["residual_base_displacement_m"]
+    assert moving == np.isnan(residual)
+    assert moving or residual == aside * run.criteria["peak_base_displacement_m"]
+
+
+@pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
+def test_a_sliding_base_that_stops_aside_has_a_residual_displacement():
+    """A rigid slab on dry friction alone: it stays where it comes to rest."""
+    building = iso.shear_building([2e5], [1e9], base_mass=2e5)
+    device = iso.law("dahl", {"k": 0.0, "c": 0.0, "sigma": 3e8, "F_c": 3e5})
+    pulse = Record(np.where(TIME < 1.0, 3.0, 0.0), 0.02, name="push").padded(after=10)
+    run = iso.simulate(building.on(device), pulse, criteria=["residual_base_displacement_m"])
+    last = abs(float(np.asarray(run.history["displacement"].sel(dof="base")).ravel()[-1]))
+    assert last > 0.1
+    assert run.criteria["residual_base_displacement_m"] == pytest.approx(last, rel=1e-3)
+
+
+@pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
+def test_tables_have_its_label_unit_and_mark(plant, monkeypatch):
+    switches = iso.Criterion("stroke_m", "stroke", lambda run: len(run.controller), "larger")
+    compared = iso.compare(plant, GROUND, ["passive_off", "on_off"], criteria=[switches])
+    assert compared.criteria["on_off"]["stroke_m"] == 6.0
+    monkeypatch.setitem(CRITERIA._registered, "stroke_m", switches)
+    assert is_gain("stroke_m") and not is_gain("peak_drift_m")
+    (line,) = (line for line in as_text(compared.table()).splitlines() if "stroke" in line)
+    assert line.split() == ["stroke,", "mm", "11000*", "6000"]
+    # of another process, which has not loaded it
+    monkeypatch.delitem(CRITERIA._registered, "stroke_m")
+    text = as_text(run_table(compared.runs["on_off"]))
+    assert "stroke, mm" in text and not is_gain("stroke_m")
+
+
+@pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
+def test_many_runs_have_the_values_of_single_ones(plant):
+    cases = [iso.Case(plant, GROUND, iso.controller("constant", amperes=k / 4)) for k in range(9)]
+    batch = iso.simulate_many(cases, criteria=SHIPPED[::2])
+    for k in (0, 8):
+        alone = iso.simulate(plant, GROUND, cases[k].controller, criteria=SHIPPED[::2])
+        for name in (*SHIPPED[::2], "peak_drift_m"):
+            assert batch.criteria[name][k] == alone.criteria[name]
+    np.testing.assert_allclose(batch.criteria["rms_current_A"], np.arange(9) / 4, rtol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
+def test_scenario_sweep_and_saved_results_have_it(scenario, tmp_path):
+    compared = iso.run_scenario(scenario)
+    values = compared.criteria
+    assert values["constant"]["command_changes"] == 0 < values["on_off"]["command_changes"]
+    compared.save(tmp_path / "saved")
+    assert iso.load(tmp_path / "saved").criteria == values
+    plan = {"scenario": str(scenario), "vary": [{"field": "driver.lag_s", "values": [0.0, 0.05]}]}
+    swept = iso.sweep(iso.SweepPlan.from_dict(plan, tmp_path), tmp_path / "sweep", workers=2)
+    assert {"isolator_travel_m", "command_changes"} <= set(swept.criteria)
+    first = swept.table.iloc[[0, 1]].set_index("controller")
+    for name in values:
+        assert first.loc[name, "isolator_travel_m"] == values[name]["isolator_travel_m"]
+
+
+@pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
+def test_tuning_minimises_it(scenario, tmp_path):
+    tuned = iso.tune(
+        "on_off", scenario=scenario, motions="scenario", unseen="mixture:1", evaluations=3,
+        criteria={"isolator_travel_m": 1.0}, workers=2, out=tmp_path / "tuned",
+    )  # fmt: skip
+    assert all(np.isfinite(one.mean) for one in tuned.trials)
+    assert "isolator_travel_m" in (tmp_path / "tuned" / "tuning.json").read_text()
+
+
+def _fails(run):
+    raise ZeroDivisionError("no sample")
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda: [iso.Criterion("f_m", "f", _fails)], "criterion f_m, run passive_off: ZeroDiv"),
+        (lambda: [iso.Criterion("f_m", "f", lambda run: "x")], "f_m of run passive_off is 'x'; ex"),
+        (lambda: [iso.Criterion("f m", "f", _fails)], "name of a criterion is 'f m'; expected"),
+        (lambda: [iso.Criterion("f_m", "f", 3.0)], "f_m: of is 3.0; expected: a function"),
+        (lambda: [iso.Criterion("f_m", "f", _fails, "most")], "f_m: better is 'most'; expected"),
+        (lambda: ["isolator_travel_m", "isolator_travel_m"], "selected twice; expected: once"),
+        (lambda: ["isolator_travl_m"], "unknown criterion 'isolator_travl_m'"),
+        (lambda: [3], "criteria[0] is 3; expected: text or a Criterion"),
+    ],
+)
+def test_what_cannot_be_used_is_refused(plant, make, told):
+    with pytest.raises(iso.InputError) as caught:
+        iso.simulate(plant, GROUND, criteria=make())
+    assert told in str(caught.value)
