@@ -20,7 +20,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..errors import InputError, unknown_name
+from isolation_sim.errors import InputError, unknown_name
 
 TABLE_1 = {
     "r1": 4e-3,

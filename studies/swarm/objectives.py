@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ground_motions.argument_types import checked
+from isolation_sim.errors import InputError, unknown_name
 
-from ...errors import InputError, unknown_name
 from ..force_comparison import fitness, half_range_error, rms_error, squared_force_error
 
 

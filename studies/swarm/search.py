@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ground_motions.argument_types import checked
+from isolation_sim.errors import InputError, unknown_name
 
-from ...errors import InputError, unknown_name
 from . import fish_swarm, fruit_fly, library
 from .budget import Budget, BudgetSpent
 
