@@ -14,7 +14,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 def renamed_value(what: str, value: Any, **new_names: str) -> Any:
     """The value, with the new name in place of an old one."""
     if isinstance(value, str) and value in new_names:
-        note_renamed(f"{what} = {value!r}", f"{new_names[value]!r}")
+        _note(f"{what} = {value!r}", f"{new_names[value]!r}")
         return new_names[value]
     return value
 
@@ -26,7 +26,7 @@ def renamed_keys(data: Any, **new_names: str) -> Any:
     for old in new_names.keys() & data.keys():
         if new_names[old] in data:
             raise InputError(f"{old} is the old name of {new_names[old]}; expected: one of them")
-        note_renamed(old, new_names[old])
+        _note(old, new_names[old])
     return {new_names.get(key, key): value for key, value in data.items()}
 
 
@@ -45,7 +45,6 @@ def renamed_arguments(**new_names: str) -> Callable[[F], F]:
     return decorate
 
 
-def note_renamed(old: str, new: str) -> None:
-    """Warn of an old name."""
+def _note(old: str, new: str) -> None:
     text = f"{old} is now called {new}; the old name is accepted until version 0.3"
     warn(text, FutureWarning)

@@ -40,11 +40,3 @@ def test_a_function_takes_the_old_argument():
         assert twice(old=3) == 6
     assert twice(new=3) == twice(3) == 6
     assert "nominal" in iso.simulate.__doc__
-
-
-def test_the_old_module_of_the_searches_is_found():
-    from isolation_sim.identification import swarm
-    from studies.swarm import search
-
-    with pytest.warns(FutureWarning, match=r"swarm is now called studies\.swarm"):
-        assert swarm.search is search

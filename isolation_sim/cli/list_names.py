@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..errors import unknown_name
+from ..errors import check_name
 from ..io.json_text import json_text
 from .common_options import AsJson, examples
 
@@ -130,8 +130,7 @@ def list_names(
     from ..reports.console import standard_console
     from ..reports.tables import TextTable
 
-    if subject not in SUBJECTS:
-        raise unknown_name("subject", subject, SUBJECTS)
+    check_name("subject", subject, SUBJECTS)
     headings, entries = SUBJECTS[subject]()
     if as_json:
         print(json_text([dict(zip(headings, entry, strict=True)) for entry in entries]))

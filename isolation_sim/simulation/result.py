@@ -14,7 +14,7 @@ from ground_motions import Record, ResponseSpectrum
 from ground_motions.argument_types import checked
 
 from ..archive import FILE, save_archive
-from ..errors import unknown_name
+from ..errors import check_name
 from ..io.netcdf import write_netcdf
 from ..io.results_folder import files_into
 from ..named_values import Criteria
@@ -282,8 +282,8 @@ class Run(Printed, Trajectory):
         """
         structure = self.isolated.structure
         names = structure.horizontal
-        if direction is not None and direction not in names:
-            raise unknown_name("direction", direction, names)
+        if direction is not None:
+            check_name("direction", direction, names)
         column = 0 if direction is None else names.index(direction)
         if periods is None:
             periods = np.geomspace(0.05, 5.0, 60)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ground_motions import Record
 from ground_motions.argument_types import checked
 
-from ..errors import unknown_name
+from ..errors import check_name
 from ..structures import IsolatedStructure
 from .grid import Grid
 from .modal import Modes, real_rows
@@ -107,8 +107,7 @@ class Trajectory:
             If there is no such output.
         """
         names = self.outputs.names
-        if name not in names:
-            raise unknown_name("output", name, names)
+        check_name("output", name, names)
         return self.values[:, names.index(name)]
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from ...criteria import is_gain
-from ...errors import InputError
+from ...errors import InputError, check_name
 from ...written_names import as_written
 from ..sweep_figures import title_of
 from ..sweep_tables import heading, median_rows, value_text
@@ -24,7 +24,7 @@ _MOST_FAILED = 200
 
 def sweep_report(sweep: Sweep, criterion: str) -> Page:
     """Report of a sweep."""
-    sweep.check(criterion, sweep.criteria, "criterion")
+    check_name("criterion", criterion, sweep.criteria)
     varied = ", ".join(sweep.parameters) or "nothing"
     any_good = bool((sweep.table["status"] == "ok").any())
     chosen: list[Block] = []
