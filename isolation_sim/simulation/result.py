@@ -81,7 +81,7 @@ class Run(Printed, Trajectory):
         Number of integration steps, with rejected ones.
     unresolved : int
         Number of steps that missed the tolerance at the smallest step size, or at the largest
-        number of steps in a window, as with a force that jumps repeatedly.
+        number of steps in a segment, as with a force that jumps repeatedly.
     reached : float
         Tolerance met by all steps: the target, or a larger value if some are unresolved.
     """
@@ -179,15 +179,15 @@ class Run(Printed, Trajectory):
     @cached_property
     def criteria(self) -> dict[str, float]:
         """Peaks and RMS values of the response; see ``isolation_sim.criteria``."""
-        from .summary import summary
+        from .run_criteria import criteria_of_lanes
 
-        result = summary([self.isolated], self.work)
+        result = criteria_of_lanes([self.isolated], self.work)
         return Criteria({name: float(values[0]) for name, values in result.items()})
 
     @cached_property
     def peaks(self) -> dict[str, NDArray]:
         """Peaks of each level, storey or slab, (n_items,); see ``simulation.quantities``."""
-        from .summary import item_peaks
+        from .run_criteria import item_peaks
 
         return item_peaks(self.isolated, self.work)
 
