@@ -42,7 +42,6 @@ building. Part I: problem definition", Structural Control and Health Monitoring 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -51,7 +50,6 @@ from numpy.typing import ArrayLike, NDArray
 from ground_motions.argument_types import checked
 
 from .errors import InputError
-from .simulation.quantities import quantity_rows
 
 if TYPE_CHECKING:
     from .simulation.result import Run
@@ -72,96 +70,24 @@ _RATIOS = {
 }
 """Criteria for the ratio to the uncontrolled structure: the first that both structures have."""
 
-QUANTITIES = {
-    "base_displacement": "base_displacement_m",
-    "floor_acceleration": "floor_acceleration_m_s2",
-    "superstructure_acceleration": "superstructure_acceleration_m_s2",
-    "drift": "drift_m",
-    "base_shear": "base_shear_N",
-    "structural_shear": "structural_shear_N",
-    "isolator_force": "isolator_force_N",
-    "isolator_displacement": "isolator_displacement_m",
-    "drift_ratio": "drift_ratio",
-    "isolation_force": "isolation_force_N",
-    "wall_force": "wall_force_N",
-}
-"""Quantities by their attribute of `Response`, named as in the criteria, with units."""
+QUANTITIES = (
+    "base_displacement_m",
+    "floor_acceleration_m_s2",
+    "superstructure_acceleration_m_s2",
+    "drift_m",
+    "base_shear_N",
+    "structural_shear_N",
+    "isolator_force_N",
+    "isolator_displacement_m",
+    "drift_ratio",
+    "isolation_force_N",
+    "wall_force_N",
+)
+"""Quantities of the criteria, with units."""
 
 OPTIONAL = ("isolator_displacement_m", "drift_ratio", "isolation_force_N", "wall_force_N")
 """Quantities of some structures: with isolator positions, storey heights, bearings without a coil
 beside isolators with one, moat walls."""
-
-_RESULTANTS = ("base_shear", "structural_shear", "isolator_force", "isolation_force", "wall_force")
-"""Attributes with a single column."""
-
-
-@dataclass(frozen=True, eq=False)
-class Response:
-    """Responses for the criteria; they may have leading axes, such as one for many runs.
-
-    With several directions of ground motion every quantity is the norm of its vector over the
-    directions. With one direction it may have a sign.
-
-    Attributes
-    ----------
-    time : (n,) array
-        Samples, s, increasing.
-    base_displacement : (..., n, n_bases) array
-        Displacement of the base relative to the ground, m; one column per slab.
-    floor_acceleration : (..., n, n_levels) array
-        Absolute acceleration of the base and the floors, m/s^2.
-    superstructure_acceleration : (..., n, n_floors) array
-        Absolute acceleration of the floors above the base, m/s^2.
-    drift : (..., n, n_storeys) array
-        Storey drifts, m.
-    base_shear : (..., n) array
-        Shear at the isolation level, N: all inertia forces.
-    structural_shear : (..., n) array
-        Shear between superstructure and base, N.
-    isolator_force : (..., n) array
-        Resultant of the control devices' forces, N: the isolators with a coil; without any coil,
-        all elements between structure and ground.
-    isolator_displacement : (..., n, n_isolators) array, optional
-        Displacement of the isolators relative to the ground, m.
-    drift_ratio : (..., n, n_storeys) array, optional
-        Storey drifts over storey heights.
-    isolation_force : (..., n) array, optional
-        Resultant of all isolators' and bearings' forces, N.
-    wall_force : (..., n) array, optional
-        Resultant of the moat walls' forces, N.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than two samples or an array has another number of them.
-    """
-
-    time: NDArray
-    base_displacement: NDArray
-    floor_acceleration: NDArray
-    superstructure_acceleration: NDArray
-    drift: NDArray
-    base_shear: NDArray
-    structural_shear: NDArray
-    isolator_force: NDArray
-    isolator_displacement: NDArray | None = None
-    drift_ratio: NDArray | None = None
-    isolation_force: NDArray | None = None
-    wall_force: NDArray | None = None
-
-    def __post_init__(self) -> None:
-        n = len(self.time)
-        if n < 2:
-            raise InputError(
-                f"criteria have {n} sample{'s' * (n != 1)}; expected: two samples or more"
-            )
-        for name in QUANTITIES:
-            axis = -1 if name in _RESULTANTS else -2
-            if getattr(self, name) is None:
-                continue
-            shape = np.shape(getattr(self, name))
-            if len(shape) < -axis or shape[axis] != n:
-                raise InputError(f"{name} has shape {shape}; expected: {n} samples on axis {axis}")
 
 
 @checked
@@ -220,40 +146,6 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
 
 
 @checked
-def response_criteria(response: Response) -> dict[str, NDArray]:
-    """Peaks and RMS values of arrays.
-
-    Parameters
-    ----------
-    response : Response
-        Arrays with any leading axes.
-
-    Returns
-    -------
-    dict of str to array
-        Keys as in `criteria`, without the ratios; each has the shape of the leading axes. A
-        quantity without columns, such as the drift of a structure without storeys, is 0.
-
-    Notes
-    -----
-    The mean square is the trapezoidal rule's integral of the square over the duration.
-    """
-    time = np.asarray(response.time)
-    duration = time[-1] - time[0]
-    peaks, rms = {}, {}
-    for name, key in QUANTITIES.items():
-        values = getattr(response, name)
-        if values is None:
-            continue
-        if name in _RESULTANTS:
-            values = np.asarray(values)[..., np.newaxis]
-        peaks[f"peak_{key}"] = np.max(np.abs(values), axis=(-2, -1), initial=0.0)
-        mean_square = np.trapezoid(np.square(values), time, axis=-2) / duration
-        rms[f"rms_{key}"] = np.sqrt(np.max(mean_square, axis=-1, initial=0.0))
-    return peaks | rms
-
-
-@checked
 def benchmark_criteria(
     controlled: Mapping[str, ArrayLike],
     uncontrolled: Mapping[str, ArrayLike],
@@ -264,7 +156,7 @@ def benchmark_criteria(
     Parameters
     ----------
     controlled, uncontrolled : mapping of str to array_like
-        Criteria of both structures, from `response_criteria`; NaN for unknown criteria.
+        Criteria of both structures, as of `criteria`; NaN for unknown criteria.
     energy : mapping of str to array_like, optional, J
         Energies of the controlled structure at the end, named as in ``Ledger``. Without them the
         result has no ratios of energies.
@@ -307,32 +199,6 @@ def is_gain(criterion: str) -> bool:
 
 
 @checked
-def response_of(run: Run) -> Response:
-    """Arrays of a run that the criteria are computed from; see `quantity_rows`.
-
-    Parameters
-    ----------
-    run : Run
-        A run.
-
-    Returns
-    -------
-    Response
-    """
-    names = run.outputs.names
-    moved = {
-        name: _norm(np.tensordot(run.values, rows, axes=(1, 2)))
-        for name, rows in quantity_rows(run.isolated, names).items()
-    }
-    arrays = {
-        name: moved[key][:, 0] if name in _RESULTANTS else moved[key]
-        for name, key in QUANTITIES.items()
-        if key in moved
-    }
-    return Response(time=run.time, **arrays)
-
-
-@checked
 def columns(run: Run, names: Sequence[str], quantity: str) -> NDArray:
     """One quantity of several dofs, storeys or elements of a run.
 
@@ -352,11 +218,6 @@ def columns(run: Run, names: Sequence[str], quantity: str) -> NDArray:
     """
     index = {name: k for k, name in enumerate(run.outputs.names)}
     return run.values[:, [index[f"{name}_{quantity}"] for name in names]]
-
-
-def _norm(vectors: NDArray) -> NDArray:
-    # with one direction the sign is kept for figures
-    return vectors[..., 0] if vectors.shape[-1] == 1 else np.linalg.norm(vectors, axis=-1)
 
 
 def _ratio(value: ArrayLike, divisor: ArrayLike) -> NDArray:

@@ -64,7 +64,7 @@ class Row:
 
 def criteria_names() -> tuple[str, ...]:
     """Names of a run's criteria, without ratios."""
-    return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in QUANTITIES.values())
+    return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in QUANTITIES)
 
 
 def optional_names() -> tuple[str, ...]:

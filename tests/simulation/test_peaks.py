@@ -11,13 +11,14 @@ import isolation_sim as iso
 from controllers import available_controllers, controller
 from controllers.prescribed import Prescribed
 from ground_motions import Record, el_centro_1940
-from isolation_sim.criteria import response_criteria, response_of
 from isolation_sim.effects.extend import extend
 from isolation_sim.effects.registry import effect
 from isolation_sim.simulation.batch import FEWEST, Case, simulate_many
 from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.simulation.trajectory import coil_current, device_forces
+
+from ..sampled_criteria import response_criteria, response_of
 
 STEP = 1e-4
 
