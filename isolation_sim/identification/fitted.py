@@ -300,8 +300,7 @@ class Fit(LawEvaluation):
         -------
         tuple of rich.console.RenderableType
         """
-        tables = ("parameters_table", "runs_table")
-        return tuple(render(f"fit_tables:{table}", self) for table in tables)
+        return render("fit_tables:parameters_table", self), render("fit_tables:runs_table", self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the histories as plain numbers and text.
