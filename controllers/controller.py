@@ -25,7 +25,7 @@ from collections.abc import Callable, Mapping
 from inspect import Parameter, Signature, signature
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from isolation_sim.errors import InputError, unknown_name
+from isolation_sim.errors import InputError, check_name
 from isolation_sim.simulation.control import CompiledDecision, RunContext, Schedule, Sensors
 from isolation_sim.structures import IsolatedStructure
 
@@ -119,11 +119,10 @@ class Controller:
 
     def __init__(self, **settings: Any) -> None:
         preset = settings.pop("preset", None)
-        if preset is not None and preset not in self.presets:
-            raise unknown_name(f"preset of {self.name}", str(preset), self.presets)
+        if preset is not None:
+            check_name(f"preset of {self.name}", str(preset), self.presets)
         for name, value in (dict(self.presets.get(preset, {})) | settings).items():
-            if name not in self.settings:
-                raise unknown_name(f"setting of {self.name}", name, self.settings)
+            check_name(f"setting of {self.name}", name, self.settings)
             setattr(self, name, self.settings[name].checked(self.name, name, value))
 
     def __repr__(self) -> str:

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.errors import InputError, unknown_name
+from isolation_sim.errors import InputError, check_name
 from isolation_sim.io.unit import Unit
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.simulation.outputs import output_names
@@ -39,8 +39,7 @@ class UnitController(Controller):
         self._unit = Unit(self.file)
         own = (*self._unit.inputs, *self._unit.outputs)
         for name in self.variables:
-            if name not in own:
-                raise unknown_name(f"variable of {self.file}", name, own)
+            check_name(f"variable of {self.file}", name, own)
         self._measured = {name: self.variables.get(name, name) for name in self._unit.inputs}
 
     def measures(self, nominal: IsolatedStructure) -> tuple[str, ...]:

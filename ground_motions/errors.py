@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 
 class InputError(ValueError):
@@ -66,3 +66,9 @@ def unknown_name(kind: str, name: str, accepted: Iterable[str]) -> InputError:
     close = difflib.get_close_matches(name, names, n=1)
     hint = f" did you mean {close[0]!r}?" if close else ""
     return InputError(f"unknown {kind} {name!r};{hint} expected: {', '.join(names)}")
+
+
+def check_name(kind: str, name: str, accepted: Collection[str]) -> None:
+    """Refuse a name that is not among the accepted ones."""
+    if name not in accepted:
+        raise unknown_name(kind, name, accepted)

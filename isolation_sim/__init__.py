@@ -16,70 +16,84 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from controllers import Controller
-    from ground_motions import Record, available_records, el_centro_1940
-    from ground_motions import read as read_record
+    from controllers import Controller as Controller
+    from ground_motions import Record as Record
+    from ground_motions import available_records as available_records
+    from ground_motions import el_centro_1940 as el_centro_1940
+    from ground_motions import read
 
-    from .api import compare, diagnose, evaluate, load, run_scenario, simulate
-    from .comparison import Comparison, json_report
-    from .criterion import Criterion
-    from .discrepancy.building.raw_records.import_record import import_building_record
-    from .discrepancy.diagnosis import Diagnosis
-    from .errors import (
-        AccuracyWarning,
-        ControllerError,
-        ControllerWarning,
-        Diverged,
-        InputError,
-        PlausibilityWarning,
-        TestedRangeWarning,
+    from .api import compare as compare
+    from .api import diagnose as diagnose
+    from .api import evaluate as evaluate
+    from .api import load as load
+    from .api import run_scenario as run_scenario
+    from .api import simulate as simulate
+    from .comparison import Comparison as Comparison
+    from .comparison import json_report as json_report
+    from .criterion import Criterion as Criterion
+    from .discrepancy.building.raw_records.import_record import (
+        import_building_record as import_building_record,
     )
-    from .export.opensees import OpenSeesMaterial, opensees_material
-    from .fragility import Fragility, fit_fragility
-    from .identification.campaign import read_campaign
-    from .identification.fit import fit
-    from .identification.fitted import Fit
-    from .identification.loop_curves import loop_curves
-    from .identification.loop_measures import loop_measures
-    from .identification.raw_tests.import_tests import import_tests
-    from .io.interchange import export_results
-    from .laws import (
-        Device,
-        available_conditions,
-        available_laws,
-        available_sets,
-        law,
-        measured_force,
-        passive,
-    )
-    from .registry import available_controllers, controller, register
-    from .scenario import Scenario
-    from .simulation.batch import Batch, Case, simulate_many
-    from .simulation.control import CoilDriver, Sensors
-    from .simulation.result import Run
-    from .simulation.run_files import read_run, write_run
-    from .simulation.simulator import Simulator
-    from .simulation.substructure import DeviceSimulator
-    from .simulation.vector_simulator import VectorSimulator
-    from .structures import (
-        IsolatedStructure,
-        Structure,
-        from_fixed_base,
-        from_matrices,
-        from_opensees,
-        read_matrices,
-        reference_building,
-        reference_isolators,
-        shear_building,
-    )
-    from .sweeps.plan import SweepPlan
-    from .sweeps.result import Sweep
-    from .sweeps.run import sweep
-    from .sweeps.study import Study
-    from .sweeps.suites.result import Suite
-    from .sweeps.suites.run import run_suite
-    from .tuning.tune import tune
-    from .tuning.tuning import Tuning
+    from .discrepancy.diagnosis import Diagnosis as Diagnosis
+    from .errors import AccuracyWarning as AccuracyWarning
+    from .errors import ControllerError as ControllerError
+    from .errors import ControllerWarning as ControllerWarning
+    from .errors import Diverged as Diverged
+    from .errors import InputError as InputError
+    from .errors import PlausibilityWarning as PlausibilityWarning
+    from .errors import TestedRangeWarning as TestedRangeWarning
+    from .export.opensees import OpenSeesMaterial as OpenSeesMaterial
+    from .export.opensees import opensees_material as opensees_material
+    from .fragility import Fragility as Fragility
+    from .fragility import fit_fragility as fit_fragility
+    from .identification.campaign import read_campaign as read_campaign
+    from .identification.fit import fit as fit
+    from .identification.fitted import Fit as Fit
+    from .identification.loop_curves import loop_curves as loop_curves
+    from .identification.loop_measures import loop_measures as loop_measures
+    from .identification.raw_tests.import_tests import import_tests as import_tests
+    from .io.interchange import export_results as export_results
+    from .laws import Device as Device
+    from .laws import available_conditions as available_conditions
+    from .laws import available_laws as available_laws
+    from .laws import available_sets as available_sets
+    from .laws import law as law
+    from .laws import measured_force as measured_force
+    from .laws import passive as passive
+    from .registry import available_controllers as available_controllers
+    from .registry import controller as controller
+    from .registry import register as register
+    from .scenario import Scenario as Scenario
+    from .simulation.batch import Batch as Batch
+    from .simulation.batch import Case as Case
+    from .simulation.batch import simulate_many as simulate_many
+    from .simulation.control import CoilDriver as CoilDriver
+    from .simulation.control import Sensors as Sensors
+    from .simulation.result import Run as Run
+    from .simulation.run_files import read_run as read_run
+    from .simulation.run_files import write_run as write_run
+    from .simulation.simulator import Simulator as Simulator
+    from .simulation.substructure import DeviceSimulator as DeviceSimulator
+    from .simulation.vector_simulator import VectorSimulator as VectorSimulator
+    from .structures import IsolatedStructure as IsolatedStructure
+    from .structures import Structure as Structure
+    from .structures import from_fixed_base as from_fixed_base
+    from .structures import from_matrices as from_matrices
+    from .structures import from_opensees as from_opensees
+    from .structures import read_matrices as read_matrices
+    from .structures import reference_building as reference_building
+    from .structures import reference_isolators as reference_isolators
+    from .structures import shear_building as shear_building
+    from .sweeps.plan import SweepPlan as SweepPlan
+    from .sweeps.result import Sweep as Sweep
+    from .sweeps.run import sweep as sweep
+    from .sweeps.study import Study as Study
+    from .sweeps.suites.result import Suite as Suite
+    from .sweeps.suites.run import run_suite as run_suite
+    from .tuning.tune import tune as tune
+    from .tuning.tuning import Tuning as Tuning
+
+    read_record = read
 
 from .version import __version__ as __version__
 
@@ -97,7 +111,7 @@ def _check_ground_motions() -> None:
 
 _check_ground_motions()
 
-# one line per name: its module
+# one line per name: its module; the imports above tell editors the same
 _HOMES = {
     "AccuracyWarning": ".errors",
     "Batch": ".simulation.batch",
@@ -174,90 +188,18 @@ _HOMES = {
     "write_run": ".simulation.run_files",
 }
 
-__all__ = [
-    "AccuracyWarning",
-    "Batch",
-    "Case",
-    "CoilDriver",
-    "Comparison",
-    "Controller",
-    "ControllerError",
-    "ControllerWarning",
-    "Criterion",
-    "Device",
-    "DeviceSimulator",
-    "Diagnosis",
-    "Diverged",
-    "Fit",
-    "Fragility",
-    "InputError",
-    "IsolatedStructure",
-    "OpenSeesMaterial",
-    "PlausibilityWarning",
-    "Record",
-    "Run",
-    "Scenario",
-    "Sensors",
-    "Simulator",
-    "Structure",
-    "Study",
-    "Suite",
-    "Sweep",
-    "SweepPlan",
-    "TestedRangeWarning",
-    "Tuning",
-    "VectorSimulator",
-    "available_conditions",
-    "available_controllers",
-    "available_laws",
-    "available_records",
-    "available_sets",
-    "compare",
-    "controller",
-    "diagnose",
-    "el_centro_1940",
-    "evaluate",
-    "export_results",
-    "fit",
-    "fit_fragility",
-    "from_fixed_base",
-    "from_matrices",
-    "from_opensees",
-    "import_building_record",
-    "import_tests",
-    "json_report",
-    "law",
-    "load",
-    "loop_curves",
-    "loop_measures",
-    "measured_force",
-    "opensees_material",
-    "passive",
-    "read_campaign",
-    "read_matrices",
-    "read_record",
-    "read_run",
-    "reference_building",
-    "reference_isolators",
-    "register",
-    "run_scenario",
-    "run_suite",
-    "shear_building",
-    "simulate",
-    "simulate_many",
-    "sweep",
-    "tune",
-    "write_run",
-]
+__all__ = sorted(_HOMES)
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    place, _, inside = _HOMES[name].partition(":")
-    value = getattr(import_module(place, __name__), inside or name)
-    globals()[name] = value
-    return value
+if not TYPE_CHECKING:  # type checkers refuse a misspelt name
+
+    def __getattr__(name: str) -> Any:
+        if name not in _HOMES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        place, _, inside = _HOMES[name].partition(":")
+        value = getattr(import_module(place, __name__), inside or name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

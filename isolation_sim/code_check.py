@@ -317,7 +317,7 @@ def instants_of_large_motion(run: Run) -> NDArray:
 def commands_until(run: Run, lost: float, off: float) -> tuple[tuple, tuple]:
     """Instants and currents of a run's commands up to an instant, and the off current after it."""
     # the commands as they acted: late by a computation delay, also between the record's samples
-    begin = run.grid.windows[:-1, 0]
+    begin = run.grid.segments[:-1, 0]
     time, command = run.grid.time[begin], run.work.command[begin, : run.isolated.n_channels, 0]
     # an instant of the grid may differ from the sample by rounding
     before = time < lost - 1e-6 * run.records[0].dt

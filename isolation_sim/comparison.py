@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ground_motions.argument_types import checked
 
 from .criteria import criteria
-from .errors import Diverged, InputError, unknown_name
+from .errors import Diverged, InputError, check_name
 from .io.results_folder import files_into
 from .named_values import Criteria
 from .rendering import Printed, render
@@ -87,8 +87,8 @@ class Comparison(Printed):
     ):
         if not runs:
             raise InputError("a comparison has no runs; expected: one run or more")
-        if reference is not None and reference not in runs:
-            raise unknown_name("reference run", reference, runs)
+        if reference is not None:
+            check_name("reference run", reference, runs)
         self.runs, self.diverged = dict(runs), dict(diverged or {})
         self.reference = reference_name(runs) if reference is None else reference
         self.fixed_base = fixed_base
@@ -245,8 +245,7 @@ class Comparison(Printed):
         InputError
             If there is no such figure, direction or element.
         """
-        if kind not in _FIGURES:
-            raise unknown_name("figure", kind, _FIGURES)
+        check_name("figure", kind, _FIGURES)
         options = {"time_histories": direction, "floor_spectra": direction, "loops": element}
         chosen = [options[kind]] if kind in options else []
         runs = dict(self.runs)

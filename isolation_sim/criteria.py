@@ -42,7 +42,6 @@ building. Part I: problem definition", Structural Control and Health Monitoring 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -52,7 +51,6 @@ from ground_motions.argument_types import checked
 
 from .criterion import known_criterion
 from .errors import InputError
-from .simulation.quantities import quantity_rows
 
 if TYPE_CHECKING:
     from .simulation.result import Run
@@ -79,99 +77,25 @@ class Quantity(NamedTuple):
 
     name: str  # In the criteria's names, with the SI unit at its end
     label: str  # In tables
-    resultant: bool = False  # A single column
     # Of some structures: with isolator positions, storey heights, bearings without a coil beside
     # isolators with one, moat walls
     optional: bool = False
 
 
-QUANTITIES = {
-    "base_displacement": Quantity("base_displacement_m", "base displacement"),
-    "isolator_displacement": Quantity(
-        "isolator_displacement_m", "isolator displacement", optional=True
-    ),
-    "floor_acceleration": Quantity("floor_acceleration_m_s2", "floor acceleration"),
-    "superstructure_acceleration": Quantity(
-        "superstructure_acceleration_m_s2", "floor accel. above base"
-    ),
-    "drift": Quantity("drift_m", "storey drift"),
-    "drift_ratio": Quantity("drift_ratio", "storey drift over height", optional=True),
-    "base_shear": Quantity("base_shear_N", "base shear", True),
-    "structural_shear": Quantity("structural_shear_N", "structural shear", True),
-    "isolator_force": Quantity("isolator_force_N", "control device force", True),
-    "isolation_force": Quantity("isolation_force_N", "isolation layer force", True, True),
-    "wall_force": Quantity("wall_force_N", "moat wall force", True, True),
-}
-"""Quantities by their attribute of `Response`."""
-
-
-@dataclass(frozen=True, eq=False)
-class Response:
-    """Responses for the criteria; they may have leading axes, such as one for many runs.
-
-    With several directions of ground motion every quantity is the norm of its vector over the
-    directions. With one direction it may have a sign.
-
-    Attributes
-    ----------
-    time : (n,) array
-        Samples, s, increasing.
-    base_displacement : (..., n, n_bases) array
-        Displacement of the base relative to the ground, m; one column per slab.
-    floor_acceleration : (..., n, n_levels) array
-        Absolute acceleration of the base and the floors, m/s^2.
-    superstructure_acceleration : (..., n, n_floors) array
-        Absolute acceleration of the floors above the base, m/s^2.
-    drift : (..., n, n_storeys) array
-        Storey drifts, m.
-    base_shear : (..., n) array
-        Shear at the isolation level, N: all inertia forces.
-    structural_shear : (..., n) array
-        Shear between superstructure and base, N.
-    isolator_force : (..., n) array
-        Resultant of the control devices' forces, N: the isolators with a coil; without any coil,
-        all elements between structure and ground.
-    isolator_displacement : (..., n, n_isolators) array, optional
-        Displacement of the isolators relative to the ground, m.
-    drift_ratio : (..., n, n_storeys) array, optional
-        Storey drifts over storey heights.
-    isolation_force : (..., n) array, optional
-        Resultant of all isolators' and bearings' forces, N.
-    wall_force : (..., n) array, optional
-        Resultant of the moat walls' forces, N.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than two samples or an array has another number of them.
-    """
-
-    time: NDArray
-    base_displacement: NDArray
-    floor_acceleration: NDArray
-    superstructure_acceleration: NDArray
-    drift: NDArray
-    base_shear: NDArray
-    structural_shear: NDArray
-    isolator_force: NDArray
-    isolator_displacement: NDArray | None = None
-    drift_ratio: NDArray | None = None
-    isolation_force: NDArray | None = None
-    wall_force: NDArray | None = None
-
-    def __post_init__(self) -> None:
-        n = len(self.time)
-        if n < 2:
-            raise InputError(
-                f"criteria have {n} sample{'s' * (n != 1)}; expected: two samples or more"
-            )
-        for name, quantity in QUANTITIES.items():
-            axis = -1 if quantity.resultant else -2
-            if getattr(self, name) is None:
-                continue
-            shape = np.shape(getattr(self, name))
-            if len(shape) < -axis or shape[axis] != n:
-                raise InputError(f"{name} has shape {shape}; expected: {n} samples on axis {axis}")
+QUANTITIES = (
+    Quantity("base_displacement_m", "base displacement"),
+    Quantity("isolator_displacement_m", "isolator displacement", optional=True),
+    Quantity("floor_acceleration_m_s2", "floor acceleration"),
+    Quantity("superstructure_acceleration_m_s2", "floor accel. above base"),
+    Quantity("drift_m", "storey drift"),
+    Quantity("drift_ratio", "storey drift over height", optional=True),
+    Quantity("base_shear_N", "base shear"),
+    Quantity("structural_shear_N", "structural shear"),
+    Quantity("isolator_force_N", "control device force"),
+    Quantity("isolation_force_N", "isolation layer force", optional=True),
+    Quantity("wall_force_N", "moat wall force", optional=True),
+)
+"""Quantities of the criteria, one line each."""
 
 
 @checked
@@ -230,40 +154,6 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
 
 
 @checked
-def response_criteria(response: Response) -> dict[str, NDArray]:
-    """Peaks and RMS values of arrays.
-
-    Parameters
-    ----------
-    response : Response
-        Arrays with any leading axes.
-
-    Returns
-    -------
-    dict of str to array
-        Keys as in `criteria`, without the ratios; each has the shape of the leading axes. A
-        quantity without columns, such as the drift of a structure without storeys, is 0.
-
-    Notes
-    -----
-    The mean square is the trapezoidal rule's integral of the square over the duration.
-    """
-    time = np.asarray(response.time)
-    duration = time[-1] - time[0]
-    peaks, rms = {}, {}
-    for name, (key, _, resultant, _) in QUANTITIES.items():
-        values = getattr(response, name)
-        if values is None:
-            continue
-        if resultant:
-            values = np.asarray(values)[..., np.newaxis]
-        peaks[f"peak_{key}"] = np.max(np.abs(values), axis=(-2, -1), initial=0.0)
-        mean_square = np.trapezoid(np.square(values), time, axis=-2) / duration
-        rms[f"rms_{key}"] = np.sqrt(np.max(mean_square, axis=-1, initial=0.0))
-    return peaks | rms
-
-
-@checked
 def benchmark_criteria(
     controlled: Mapping[str, ArrayLike],
     uncontrolled: Mapping[str, ArrayLike],
@@ -274,7 +164,7 @@ def benchmark_criteria(
     Parameters
     ----------
     controlled, uncontrolled : mapping of str to array_like
-        Criteria of both structures, from `response_criteria`; NaN for unknown criteria.
+        Criteria of both structures, as of `criteria`; NaN for unknown criteria.
     energy : mapping of str to array_like, optional, J
         Energies of the controlled structure at the end, named as in ``Ledger``. Without them the
         result has no ratios of energies.
@@ -320,32 +210,6 @@ def is_gain(criterion: str) -> bool:
 
 
 @checked
-def response_of(run: Run) -> Response:
-    """Arrays of a run that the criteria are computed from; see `quantity_rows`.
-
-    Parameters
-    ----------
-    run : Run
-        A run.
-
-    Returns
-    -------
-    Response
-    """
-    names = run.outputs.names
-    moved = {
-        name: _norm(np.tensordot(run.values, rows, axes=(1, 2)))
-        for name, rows in quantity_rows(run.isolated, names).items()
-    }
-    arrays = {
-        name: moved[key][:, 0] if resultant else moved[key]
-        for name, (key, _, resultant, _) in QUANTITIES.items()
-        if key in moved
-    }
-    return Response(time=run.time, **arrays)
-
-
-@checked
 def columns(run: Run, names: Sequence[str], quantity: str) -> NDArray:
     """One quantity of several dofs, storeys or elements of a run.
 
@@ -365,11 +229,6 @@ def columns(run: Run, names: Sequence[str], quantity: str) -> NDArray:
     """
     index = {name: k for k, name in enumerate(run.outputs.names)}
     return run.values[:, [index[f"{name}_{quantity}"] for name in names]]
-
-
-def _norm(vectors: NDArray) -> NDArray:
-    # with one direction the sign is kept for figures
-    return vectors[..., 0] if vectors.shape[-1] == 1 else np.linalg.norm(vectors, axis=-1)
 
 
 def _ratio(value: ArrayLike, divisor: ArrayLike) -> NDArray:

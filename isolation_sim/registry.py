@@ -120,10 +120,9 @@ def registry(kind: str) -> Registry[Any]:
     from ground_motions.readers import READERS
 
     from .effects import EFFECTS
-    from .errors import unknown_name
+    from .errors import check_name
     from .laws import LAWS
 
     kinds = {each.kind: each for each in (LAWS, EFFECTS, CONTROLLERS, CRITERIA, STUDIES, READERS)}
-    if kind not in kinds:
-        raise unknown_name("kind", kind, kinds)
+    check_name("kind", kind, kinds)
     return kinds[kind]

@@ -18,7 +18,7 @@ import numpy as np
 from controllers import Controller, controller
 from controllers.clairvoyant import ACCELERATION, DISPLACEMENT, Plant, bound
 from ground_motions import Record
-from isolation_sim.errors import Diverged, unknown_name
+from isolation_sim.errors import Diverged, check_name
 from isolation_sim.laws import law as law_of
 from isolation_sim.laws import passive
 from isolation_sim.simulation.control import CoilDriver, Sensors
@@ -114,8 +114,7 @@ class Evaluation:
             **{f"motion {k}": (each, self.constants) for k, each in enumerate(motions)},
         }
         for kind, (value, names) in known.items():
-            if value not in names:
-                raise unknown_name(kind.partition(" ")[0], str(value), names)
+            check_name(kind.partition(" ")[0], str(value), names)
         result = (self.rows[case, m] for m in motions)
         rows = [next(row for row in some if row["controller"] == name) for some in result]
         return np.array([row.get(key, np.nan) for row in rows])

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from isolation_sim.identification.least_squares import levenberg_marquardt
 from isolation_sim.identification.parameterisation import Parameterisation
 from isolation_sim.identification.sensitivities import Motion, Simulator
-from isolation_sim.identification.swarm import search
 from isolation_sim.laws import LAWS
+from studies.swarm import search
 
 LEAST_SQUARES = "least_squares"
 DECADES = 2.5

@@ -25,8 +25,8 @@ from isolation_sim.errors import InputError
 from isolation_sim.identification.least_squares import levenberg_marquardt
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.sensitivities import Motion, Simulator
-from isolation_sim.identification.swarm import available_methods
 from isolation_sim.laws import law
+from studies.swarm import available_methods
 
 from .damper import DATA, current, read_shortened
 from .search_convergence import LEAST_SQUARES, Convergence, Problem, run_search

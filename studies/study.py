@@ -113,8 +113,9 @@ def perform(
     overwrite: bool = False,
 ) -> tuple[Outcome, Path]:
     """Run a study and write what it found."""
-    from isolation_sim.reports.html.study_report import study_report
     from isolation_sim.reports.style import save
+
+    from .report import study_report
 
     study = STUDIES[name]
     with ResultsFolder(out or default_folder(name), overwrite) as folder:

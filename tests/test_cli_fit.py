@@ -75,7 +75,10 @@ def test_fitted_law_stands_in_a_scenario(campaign, capsys, tmp_path):
         (["--law", "kelvin_voigt", "--current-degree", "-1"], "current degree is -1; expected: 0"),
         (["--law", "kelvin_voigt", "--starts", "0"], "starts is 0; expected: 1 or more"),
         (["--law", "kelvin_voigt", "--fix", "q=1"], "unknown parameter of kelvin_voigt 'q'"),
-        (["--law", "kelvin_voigt", "--fix", "k"], "--fix k: expected: a parameter and a number"),
+        (
+            ["--law", "kelvin_voigt", "--fix", "k"],
+            "--fix k: expected: a name and a value, such as n=2",
+        ),
     ],
 )
 def test_bad_input_is_one_line(campaign, capsys, arguments, told):
@@ -166,7 +169,7 @@ def test_files_of_a_machine_are_imported_and_fitted(tmp_path, capsys):
     code, _, told = called(capsys, "import", raw, "--out", tests)
     assert code == 2 and "exists already" in told
     code, _, told = called(capsys, "import", raw, "--unit", "force")
-    assert code == 2 and "--unit force: expected: a quantity and its value" in told
+    assert code == 2 and "--unit force: expected: a name and a value, such as force=kN" in told
     code, out, _ = called(capsys, "fit", tests, "--law", "kelvin_voigt", "--json")
     found = {row["name"]: row["value"] for row in json.loads(out)["parameters"]}
     assert code == 0 and found["k"] in (pytest.approx(2e4), pytest.approx(5e4))

@@ -7,16 +7,12 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import Record, el_centro_1940
-from isolation_sim.criteria import (
-    Response,
-    benchmark_criteria,
-    criteria,
-    response_criteria,
-    response_of,
-)
+from isolation_sim.criteria import benchmark_criteria, criteria
 from isolation_sim.scenario.nonlinear import MoatWall
 from isolation_sim.simulation.outputs import output_names
 from isolation_sim.simulation.quantities import level_dofs, storey_rows
+
+from .sampled_criteria import Response, response_criteria, response_of
 
 RATIOS_TO_REFERENCE = ("J1", "J2", "J3", "J4", "J5", "J7", "J8")
 
@@ -150,24 +146,6 @@ def test_a_structure_without_storeys_has_no_drift():
     time = np.arange(5) * 0.1
     values = response_criteria(response(time, drift=np.zeros((5, 0))))
     assert values["peak_drift_m"] == values["rms_drift_m"] == 0.0
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"drift": np.zeros((4, 1))}, r"drift has shape \(4, 1\); expected: 5 samples on axis -2"),
-        ({"floor_acceleration": np.zeros(5)}, "floor_acceleration has shape"),
-        ({"base_shear": np.zeros((5, 1))}, "base_shear has shape"),
-    ],
-)
-def test_arrays_that_do_not_fit(given, said):
-    with pytest.raises(iso.InputError, match=said):
-        response(np.arange(5.0), **given)
-
-
-def test_one_sample_has_no_duration():
-    with pytest.raises(iso.InputError, match="two samples"):
-        response(np.zeros(1))
 
 
 def test_benchmark_criteria_by_hand():

@@ -28,7 +28,7 @@ OFFERED = {
 GENERATED = (
     *(
         f"isolation_sim.simulation.kernel.{part}"
-        for part in ("tables", "windows", "step", "integration", "summary")
+        for part in ("tables", "segments", "step", "integration", "peaks")
     ),
     "isolation_sim.simulation.kernel.element_code",
 )

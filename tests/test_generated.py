@@ -31,7 +31,7 @@ GENERATORS = {
     "kernel": lambda: loading.load_integration.__wrapped__(loading.OWN_SHAPE),
     "law": lambda: loading._load_law.__wrapped__(LAW, 1, 1, 1, 0),
     "tables": lambda: loading.load_tables.__wrapped__(1),
-    "summary": lambda: loading.load_summary.__wrapped__(1, 1),
+    "peaks": lambda: loading.load_peaks.__wrapped__(1, 1),
     "device": lambda: sensitivities.compiled.__wrapped__(LAW),
     "effect": lambda: effect_evaluation._compiled.__wrapped__(effect("current_lag")),
     "decision": lambda: controllers.compiled._module.__wrapped__(
@@ -41,7 +41,7 @@ GENERATORS = {
 # a writer, its call, and a file that it needs
 WRITERS = {
     "kernel": (
-        loading.integration_text, lambda: loading.integration_text(loading.OWN_SHAPE), "windows.py"
+        loading.integration_text, lambda: loading.integration_text(loading.OWN_SHAPE), "segments.py"
     ),
     "law": (loading.law_text, lambda: loading.law_text(LAW, 1, 1, 1, 0), "emit.py"),
     "device": (sensitivities._text, lambda: sensitivities._text(LAW, False), "device_kernel.py"),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.simulation.modal import Modes
+from isolation_sim.simulation.complex_modes import Modes
 
 _POINTS = 40
 """Gauss points of the convolution with a mode; exact to rounding up to |eigenvalue| h = 30."""

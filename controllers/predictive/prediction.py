@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.simulation.modal import real_rows
+from isolation_sim.simulation.complex_modes import real_rows
 from isolation_sim.simulation.plan import modes_for
 from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.structures import IsolatedStructure

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
 from isolation_sim.laws.emit import symbols
-from isolation_sim.simulation.modal import real_rows
+from isolation_sim.simulation.complex_modes import real_rows
 from isolation_sim.simulation.plan import modes_for
 from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.simulation.result import Run

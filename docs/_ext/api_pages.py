@@ -23,7 +23,7 @@ PACKAGES = (
     "isolation_sim.identification.loop_curves",
     "isolation_sim.identification.loop_measures",
     "isolation_sim.identification.raw_tests.import_tests",
-    "isolation_sim.identification.swarm",
+    "studies.swarm",
     "isolation_sim.discrepancy.diagnosis",
     "isolation_sim.discrepancy.building.raw_records.import_record",
     "isolation_sim.sweeps.suites",

@@ -6,10 +6,13 @@ import sys
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
+
+from ..errors import InputError
+from ..io.json_text import json_text
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
@@ -76,6 +79,38 @@ def read_scenario(file: Path | None) -> Scenario:
     return main_job() if file is None else Scenario.read(file)
 
 
+def read_values(texts: list[str] | None, option: str, example: str) -> dict[str, str]:
+    """Values by name of an option NAME=VALUE that may be repeated."""
+    values = {}
+    for text in texts or ():
+        name, _, value = (part.strip() for part in text.partition("="))
+        if not (name and value):
+            raise InputError(f"{option} {text}: expected: a name and a value, such as {example}")
+        values[name] = value
+    return values
+
+
+def read_numbers(texts: list[str] | None, option: str, example: str) -> dict[str, float]:
+    """Numbers by name of an option NAME=NUMBER that may be repeated."""
+    numbers = {}
+    for name, value in read_values(texts, option, example).items():
+        try:
+            numbers[name] = float(value)
+        except ValueError:
+            raise InputError(
+                f"{option} {name}={value}: expected: a number, such as {example}"
+            ) from None
+    return numbers
+
+
+def print_result(result: Any, as_json: bool, quiet: bool) -> None:
+    """Print a result's tables and sentences, or its numbers as JSON."""
+    if as_json:
+        print(json_text(result.to_dict()))
+    elif not quiet:
+        result.report()
+
+
 def print_path(label: str, path: object, as_json: bool) -> None:
     """Print the path of a result; on standard error if JSON is on standard output."""
     print(f"{label}: {path}", file=sys.stderr if as_json else sys.stdout)
@@ -118,7 +153,6 @@ def check_exports(
     forms: list[str] | None, folder: Path | None = None, known: Collection[str] | None = None
 ) -> None:
     """Refuse an unknown format of ``--export``, or an existing file, before the work starts."""
-    from ..errors import InputError
     from ..io.interchange import EXPORTS, check_form, export_place
 
     for form in forms or ():

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from ..io.json_text import json_text
 from .common_options import (
     AsJson,
     Force,
@@ -15,6 +14,7 @@ from .common_options import (
     ReportFile,
     TestsFolder,
     examples,
+    print_result,
     write_report,
 )
 
@@ -38,9 +38,6 @@ def evaluate(
 
     check_new_files(force, report)
     result = run_evaluation(law, campaign)
-    if as_json:
-        print(json_text(result.to_dict()))
-    elif not quiet:
-        result.report()
+    print_result(result, as_json, quiet)
     if report is not None:
         write_report(report, result.to_html, as_json)

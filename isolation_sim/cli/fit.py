@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
-from ..io.json_text import json_text
 from ..io.output_place import check_new_files
 from .common_options import (
     AsJson,
@@ -18,7 +17,9 @@ from .common_options import (
     check_exports,
     examples,
     print_path,
+    print_result,
     progress,
+    read_numbers,
     write_report,
 )
 
@@ -91,13 +92,10 @@ def fit(
     with progress(quiet, starts, alike=True) as step:
         step("searching")
         result = run_fit(
-            campaign, law, current_degree=current_degree, fixed=_numbers(fixed or []),
+            campaign, law, current_degree=current_degree, fixed=read_numbers(fixed, "--fix", "n=2"),
             starts=starts, progress=lambda done: step("searching", done),
         )  # fmt: skip
-    if as_json:
-        print(json_text(result.to_dict()))
-    elif not quiet:
-        result.report()
+    print_result(result, as_json, quiet)
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
         print_path("fitted law", result.save(out), as_json)
@@ -110,16 +108,3 @@ def fit(
             print_path("figure", path, as_json)
     if report is not None:
         write_report(report, result.to_html, as_json)
-
-
-def _numbers(assignments: list[str]) -> dict[str, float]:
-    numbers = {}
-    for text in assignments:
-        name, equals, value = text.partition("=")
-        try:
-            numbers[name.strip()] = float(value)
-        except ValueError:
-            equals = ""
-        if not equals:
-            raise InputError(f"--fix {text}: expected: a parameter and a number, such as n=2")
-    return numbers

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from .common_options import Force, examples, write_new_file
+from .common_options import Force, examples, read_values, write_new_file
 
 if TYPE_CHECKING:
     from ..discrepancy.building.raw_records.columns import Match
@@ -106,8 +106,8 @@ def import_tests(
     result = run_import(
         tests,
         out,
-        columns=_pairs("--column", column),
-        units=_pairs("--unit", unit),
+        columns=read_values(column, "--column", "force=3"),
+        units=read_values(unit, "--unit", "force=kN"),
         current=current,
         current_from_name=current_from_name,
         rate=rate,
@@ -141,7 +141,8 @@ def _columns(
     """What each column of a building record's files is taken for."""
     from ..discrepancy.building.raw_records.import_record import read_columns
 
-    columns, units = _pairs("--column", column), _pairs("--unit", unit)
+    columns = read_values(column, "--column", "force=3")
+    units = read_values(unit, "--unit", "force=kN")
     return read_columns(files, settings, columns, units, rate, leave_out or [])
 
 
@@ -171,11 +172,3 @@ def _import_building(
         print("no record is written; --out quake.csv writes it")
     else:
         print(f"record: {result.path}")
-
-
-def _pairs(option: str, texts: list[str] | None) -> dict[str, str]:
-    pairs = dict(text.partition("=")[::2] for text in texts or ())
-    for quantity, value in pairs.items():
-        if not value:
-            raise InputError(f"{option} {quantity}: expected: a quantity and its value, as force=3")
-    return pairs

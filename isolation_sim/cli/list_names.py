@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..errors import unknown_name
+from ..errors import check_name
 from ..io.json_text import json_text
 from .common_options import AsJson, examples
 
@@ -86,7 +86,7 @@ def _criteria() -> Rows:
     entries = [
         [f"{kind}_{each.name}", f"{word} {each.label}", "smaller", "every run"]
         for kind, word in kinds.items()
-        for each in QUANTITIES.values()
+        for each in QUANTITIES
     ]
     entries += [
         [one.name, one.label, one.better, CRITERIA.place(one.name)] for one in CRITERIA.values()
@@ -147,8 +147,7 @@ def list_names(
     from ..reports.console import standard_console
     from ..reports.tables import TextTable
 
-    if subject not in SUBJECTS:
-        raise unknown_name("subject", subject, SUBJECTS)
+    check_name("subject", subject, SUBJECTS)
     headings, entries = SUBJECTS[subject]()
     if as_json:
         print(json_text([dict(zip(headings, entry, strict=True)) for entry in entries]))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..errors import check_name
 from ..io.json_text import json_text
 from .common_options import (
     AsJson,
@@ -67,7 +68,7 @@ def suite(
             settings, folder, resume=resume, workers=workers,
             step=lambda text: step(text, 0), progress=count_failures(step),
         )  # fmt: skip
-    result.check(criterion)
+    check_name("criterion", criterion, result.criteria)
     if as_json:
         print(_json(result), end="")
     elif not quiet:

@@ -8,8 +8,6 @@ from typing import Annotated, Any
 
 import typer
 
-from ..errors import InputError
-from ..io.json_text import json_text
 from .common_options import (
     AsJson,
     Export,
@@ -18,7 +16,10 @@ from .common_options import (
     check_exports,
     examples,
     print_path,
+    print_result,
     print_results,
+    read_numbers,
+    read_values,
     resumable,
     write_exports,
 )
@@ -87,39 +88,27 @@ def tune(
     from ..tuning.tune import tune as run_tune
 
     check_exports(export, out)
+    fixed = read_values(fix, "--fix", "rule=skyhook")
     folder = out or Path("results") / f"tune-{file_name(controller.rpartition(':')[2])}"
     options: dict[str, Any] = {} if unseen is None else {"unseen": {each: each for each in unseen}}
     with resumable(folder, overwrite, resume, quiet, evaluations) as step:
         result = run_tune(
             controller, scenario, motions=motions, **options,
-            criteria=_weights(criterion) if criterion else None, settings=setting,
-            fixed=dict(_pair(text, "--fix", "rule=skyhook") for text in fix or ()),
+            criteria=read_numbers(criterion, "--criterion", "peak_drift_m=1") or None,
+            settings=setting,
+            fixed={name: _value(text) for name, text in fixed.items()},
             evaluations=evaluations, seed=seed, pga_g=pga_g, out=folder, resume=resume,
             workers=workers, progress=step,
         )  # fmt: skip
-    if as_json:
-        print(json_text(result.to_dict()))
-    elif not quiet:
-        result.report()
+    print_result(result, as_json, quiet)
     print_path("tuned controller", folder / "controller.toml", as_json)
     print_results(folder, as_json, quiet)
     write_exports(export, folder)
 
 
-def _pair(text: str, option: str, example: str) -> tuple[str, Any]:
-    """Read NAME=VALUE; the value is a number, true, false or a word."""
-    name, equals, value = (part.strip() for part in text.partition("="))
-    if not (name and equals and value):
-        raise InputError(f"{option} {text}: expected: a name and a value, such as {example}")
+def _value(text: str) -> Any:
+    """A number, true, false or a word."""
     try:
-        return name, json.loads(value)
+        return json.loads(text)
     except ValueError:
-        return name, value
-
-
-def _weights(texts: list[str]) -> dict[str, float]:
-    pairs = dict(_pair(text, "--criterion", "peak_drift_m=1") for text in texts)
-    for name, weight in pairs.items():
-        if isinstance(weight, bool) or not isinstance(weight, int | float):
-            raise InputError(f"--criterion {name}={weight}: expected: a number, as {name}=1")
-    return pairs
+        return text

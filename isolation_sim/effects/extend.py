@@ -15,7 +15,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
 from ..laws.law import InPlan, Law, Quantity
@@ -121,8 +121,7 @@ def extend(device: Device, applied: Sequence[tuple[Effect, Mapping[str, float]]]
 def _check_parameters(effect: Effect, values: Mapping[str, float]) -> None:
     """Refuse unknown and missing parameters of an effect."""
     for name in values:
-        if name not in effect.parameter_names:
-            raise unknown_name(f"parameter of {effect.name}", name, effect.parameter_names)
+        check_name(f"parameter of {effect.name}", name, effect.parameter_names)
     for name in effect.parameter_names:
         if name not in values:
             needed = ", ".join(effect.parameter_names)

@@ -7,7 +7,7 @@ from typing import Any
 from ground_motions.argument_types import checked
 from ground_motions.registry import Registry
 
-from ..errors import unknown_name
+from ..errors import check_name
 from .effect import Effect
 
 
@@ -52,6 +52,5 @@ def effect(cause: str, form: str | None = None) -> Effect:
     forms = {one.form: one for one in EFFECTS[cause]}
     if form is None:
         return next(iter(forms.values()))
-    if form not in forms:
-        raise unknown_name(f"form of {cause}", form, forms)
+    check_name(f"form of {cause}", form, forms)
     return forms[form]

@@ -12,7 +12,7 @@ import numpy as np
 
 from ground_motions.python_source import parse
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name
 from ..simulation.control import CoilDriver, CompiledDecision, RunContext, Sensors
 from ..simulation.run import prepare_lane, simulate
 from .c_text import CText
@@ -48,8 +48,7 @@ class ExportedDecision:
 
 def prepare_decision(job: Job, label: str) -> ExportedDecision:
     """Prepare a scenario's controller as for a run."""
-    if label not in job.controllers:
-        raise unknown_name("controller of the scenario", label, job.controllers)
+    check_name("controller of the scenario", label, job.controllers)
     controller, options = job.controllers[label], dict(job.options)
     sensors = options.get("sensors") or Sensors()
     lane = prepare_lane(

@@ -24,7 +24,7 @@ static void change_currents(plant_state *it)
             $CHANGED);
 }
 
-/* the window between the two points of the grid; the constants are only read */
+/* the segment between the two points of the grid; the constants are only read */
 static long integrate(plant_state *it)
 {
 $GROUPS
@@ -43,14 +43,14 @@ int plant_step(plant_state *it, const double *inputs, double step)
     const double n = ceil(step / longest * (1.0 - 1e-9)), span = step / n;
     const double *rate = inputs + $N_GROUND, *commands = inputs + 2 * $N_GROUND;
 
-    if (span != it->course_spans[0])
+    if (span != it->time_grid_spans[0])
         memset(it->propagation_built, 0, sizeof it->propagation_built);
-    it->course_spans[0] = span;
+    it->time_grid_spans[0] = span;
     memcpy(it->measurements_chosen, commands, ($N_CHANNELS - 1) * sizeof *commands);
     for (double k = 0.0; k < n; k += 1.0) {
         for (int g = 0; g < $N_GROUND; ++g) {
-            it->course_ground[g] = inputs[g] + rate[g] * (k * span);
-            it->course_ground[$N_GROUND + g] = inputs[g] + rate[g] * ((k + 1.0) * span);
+            it->time_grid_ground[g] = inputs[g] + rate[g] * (k * span);
+            it->time_grid_ground[$N_GROUND + g] = inputs[g] + rate[g] * ((k + 1.0) * span);
         }
         it->position[0] = 0;
         it->position[1] = $COMMAND;

@@ -33,11 +33,11 @@ if TYPE_CHECKING:
     from ..scenario.job import Job
 
 FOLDER = Path(__file__).parent
-GROUPS = ("position", "sizes", "limits", "course", "propagation", "measurements", "coils", "law",
+GROUPS = ("position", "sizes", "limits", "time_grid", "propagation", "measurements", "coils", "law",
           "lanes", "history", "scratch")  # fmt: skip
 """The compiled integration's arguments; see ``simulation/kernel/arguments.py``."""
 CONSTANT = {
-    "course_windows", "course_events", "propagation_offsets", "propagation_modes",
+    "time_grid_segments", "time_grid_events", "propagation_offsets", "propagation_modes",
     "measurements_rows", "measurements_noise", "measurements_decided", "measurements_measured_for",
     "coils_driver", "limits_deformation", "law_table", "law_breaks", "law_shape", "law_channel",
     "law_functions", "law_numbers", "observed_rows",

@@ -193,8 +193,7 @@ class LawEvaluation(Printed):
         -------
         tuple of rich.console.RenderableType
         """
-        title = f"{self.device.law.title}: force residual over measured force (RMS)"
-        return (_runs_table(title, self.errors, [("all runs, pooled", self.error)]),)
+        return (render("fit_tables:errors_table", self),)
 
     def _shown(self) -> Iterator[Any]:
         yield from self.tables()
@@ -256,18 +255,6 @@ class LawEvaluation(Printed):
         return render("html.fit_report:evaluation_report", self)
 
 
-def _runs_table(
-    title: str, errors: Iterable[RunError], pooled: Sequence[tuple[str, float]]
-) -> RenderableType:
-    """Errors run by run, with pooled ones below."""
-    rows = [
-        (each.run.name, f"{100 * each.relative:.2f}", "held out" if each.run.hold_out else "")
-        for each in errors
-    ]
-    rows += [(name, f"{100 * error:.2f}", "") for name, error in pooled]
-    return render("tables:TextTable", title, ("run", "error, %", ""), rows, totals=len(pooled))
-
-
 @dataclass(frozen=True, eq=False)
 class Fit(LawEvaluation):
     """A fitted law.
@@ -313,19 +300,7 @@ class Fit(LawEvaluation):
         -------
         tuple of rich.console.RenderableType
         """
-        title = f"{self.device.law.title}, fitted to {self.campaign.name}"
-        headings = ("parameter", "current, A", "value", "95 % interval", "unit", "")
-        rows = [
-            (e.name, "" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
-             e.interval, e.unit, "" if e.determined or e.at_bound else "not determined")
-            for e in self.estimates
-        ]  # fmt: skip
-        parameters = render("tables:TextTable", title, headings, rows, keys=2)
-        together = [("fitted runs, pooled", self.error)]
-        if any(e.run.hold_out for e in self.errors):
-            together.append(("held-out runs, pooled", self.held_out_error))
-        runs = _runs_table("Force residual over measured force (RMS)", self.errors, together)
-        return parameters, runs
+        return render("fit_tables:parameters_table", self), render("fit_tables:runs_table", self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything but the histories as plain numbers and text.

@@ -11,7 +11,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name
 from .atomic_write import atomic_write
 from .columns import read_columns
 from .netcdf import read_netcdf
@@ -83,8 +83,7 @@ def export_place(folder: Path, form: str) -> Path:
 
 def check_form(form: str, known: Collection[str]) -> None:
     """Refuse an unknown format."""
-    if form not in known:
-        raise unknown_name("form to export", form, known)
+    check_name("form to export", form, known)
 
 
 def write_parts(parts: dict[str, Any], form: str, path: Path) -> Path:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name
 
 
 @checked
@@ -224,8 +224,7 @@ class CurrentDependence:
         """
         rows = {}
         for name, value in values.items():
-            if name not in self.names:
-                raise unknown_name("parameter", name, self.names)
+            check_name("parameter", name, self.names)
             rows[name] = _row(name, value)
         n_powers = max([self.coefficients.shape[2], *(row.size for row in rows.values())])
         shape = (*self.coefficients.shape[:2], n_powers)
@@ -316,8 +315,7 @@ def _padded(rows: Iterable[np.ndarray]) -> np.ndarray:
 def _check_names(names: Iterable[str], accepted: Sequence[str]) -> None:
     names = list(names)
     for name in names:
-        if name not in accepted:
-            raise unknown_name("parameter", name, accepted)
+        check_name("parameter", name, accepted)
     missing = [name for name in accepted if name not in names]
     if missing:
         raise InputError(f"parameter {missing[0]!r} is missing; needed: {', '.join(accepted)}")

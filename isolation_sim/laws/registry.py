@@ -9,7 +9,7 @@ import numpy as np
 from ground_motions.argument_types import checked
 from ground_motions.registry import Registry
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name
 from .current_dependence import CurrentDependence
 from .device import Device
 from .law import Law
@@ -89,8 +89,7 @@ def _published_device(law: Law, set_name: str | None) -> Device:
     if set_name is None:
         set_name = next(iter(law.sets))
     sets = {**law.sets, **law.conditions}
-    if set_name not in sets:
-        raise unknown_name(f"parameter set of {law.name}", set_name, sets)
+    check_name(f"parameter set of {law.name}", set_name, sets)
     return sets[set_name]()
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name, unknown_name
 from .current_dependence import CurrentDependence
 from .device import Device
 from .law import Law
@@ -78,8 +78,7 @@ def from_dict(data: Mapping[str, Any], laws: Mapping[str, Law] | None = None) ->
     """
     laws = LAWS if laws is None else laws
     for key in data:
-        if key not in _KEYS:
-            raise unknown_name("key of a device", key, _KEYS)
+        check_name("key of a device", key, _KEYS)
     for key in ("law", "parameters"):
         if key not in data:
             raise InputError(f"a device needs the key {key!r}; expected keys: {', '.join(_KEYS)}")

@@ -14,7 +14,7 @@ import numpy as np
 from ground_motions.argument_types import checked
 
 from ..comparison import reference_name
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name
 from ..simulation.result import Run
 from ..written_names import as_written
 from . import chart, panels
@@ -149,8 +149,8 @@ def loops_in_plan(runs: Runs, element: str | None = None) -> Figure:
     pairs = {names[g[0]]: [names[e] for e in g[:2]] for g in isolated.groups if len(g) > 1}
     if not pairs:
         raise InputError(f"{isolated.structure.name} has no biaxial device; expected: one or more")
-    if element is not None and element not in pairs:
-        raise unknown_name("biaxial device", element, pairs)
+    if element is not None:
+        check_name("biaxial device", element, pairs)
     pair = pairs[element or next(iter(pairs))]
     with style():
         figure = new_figure(DOUBLE_COLUMN, 0.3 + 2.0 * len(by_name))
@@ -367,6 +367,5 @@ def _element(run: Run, name: str | None, direction: int = 0) -> str:
         raise InputError(f"{isolated.structure.name} has no element; expected: one or more")
     if name is None:
         return chart.element_along(run, direction)
-    if name not in names:
-        raise unknown_name("element", name, names)
+    check_name("element", name, names)
     return name

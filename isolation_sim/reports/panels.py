@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..criteria import columns
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name
 from ..written_names import as_written
 from . import chart
 from .chart import Panel
@@ -58,8 +58,7 @@ def direction_number(run: Run, direction: str | None) -> int:
     directions = run.isolated.structure.horizontal
     if direction is None:
         return 0
-    if direction not in directions:
-        raise unknown_name("direction", direction, directions)
+    check_name("direction", direction, directions)
     return directions.index(direction)
 
 

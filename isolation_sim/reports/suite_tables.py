@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from ..errors import check_name
 from ..written_names import as_written
 from .sweep_figures import title_of
 from .sweep_tables import heading
@@ -38,7 +39,7 @@ def _number(value: float, factor: float) -> str:
 
 def records_table(suite: Suite, criterion: str) -> TextTable:
     """A criterion for every motion and controller."""
-    suite.check(criterion)
+    check_name("criterion", criterion, suite.criteria)
     _, factor = unit_of(criterion)
     result = suite.table.set_index(["motion", "controller"])
     governing = {

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, check_name
 from ..registry import CONTROLLERS
 from ..sweeps.axes import label_of
 from ..sweeps.fields import steps_of
@@ -46,7 +46,7 @@ def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
     peaks = [name for name in sweep.criteria if name.startswith("peak_")]
     target = peaks if criteria is None else list(criteria)
     for name in target:
-        sweep.check(name, sweep.criteria, "criterion")
+        check_name("criterion", name, sweep.criteria)
     values = sweep.table.pivot(index="case", columns="controller", values=target)
     reference = sweep.reference
     with style():
@@ -84,7 +84,7 @@ def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
 def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figure:
     """A criterion over two varied quantities, one panel per controller, with one colour scale."""
     x, y = _two(sweep, x, y)
-    sweep.check(criterion, sweep.criteria, "criterion")
+    check_name("criterion", criterion, sweep.criteria)
     unit, factor = unit_of(criterion)
     frame = sweep.table[["controller", x, y, criterion]].copy()
     # medians of scattered points have no smooth contour lines
@@ -186,7 +186,7 @@ def _two(sweep: Sweep, x: str | None, y: str | None) -> tuple[str, str]:
     numbers = [name for name in sweep.parameters if sweep.table[name].dtype.kind in "if"]
     for name in (x, y):
         if name is not None:
-            sweep.check(name, numbers, "varied quantity")
+            check_name("varied quantity", name, numbers)
     first = x or next((name for name in numbers if name != y), None)
     second = y or next((name for name in numbers if name != first), None)
     if first is None or second is None or first == second:

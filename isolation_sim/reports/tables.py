@@ -32,8 +32,8 @@ class Row(NamedTuple):
 
 _FURTHER = "Further"
 _GROUPS = {
-    "Peak": [Row(f"peak_{each.name}", each.label) for each in QUANTITIES.values()],
-    "RMS": [Row(f"rms_{each.name}", each.label) for each in QUANTITIES.values()],
+    "Peak": [Row(f"peak_{each.name}", each.label) for each in QUANTITIES],
+    "RMS": [Row(f"rms_{each.name}", each.label) for each in QUANTITIES],
     _FURTHER: [],  # those that were selected
     "Benchmark": [
         Row("J1", "J1 peak base shear"),

@@ -19,7 +19,7 @@ from pydantic import (
 
 from ground_motions.registry import absolute_place
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name
 from .problems import one_line
 
 
@@ -43,8 +43,7 @@ class Section(BaseModel):
         # checked first, since a misspelt key is the reason for a missing key
         if isinstance(data, dict):
             for key in data:
-                if key not in cls.model_fields:
-                    raise unknown_name("key", str(key), cls.model_fields)
+                check_name("key", str(key), cls.model_fields)
         return data
 
 

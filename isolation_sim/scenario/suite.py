@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from ground_motions import SUITE_RULES, SuiteRecord, SuiteRule, read_files, read_folder, read_peer
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name
 from .fields import InputPath, NonNegative, Positive, Section, absolute
 from .targets import Target
 
@@ -92,8 +92,7 @@ class RecordSuite(Section):
                 f"{' and '.join(places) or 'no records'} given; expected: one of folder, files, "
                 "peer"
             )
-        if self.rule not in SUITE_RULES:
-            raise unknown_name("rule", self.rule, SUITE_RULES)
+        check_name("rule", self.rule, SUITE_RULES)
         if self.target is None and (self.scaling in ("amplitude", "matched") or self.select):
             raise InputError(
                 f"{self.scaling or 'select'} needs a target spectrum; expected: a target"

@@ -37,7 +37,7 @@ from .plan import Lane, Plan
 from .plausibility import end_state, input_warnings
 from .result import Run, cautions_of
 from .run import check_options, prepare_lane, simulate
-from .summary import summary, summary_key
+from .run_criteria import criteria_key, criteria_of_lanes
 from .tested_range import Reached, beyond_tests, compare_with_tests, peak_currents
 
 LANES = 16
@@ -271,7 +271,7 @@ def run_cases(
         work = plan.workspace(tolerance, clamp, record_steps=False, buffers=_memory.__dict__)
         with compiling(plan.kernel):
             work.integrate()
-        criteria = summary([lane.isolated for lane in plan.lanes], work)
+        criteria = criteria_of_lanes([lane.isolated for lane in plan.lanes], work)
         numbers = [k for k, _ in block]
         failures = [plan.failure(work, at) for at in range(len(block))]
         results.put_criteria(numbers, criteria, failures)
@@ -339,7 +339,7 @@ def _blocks(
         if lane.schedule is None and lane.compiled is None:
             alone.append(k)
             continue
-        own = id(lane.isolated) if alike else summary_key(lane.isolated)
+        own = id(lane.isolated) if alike else criteria_key(lane.isolated)
         key = (lane.key, own)
         waiting[key].append((k, lane))
         if len(waiting[key]) == LANES:

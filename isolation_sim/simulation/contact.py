@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..effects import separate
 from ..structures import IsolatedStructure
 from ..written_names import as_written
-from .modal import Modes
+from .complex_modes import Modes
 from .workspace import Workspace, modal_motion
 
 

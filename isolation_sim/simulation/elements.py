@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure
+from .complex_modes import Modes
 from .kernel.loading import Kernel
 from .kernel.operations import address_of_element
 from .kernel.slots import C_REF, FORCE_SCALE, K_REF, TO_STRUCTURE
-from .modal import Modes
 
 MOST_TESTED = 50.0
 """Ratio of deformation to tested deformation that ends a run, far outside the law's range."""

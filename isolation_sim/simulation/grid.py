@@ -1,4 +1,4 @@
-"""The time grid: a record's samples and a controller's instants, divided into windows."""
+"""The time grid: a record's samples and a controller's instants, divided into segments."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ MOST_INTERVALS = 4
 
 @dataclass(frozen=True)
 class Grid:
-    """Grid points and windows of a run."""
+    """Grid points and segments of a run."""
 
     time: NDArray  # (n_points,): Grid points, s
     samples: NDArray  # (n_samples,) int: Grid point of each sample of the record
-    # (n_windows + 1, 3) int: First grid point, class and number of intervals of each window; the
+    # (n_segments + 1, 3) int: First grid point, class and number of intervals of each segment; the
     # last row is the end
-    windows: NDArray
-    spans: NDArray  # (n_classes,): Length of a class of windows, s
-    intervals: NDArray  # (n_classes,) int: Number of grid intervals of a class of windows
-    # (n_windows, 3) int: Indices of the measurement, the decision and the new command at the
-    # window's start; -1 for none
+    segments: NDArray
+    spans: NDArray  # (n_classes,): Length of a class of segments, s
+    intervals: NDArray  # (n_classes,) int: Number of grid intervals of a class of segments
+    # (n_segments, 3) int: Indices of the measurement, the decision and the new command at the
+    # segment's start; -1 for none
     events: NDArray
 
     @cached_property
     def lengths(self) -> NDArray:
         """Intervals between grid points, s, (n_points - 1,); exactly equal within a class."""
-        _, kind, count = self.windows[:-1].T
+        _, kind, count = self.segments[:-1].T
         return np.repeat((self.spans / self.intervals)[kind], count)
 
     @cached_property
@@ -39,9 +39,9 @@ class Grid:
         return float(self.lengths.max())
 
     @cached_property
-    def window_of(self) -> NDArray:
-        """Window of each interval between grid points, (n_points - 1,) int array."""
-        return np.repeat(np.arange(len(self.windows) - 1), self.windows[:-1, 2])
+    def segment_of(self) -> NDArray:
+        """Segment of each interval between grid points, (n_points - 1,) int array."""
+        return np.repeat(np.arange(len(self.segments) - 1), self.segments[:-1, 2])
 
 
 def make_grid(
@@ -64,21 +64,21 @@ def make_grid(
     for t in event_ticks:
         stops[np.searchsorted(points, t)] = True
     lengths = np.diff(points)
-    # a change of spacing (an instant between samples) also ends a window
+    # a change of spacing (an instant between samples) also ends a segment
     stops[1:-1] |= lengths[1:] != lengths[:-1]
     first, count = _cut(np.flatnonzero(stops))
     # one number for length and count; rows would be sorted ten times as slowly
     keys, kind = np.unique(lengths[first] * (MOST_INTERVALS + 1) + count, return_inverse=True)
     span, intervals = np.divmod(keys, MOST_INTERVALS + 1)
-    windows = np.column_stack([first, kind, count])
-    windows = np.vstack([windows, [len(points) - 1, 0, 0]]).astype(np.int64)
+    segments = np.column_stack([first, kind, count])
+    segments = np.vstack([segments, [len(points) - 1, 0, 0]]).astype(np.int64)
     events = np.full((len(first), 3), -1, np.int64)
     for column, t in enumerate(event_ticks):
         events[np.searchsorted(first, np.searchsorted(points, t)), column] = np.arange(len(t))
     return Grid(
         time=points * unit,
         samples=np.searchsorted(points, ticks),
-        windows=windows,
+        segments=segments,
         spans=span * intervals * unit,
         intervals=intervals,
         events=events,
@@ -86,7 +86,7 @@ def make_grid(
 
 
 def _cut(stops: NDArray) -> tuple[NDArray, NDArray]:
-    """Divide the parts between stops into windows with a power of two of intervals."""
+    """Divide the parts between stops into segments with a power of two of intervals."""
     first: list[NDArray] = []
     count: list[NDArray] = []
     start, left = stops[:-1].copy(), np.diff(stops)

@@ -202,7 +202,7 @@ def _currents_before(run: Trajectory) -> NDArray:
     work, grid = run.work, run.grid
     n_channels = run.isolated.n_channels
     before = currents_at(work, n_channels, 0).copy()
-    first, span = grid.windows[:-1, 0], grid.spans[grid.windows[:-1, 1]]
+    first, span = grid.segments[:-1, 0], grid.spans[grid.segments[:-1, 1]]
     ends = coil_current(
         work.coil_history[:, :n_channels, 0],
         work.command[first, :n_channels, 0],
@@ -224,7 +224,7 @@ class _Works(Pieces):
         # work. While a current changes, the pieces are halved until the works converge, because
         # the stored energy may depend strongly on the field.
         total = self._integral(low, high)
-        start = self.run.work.coil_history[self.window, :, 0]
+        start = self.run.work.coil_history[self.segment, :, 0]
         moves = np.any(self.run.work.command[self.first, :, 0] != start, axis=1)
         if any(e.device.law.field_power is not None for e in self.run.isolated.elements):
             moves[:] = True

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure
-from .modal import Modes, real_rows
+from .complex_modes import Modes, real_rows
 
 
 @dataclass(frozen=True)

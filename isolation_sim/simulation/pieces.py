@@ -16,7 +16,7 @@ from .trajectory import coil_current, device_forces
 if TYPE_CHECKING:
     from .trajectory import Trajectory
 
-_ARRAYS = "length interval first from_window offset size tau0 tau1 window z elements".split()
+_ARRAYS = "length interval first from_segment offset size tau0 tau1 segment z elements".split()
 
 
 class Pieces:
@@ -28,32 +28,32 @@ class Pieces:
     def __init__(self, run: Trajectory):
         self.run = run
         grid, work = run.grid, run.work
-        windows, kinds = grid.windows[:-1, 0], grid.windows[:-1, 1]
-        intervals = grid.windows[:-1, 2]
+        segments, kinds = grid.segments[:-1, 0], grid.segments[:-1, 1]
+        intervals = grid.segments[:-1, 2]
         span = grid.spans[kinds]
         # one row per step
         steps = work.steps[: work.step_count[0]]
-        window, begin, length, _ = steps[:, -STEP:].T
-        window = window.astype(int)
-        step_start = begin * intervals[window]  # in grid intervals
-        step_size = length * intervals[window]
+        segment, begin, length, _ = steps[:, -STEP:].T
+        segment = segment.astype(int)
+        step_start = begin * intervals[segment]  # in grid intervals
+        step_size = length * intervals[segment]
         # one row per piece
         per_step = np.maximum(np.round(step_size), 1).astype(int)
-        step = np.repeat(np.arange(len(window)), per_step)
+        step = np.repeat(np.arange(len(segment)), per_step)
         within = np.arange(per_step.sum()) - np.repeat(np.cumsum(per_step) - per_step, per_step)
         start = step_start[step] + within
         piece_size = np.minimum(step_size[step], 1.0)
-        w = window[step]
+        w = segment[step]
         delta = (span / intervals)[w]
         self.length = piece_size * delta
-        self.interval = (windows[w] + np.floor(start + 1e-9)).astype(int)
-        self.first = windows[w]
-        self.from_window = start * delta
+        self.interval = (segments[w] + np.floor(start + 1e-9)).astype(int)
+        self.first = segments[w]
+        self.from_segment = start * delta
         self.offset = start - np.floor(start + 1e-9)  # in the grid interval
         self.size = piece_size
         self.tau0 = within / np.maximum(step_size[step], 1.0)
         self.tau1 = piece_size / step_size[step]
-        self.window = w
+        self.segment = w
         self._read_steps(step, within)
 
     def _read_steps(self, step: NDArray, within: NDArray) -> None:
@@ -81,7 +81,7 @@ class Pieces:
         """Fractions of every piece between which its current has no kink."""
         # It has a kink at the end of a slew limit, and between two polynomials of a device's
         # dependence on the current.
-        inner = (self._bends() - self.from_window[:, None]) / self.length[:, None]
+        inner = (self._bends() - self.from_segment[:, None]) / self.length[:, None]
         inside = np.any((inner > 0) & (inner < 1), axis=0)
         one = np.ones((len(self.length), 1))
         cuts = np.sort(
@@ -90,12 +90,12 @@ class Pieces:
         yield from zip(cuts.T[:-1], cuts.T[1:], strict=True)
 
     def _bends(self) -> NDArray:
-        """Times from each piece's window to the kinks of a current, s, (n_pieces, n_bends)."""
+        """Times from each piece's segment to the kinks of a current, s, (n_pieces, n_bends)."""
         # Infinite for kinks that the current does not reach.
         work, elements = self.run.work, self.run.isolated.elements
-        times = [np.empty((len(self.window), 0))]
+        times = [np.empty((len(self.segment), 0))]
         for channel in range(self.run.isolated.n_channels):
-            start = work.coil_history[self.window, channel, 0]
+            start = work.coil_history[self.segment, channel, 0]
             gap = work.command[self.first, channel, 0] - start
             lag, slew = work.driver[channel, :2, 0]
             ramped = np.maximum(np.abs(gap) - slew * lag, 0.0) if np.isfinite(slew) else 0 * gap
@@ -141,7 +141,7 @@ class Pieces:
             z = z + push * modes.force[e]
         tau = self.tau0 + c * self.tau1
         states = self._states(tau)
-        current, rate = self._currents(self.from_window + t)
+        current, rate = self._currents(self.from_segment + t)
         return z, states, current, rate, low + c[:, None] * rise
 
     def _states(self, tau: NDArray) -> list[tuple]:
@@ -165,7 +165,7 @@ class Pieces:
 
     def _currents(self, t: NDArray) -> tuple[NDArray, NDArray]:
         work, n = self.run.work, self.run.isolated.n_channels
-        start = work.coil_history[self.window, :n, 0]
+        start = work.coil_history[self.segment, :n, 0]
         command = work.command[self.first, :n, 0]
         lag, slew = work.driver[:n, 0, 0], work.driver[:n, 1, 0]
         current = coil_current(start, command, lag, slew, t[:, None])
@@ -201,7 +201,7 @@ def refined_outputs(run: Trajectory, names: list[str], n: int) -> NDArray:
     """
     pieces, isolated = Pieces(run), run.isolated
     rows = run.outputs.rows[[run.outputs.names.index(name) for name in names]]
-    begin = run.grid.time[pieces.first] + pieces.from_window
+    begin = run.grid.time[pieces.first] + pieces.from_segment
     time, values = [], []
     for c in np.linspace(0.0, 1.0, n + 1):
         z, own, current, _, ground = pieces.at(np.full(len(begin), c))

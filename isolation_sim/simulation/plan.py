@@ -16,12 +16,12 @@ from ..errors import Diverged, InputError
 from ..laws.device import Device
 from ..laws.law import Law
 from ..structures import IsolatedStructure
+from .complex_modes import Modes, complex_modes
 from .control import CompiledDecision, RunContext, Schedule, Sensors, instants
 from .elements import MOST_TESTED, Elements, elements_of
 from .grid import Grid, make_grid
 from .kernel.loading import Kernel, Shape, compiling, load
 from .kernel.slots import ALIVE, CURRENT_REFUSED
-from .modal import Modes, modes_of
 from .outputs import Outputs, outputs_of
 from .sensing import check_noise, latest_samples, measured_motion, noise_of
 from .workspace import Sensing, Tables, Workspace
@@ -43,7 +43,7 @@ def modes_for(isolated: IsolatedStructure) -> tuple[Modes, Outputs]:
         low, high = device.current_range
         current = (low + high) / 2 if np.isfinite(high - low) else 0.0
         references.append(_fast_stiffness(device, current))
-    modes = modes_of(
+    modes = complex_modes(
         structure.mass,
         structure.damping,
         structure.stiffness,
@@ -279,13 +279,13 @@ class Plan:
         code = int(work.alive[lane])
         if code == ALIVE:
             return None
-        window = int(work.counts[3, lane]) - 1
-        time = float(self.grid.time[self.grid.windows[window, 0]])
+        segment = int(work.counts[3, lane]) - 1
+        time = float(self.grid.time[self.grid.segments[segment, 0]])
         if code != CURRENT_REFUSED:
             cause = _CAUSES[code].format(most=MOST_TESTED, cause=_likely_cause(self.lanes[lane]))
             return Diverged(f"the run diverged at t = {time:.4g} s: {cause}")
         context = self.lanes[lane].context
-        k = int(self.grid.events[: window + 1, 2].max())
+        k = int(self.grid.events[: segment + 1, 2].max())
         commands = work.chosen[k, lane, : len(context.low)]
         channel = int(np.argmax(~((commands >= context.low) & (commands <= context.high))))
         return refusal(float(commands[channel]), time, self.lanes[lane], channel)

@@ -17,7 +17,7 @@ from ..structures import IsolatedStructure
 from ..structures.element_groups import isolation_elements
 from ..structures.plausibility import ISOLATED_PERIODS, implausible
 from ..written_names import as_written
-from .modal import Modes
+from .complex_modes import Modes
 from .workspace import Workspace, modal_motion
 
 LARGEST_PGA = 2 * STANDARD_GRAVITY

@@ -14,7 +14,7 @@ from ground_motions import Record, ResponseSpectrum
 from ground_motions.argument_types import checked
 
 from ..archive import FILE, save_archive
-from ..errors import unknown_name
+from ..errors import check_name
 from ..io.netcdf import write_netcdf
 from ..io.results_folder import files_into
 from ..named_values import Criteria
@@ -82,7 +82,7 @@ class Run(Printed, Trajectory):
         Number of integration steps, with rejected ones.
     unresolved : int
         Number of steps that missed the tolerance at the smallest step size, or at the largest
-        number of steps in a window, as with a force that jumps repeatedly.
+        number of steps in a segment, as with a force that jumps repeatedly.
     reached : float
         Tolerance met by all steps: the target, or a larger value if some are unresolved.
     """
@@ -181,9 +181,9 @@ class Run(Printed, Trajectory):
     @cached_property
     def criteria(self) -> dict[str, float]:
         """Peaks and RMS values, and selected criteria; see ``isolation_sim.criteria``."""
-        from .summary import summary
+        from .run_criteria import criteria_of_lanes
 
-        result = summary([self.isolated], self.work)
+        result = criteria_of_lanes([self.isolated], self.work)
         criteria = Criteria({name: float(values[0]) for name, values in result.items()})
         vars(self)["criteria"] = criteria  # the selected ones may use the others
         for one in self.selected:
@@ -193,7 +193,7 @@ class Run(Printed, Trajectory):
     @cached_property
     def peaks(self) -> dict[str, NDArray]:
         """Peaks of each level, storey or slab, (n_items,); see ``simulation.quantities``."""
-        from .summary import item_peaks
+        from .run_criteria import item_peaks
 
         return item_peaks(self.isolated, self.work)
 
@@ -288,8 +288,8 @@ class Run(Printed, Trajectory):
         """
         structure = self.isolated.structure
         names = structure.horizontal
-        if direction is not None and direction not in names:
-            raise unknown_name("direction", direction, names)
+        if direction is not None:
+            check_name("direction", direction, names)
         column = 0 if direction is None else names.index(direction)
         if periods is None:
             periods = np.geomspace(0.05, 5.0, 60)

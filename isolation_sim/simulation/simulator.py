@@ -212,8 +212,8 @@ class Simulator:
             self._integrate()
         # of each step: the grid points at its start and its end
         decisions = np.flatnonzero(self._work.grid.events[:, 1] >= 0)
-        self._windows = decisions[: self.n_steps + 1]
-        self._points = self._work.grid.windows[self._windows, 0].tolist()
+        self._segments = decisions[: self.n_steps + 1]
+        self._points = self._work.grid.segments[self._segments, 0].tolist()
         self._k = 0
         return self._measure()
 
@@ -310,8 +310,8 @@ class Simulator:
         simulator must have the same arguments.
         """
         work, grid = self._work, self._work.grid
-        window, point = self._windows[self._k], self._points[self._k]
-        n_measured, n_commands = self._so_far(window)
+        segment, point = self._segments[self._k], self._points[self._k]
+        n_measured, n_commands = self._so_far(segment)
         return {
             "k": np.array([self._k, self._seed or 0, n_measured, n_commands]),
             "grid": np.array([self.period, *grid.time[[-1]], len(grid.time)]),
@@ -341,10 +341,10 @@ class Simulator:
         work.step_count[0] = 0
         work.restore(point, values)
 
-    def _so_far(self, window: int) -> tuple[int, int]:
-        """Numbers of measurements and commands before the decision at a window's start."""
+    def _so_far(self, segment: int) -> tuple[int, int]:
+        """Numbers of measurements and commands before the decision at a segment's start."""
         events = self._work.grid.events
-        return int(events[: window + 1, 0].max()) + 1, int(events[:window, 2].max(initial=-1)) + 1
+        return int(events[: segment + 1, 0].max()) + 1, int(events[:segment, 2].max(initial=-1)) + 1
 
 
 def still_ground(

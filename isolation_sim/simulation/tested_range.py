@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..structures import IsolatedStructure
 from ..written_names import as_written
+from .complex_modes import Modes
 from .contact import contact_warnings
-from .modal import Modes
 from .plausibility import end_warnings
 from .workspace import Workspace, modal_motion
 
@@ -64,8 +64,8 @@ def compare_with_tests(
 
 def peak_currents(work: Workspace) -> NDArray:
     """Largest command of each coil in each lane, (n_channels + 1, lanes), A."""
-    # a command is constant over a window
-    commands = work.command[work.grid.windows[:-1, 0]]
+    # a command is constant over a segment
+    commands = work.command[work.grid.segments[:-1, 0]]
     return np.maximum(commands.max(axis=0), -commands.min(axis=0)) + 0.0
 
 

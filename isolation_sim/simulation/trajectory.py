@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from ground_motions import Record
 from ground_motions.argument_types import checked
 
-from ..errors import unknown_name
+from ..errors import check_name
 from ..structures import IsolatedStructure
+from .complex_modes import Modes, real_rows
 from .grid import Grid
-from .modal import Modes, real_rows
 from .outputs import Outputs
 from .workspace import ERROR_FACTOR
 
@@ -70,7 +70,7 @@ class Trajectory:
     def command(self) -> NDArray:
         """Commands at the samples, (n_samples, n_channels), A."""
         work = self.work
-        start = np.repeat(self.grid.windows[:-1, 0], self.grid.windows[:-1, 2])
+        start = np.repeat(self.grid.segments[:-1, 0], self.grid.segments[:-1, 2])
         command = work.command[np.append(start, start[-1]), : self.isolated.n_channels, 0]
         return command[self.grid.samples]
 
@@ -107,21 +107,20 @@ class Trajectory:
             If there is no such output.
         """
         names = self.outputs.names
-        if name not in names:
-            raise unknown_name("output", name, names)
+        check_name("output", name, names)
         return self.values[:, names.index(name)]
 
 
 def currents_at(work: Workspace, n_channels: int, lane: int) -> NDArray:
     """Coil currents at all grid points, just after any change, (n_points, n_channels), A."""
     grid = work.grid
-    window = np.repeat(np.arange(len(grid.windows) - 1), grid.windows[:-1, 2])
-    window = np.append(window, window[-1])
-    start = work.coil_history[window, :n_channels, lane]
+    segment = np.repeat(np.arange(len(grid.segments) - 1), grid.segments[:-1, 2])
+    segment = np.append(segment, segment[-1])
+    start = work.coil_history[segment, :n_channels, lane]
     lag, slew = work.driver[:n_channels, 0, lane], work.driver[:n_channels, 1, lane]
     if not lag.any() and not np.isfinite(slew).any():
         return start
-    first = grid.windows[window, 0]
+    first = grid.segments[segment, 0]
     return coil_current(
         start,
         work.command[first, :n_channels, lane],

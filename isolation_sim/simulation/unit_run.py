@@ -131,15 +131,15 @@ class Coupling:
             self.started = True
             return self.work.integrate()
         work, unit = self.work, self.unit
-        window, begin = int(work.position[0]), self._motion()
-        start, end = work.grid.time[work.grid.windows[window : window + 2, 0]]
+        segment, begin = int(work.position[0]), self._motion()
+        start, end = work.grid.time[work.grid.segments[segment : segment + 2, 0]]
         length = float(end - start)
-        point = int(work.grid.windows[window, 0])
+        point = int(work.grid.segments[segment, 0])
         saved, n_steps, state = work.state_at(point), work.step_count.copy(), unit.get_state()
         guess = 2.0 * self.force - self.last
         self.last = self.force
         status = self._try(guess, length)
-        before = float(work.coil_history[window, self.channel, 0])
+        before = float(work.coil_history[segment, self.channel, 0])
         after = float(self.coils.current[self.channel, 0])
         if before != self.current:
             force_after_jump = self._force_now(start, length, begin, before, self.force)
@@ -194,7 +194,7 @@ class Coupling:
         """Integrate to the next decision with a force that is linear in time to this value."""
         work = self.work
         self.w[self.base + work.elements.starts[self.e]] = self.force
-        work.states[work.grid.windows[work.position[0], 0], self.e, 0, 0] = self.force
+        work.states[work.grid.segments[work.position[0], 0], self.e, 0, 0] = self.force
         self.table.flags.writeable = True
         self.table[self.e, 0, 0, 0, 0] = (force - self.force) / length
         self.table.flags.writeable = False

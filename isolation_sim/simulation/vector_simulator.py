@@ -190,8 +190,8 @@ class _Block:
         work = plan.workspace(tolerance, True, record_steps=False)
         self.work, self.n_channels = work, n_channels
         decisions = np.flatnonzero(work.grid.events[:, 1] >= 0)[1:3]
-        self.window = int(decisions[0])
-        self.begin, self.end = (int(p) for p in work.grid.windows[decisions, 0])
+        self.segment = int(decisions[0])
+        self.begin, self.end = (int(p) for p in work.grid.segments[decisions, 0])
         n_points = len(work.grid.time)
         self.z = work.z.reshape(n_points + 2, -1, LANES)
         self.ground = work.ground
@@ -223,7 +223,7 @@ class _Block:
         work.chosen[1, :, : self.n_channels] = currents
         self.ground[begin + 1 : end + 1] = ground.transpose(1, 2, 0)
         # continue after the decision at the start of this part
-        work.position[:] = self.window, COMMAND
+        work.position[:] = self.segment, COMMAND
         self.integrate()
         work.step_count[0] = 0
         self.z[begin] = self.z[end]

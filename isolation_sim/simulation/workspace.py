@@ -11,12 +11,12 @@ import numpy as np
 from numba import typeof
 from numpy.typing import NDArray
 
+from .complex_modes import Modes
 from .elements import Elements
 from .grid import Grid
 from .kernel.arguments import (
     Candidates,
     Coils,
-    Course,
     DenseScratch,
     History,
     Intervals,
@@ -24,18 +24,18 @@ from .kernel.arguments import (
     LawNumbers,
     Limits,
     Measurements,
+    PeakScratch,
     Propagation,
     Quantities,
     Scratch,
     Sizes,
-    SummaryScratch,
+    TimeGrid,
 )
 from .kernel.loading import Kernel, Shape
 from .kernel.slots import BUFFER_FULL, FORCES, STEP
-from .modal import Modes
 
 N_LEVELS = 24
-"""The shortest step is a window divided by 2**23."""
+"""The shortest step is a segment divided by 2**23."""
 
 ERROR_FACTOR = 8.0
 """Largest accepted error estimate of a step over the tolerance. The errors of many steps partly
@@ -49,7 +49,7 @@ class Tables:
     # (n_numbers, table_lanes) complex: ``Modes.packed`` of each lane, or of the structure of all
     # lanes
     modes: NDArray
-    # (n_classes, n_levels) int: Where the coefficients of a class of windows at a level begin in
+    # (n_classes, n_levels) int: Where the coefficients of a class of segments at a level begin in
     # ``table``
     offsets: NDArray
     table: NDArray  # lanes innermost: The coefficients
@@ -114,7 +114,7 @@ class Workspace:
     kernel: Kernel  # Compiled functions
     tables: Tables  # Coefficients; shared by consecutive runs of one structure on one grid
     elements: Elements  # The plants' elements
-    grid: Grid  # Grid points, windows and events
+    grid: Grid  # Grid points, segments and events
     # (n_points, n_directions, lanes): Ground acceleration at the grid points, m/s^2
     ground: NDArray
     # (n_channels, 5, lanes): Lag (s), slew (A/s), lowest current, highest current and step (A) of
@@ -140,12 +140,12 @@ class Workspace:
         shape, grid, lanes = self.kernel.shape, self.grid, self.kernel.shape.lanes
         elements, n_modes = self.elements, self.elements.n_modes
         n_pad, n_points = padded(shape, n_modes), len(grid.time)
-        n_windows, n_channels = len(grid.windows) - 1, len(self.driver)
+        n_segments, n_channels = len(grid.segments) - 1, len(self.driver)
         sensing = self.sensing
         n_outputs = len(sensing.measure)
         self.position = np.zeros(2, np.int64)
         self.sizes = Sizes(
-            n_modes, n_pad, shape.n_elements, shape.n_ground, n_channels, n_windows, N_LEVELS,
+            n_modes, n_pad, shape.n_elements, shape.n_ground, n_channels, n_segments, N_LEVELS,
             n_outputs, elements.n_states, sensing.function, bool(self.record_steps),
             bool(self.clamp),
         )  # fmt: skip
@@ -165,7 +165,7 @@ class Workspace:
         # before the first command the coils have their initial currents
         self.command = np.zeros((n_points, n_channels, lanes))
         self.command[0] = self.initial_current
-        self.coil_history = np.zeros((n_windows, n_channels, lanes))
+        self.coil_history = np.zeros((n_segments, n_channels, lanes))
         self.coil = np.array(self.initial_current, float)
         self.alive = np.zeros(lanes, np.int64)
         self.counts = np.zeros((5, lanes), np.int64)
@@ -214,7 +214,7 @@ class Workspace:
         whole = ("base", "place", "tried", "hold", "active", "going", "todo")
         floats = ("last", "previous", "defects", "errors", "kinks", "worst")
         return (
-            Course(grid.windows, grid.spans, grid.events, self.ground.ravel()),
+            TimeGrid(grid.segments, grid.spans, grid.events, self.ground.ravel()),
             Propagation(
                 tables.offsets, tables.modes, tables.table, tables.built, np.empty(4, complex),
                 np.empty(3, complex),
@@ -269,7 +269,7 @@ class Workspace:
             self.arguments = (*others, history._replace(steps=self.steps), scratch)
 
     def carried(self) -> dict[str, NDArray]:
-        """Data passed from window to window beside modes and states; the last axis is the lane."""
+        """Data from segment to segment beside modes and states; the last axis is the lane."""
         *_, coils, _, lanes, history, scratch = self.arguments
         return {
             "w": scratch.w.reshape(-1, self.kernel.shape.lanes), "applied": coils.applied,
@@ -296,10 +296,10 @@ class Workspace:
         for name, array in self.carried().items():
             array[...] = state[name]
 
-    def summarise(self, quantities: Quantities) -> NDArray:
+    def peaks_and_mean_squares(self, quantities: Quantities) -> NDArray:
         """Every quantity's peak and mean square, (2, n_quantities, lanes)."""
         n_quantities, n_fast = quantities.n_quantities, quantities.fast.size
-        module, grid, lanes = self.kernel.summary, self.grid, self.kernel.shape.lanes
+        module, grid, lanes = self.kernel.peaks, self.grid, self.kernel.shape.lanes
         n_modes, _, n_elements, n_ground = self.sizes[:4]
         per_block = 8 // quantities.n_directions
         n_blocks = -(-n_quantities // per_block)
@@ -310,7 +310,7 @@ class Workspace:
             np.zeros(lanes, np.int64),
             np.empty(n_quantities, np.int64),
         )
-        scratch = SummaryScratch(
+        scratch = PeakScratch(
             np.empty(module.POINTS, np.int64),
             np.empty(n_elements * module.POINTS * lanes),
             np.zeros(n_blocks * 2 * module.SLOTS * 8 * lanes),
@@ -339,8 +339,9 @@ class Workspace:
             np.empty(4, complex),
         )
         *_, history, _ = self.arguments
-        module.summarise(
-            self.sizes, Intervals(grid.windows, grid.window_of, grid.lengths, self.ground.ravel()),
+        module.find_peaks(
+            self.sizes,
+            Intervals(grid.segments, grid.segment_of, grid.lengths, self.ground.ravel()),
             quantities, history, self.tables.modes, candidates, scratch, dense, track.ravel(),
         )  # fmt: skip
         result = track[:, [module.PEAK, module.TOTAL], :per_block].swapaxes(0, 1)

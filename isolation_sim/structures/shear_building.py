@@ -9,7 +9,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name
 from .checks import positive_numbers
 from .matrices import from_fixed_base
 from .modes import undamped_modes
@@ -73,8 +73,7 @@ def shear_building(
         raise InputError(f"heights has {len(heights)} numbers; expected: {m.size}, one per storey")
     if slab.size != 1:
         raise InputError(f"base_mass has {slab.size} values; expected: one, in kg")
-    if damping not in _DAMPING:
-        raise unknown_name("damping", damping, _DAMPING)
+    check_name("damping", damping, _DAMPING)
     above = np.append(k[1:], 0.0)
     stiffness = np.diag(k + above) - np.diag(k[1:], 1) - np.diag(k[1:], -1)
     mass = np.diag(m)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name
 from ..io.atomic_write import atomic_write
 from ..rendering import Printed, render
 from ..simulation.many_warnings import OF_RUNS, of_many
@@ -164,7 +164,7 @@ class Sweep(Printed):
         """
         from ..criteria import is_gain
 
-        self.check(criterion, self.criteria, "criterion")
+        check_name("criterion", criterion, self.criteria)
         if count < 1:
             raise InputError(f"best is {count}; expected: 1 or more")
         good = self.table[self.table["status"] == "ok"].sort_values(
@@ -199,7 +199,7 @@ class Sweep(Printed):
         """
         from .sensitivity import indices
 
-        self.check(criterion, self.criteria, "criterion")
+        check_name("criterion", criterion, self.criteria)
         label = self.one_controller(controller)
         values = self.table.loc[self.table["controller"] == label, criterion].to_numpy()
         return indices(self.plan, values, str(self.folder), label)
@@ -393,29 +393,8 @@ class Sweep(Printed):
         """
         if label is None:
             return self.controllers[0]
-        self.check(label, self.controllers, "controller")
+        check_name("controller", label, self.controllers)
         return label
-
-    @staticmethod
-    def check(name: str, known: Sequence[str], what: str) -> None:
-        """Refuse an unknown name.
-
-        Parameters
-        ----------
-        name : str
-            Name to check.
-        known : sequence of str
-            Known names.
-        what : str
-            Kind of name, for the error.
-
-        Raises
-        ------
-        InputError
-            With the nearest known name.
-        """
-        if name not in known:
-            raise unknown_name(what, name, known)
 
     def __repr__(self) -> str:
         state = f"{len(self.table)} runs" if self.finished else "unfinished"

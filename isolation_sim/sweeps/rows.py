@@ -64,12 +64,12 @@ class Row:
 
 def criteria_names() -> tuple[str, ...]:
     """Names of a run's criteria, without ratios."""
-    return tuple(f"{kind}_{each.name}" for kind in ("peak", "rms") for each in QUANTITIES.values())
+    return tuple(f"{kind}_{each.name}" for kind in ("peak", "rms") for each in QUANTITIES)
 
 
 def optional_names() -> tuple[str, ...]:
     """Names of the criteria that some structures lack."""
-    optional = [each.name for each in QUANTITIES.values() if each.optional]
+    optional = [each.name for each in QUANTITIES if each.optional]
     return tuple(f"{kind}_{name}" for kind in ("peak", "rms") for name in optional)
 
 

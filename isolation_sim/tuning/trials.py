@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import Diverged, InputError, TestedRangeWarning, unknown_name
+from ..errors import Diverged, InputError, TestedRangeWarning, check_name
 from ..registry import controller
 from ..scenario import Scenario
 from ..simulation.batch import Batch
@@ -50,8 +50,7 @@ class Trials:
         self._job, self._scenario = scenario.build(), scenario.to_toml()
         off = self._run([Candidate("passive_off", {})] * len(motions.records))
         for name in criteria:
-            if name not in off.criteria:
-                raise unknown_name("criterion", name, off.criteria)
+            check_name("criterion", name, off.criteria)
         for name, reason in zip(motions.names, off.failure, strict=True):
             if reason is not None:
                 raise InputError(f"{name}: without current: {reason}")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ground_motions.argument_types import checked
 from ground_motions.registry import code_files
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, check_name
 from ..registry import CONTROLLERS, controller
 from ..scenario import Scenario
 from ..scenario.job import Job
@@ -198,8 +198,7 @@ def search_space(
             "setting(default, meaning, accepts, unit, SearchRange(low, high))"
         )
     for key in target or ():
-        if key not in ranges:
-            raise unknown_name(f"setting of {name} with a search range", key, ranges)
+        check_name(f"setting of {name} with a search range", key, ranges)
     chosen = [key for key in ranges if (not target or key in target) and key not in held]
     if not chosen:
         raise InputError(f"{name}: all settings are fixed; expected: one or more to tune")

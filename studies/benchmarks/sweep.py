@@ -70,7 +70,7 @@ def plan(per_axis: int, controller: str = "constant") -> SweepPlan:
 def in_compiled_code() -> Iterator[list[float]]:
     """Collect the processor time that is spent in the kernel, s."""
     spent: list[float] = []
-    originals = {name: getattr(Workspace, name) for name in ("integrate", "summarise")}
+    originals = {name: getattr(Workspace, name) for name in ("integrate", "peaks_and_mean_squares")}
 
     def counting(original: Callable) -> Callable:
         def counted(*arguments):

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from isolation_sim.identification.swarm.fruit_fly import fly
 from isolation_sim.laws import Device, hybrid, law
 from isolation_sim.laws.published import CURRENTS_A
 from isolation_sim.reports.style import line_styles, new_figure, style
+from studies.swarm.fruit_fly import fly
 
 from .loops import draw_loops, finish
 from .paper_002 import PRINTED, TABLES, means, refit_polynomial

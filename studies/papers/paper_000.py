@@ -7,7 +7,6 @@ from functools import cache
 
 import numpy as np
 
-from isolation_sim.identification.force_comparison import squared_force_error
 from isolation_sim.identification.sinusoidal import Motion, sinusoidal
 from isolation_sim.laws import Device, law
 from isolation_sim.laws.field_gap import EPSILON_FINITE_ELEMENTS
@@ -22,6 +21,7 @@ from isolation_sim.laws.published import (
     YU_ALPHA_N,
     YU_BETA_PER_MM,
 )
+from studies.force_comparison import squared_force_error
 
 from .refit_000 import refit
 from .table import Check, Claim, Consequence, Verdict, compare, how, note, read, reading

@@ -7,9 +7,9 @@ from functools import cache
 
 import numpy as np
 
-from isolation_sim.identification.swarm import force_objective, search
-from isolation_sim.identification.swarm.fruit_fly import START, Flight, fly
 from isolation_sim.laws import hybrid
+from studies.swarm import force_objective, search
+from studies.swarm.fruit_fly import START, Flight, fly
 
 from .table import Check, Claim, Consequence, Verdict, compare, how, note, reading
 

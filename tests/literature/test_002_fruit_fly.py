@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from isolation_sim.identification.swarm import force_objective, search
 from isolation_sim.laws import law
 from studies.papers.search_002 import RUNS, cosine, flights, share_that_prints
+from studies.swarm import force_objective, search
 
 GLOBAL, LOCAL = -21.143447, -6.704658
 

@@ -15,7 +15,6 @@ from matplotlib.image import imread
 
 import isolation_sim as iso
 from ground_motions import Record
-from isolation_sim.criteria import response_of
 from isolation_sim.reports import figures
 from isolation_sim.reports.drawing import drawing_title, structure_drawing
 from isolation_sim.reports.loops_fitted import fitted_loops, strong_end
@@ -32,6 +31,8 @@ from isolation_sim.simulation.ledger import Ledger
 from isolation_sim.simulation.outputs import output_names
 from isolation_sim.structures import IsolatedStructure, plan_building
 from isolation_sim.written_names import as_written
+
+from ..sampled_criteria import response_of
 
 UNIT = re.compile(r"\((s|m/s²|mm|A|kN|kJ|-)\)$")
 

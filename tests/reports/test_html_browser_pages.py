@@ -9,7 +9,7 @@ import isolation_sim as iso
 from ground_motions import write_csv
 from isolation_sim.reports import style
 from isolation_sim.reports.figures import time_histories
-from isolation_sim.reports.html.study_report import study_report
+from studies.report import study_report
 
 SUITE = """
 name = "two"

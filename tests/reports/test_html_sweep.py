@@ -8,10 +8,10 @@ import pytest
 
 from isolation_sim.errors import InputError
 from isolation_sim.reports.html.explorer import explorer
-from isolation_sim.reports.html.study_report import study_report
 from isolation_sim.reports.html.sweep_report import sweep_report
 from isolation_sim.sweeps import Sweep, sweep
 from isolation_sim.written_names import as_written
+from studies.report import study_report
 
 MOST = 6_000_000
 FLOOR = "peak_floor_acceleration_m_s2"

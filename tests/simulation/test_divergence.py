@@ -55,7 +55,7 @@ def test_time_of_divergence_is_when_the_limit_was_passed(stiffening, el_centro, 
     tougher = replace(element, device=replace(element.device, tested_deformation=1.0))
     run = simulate(replace(stiffening, elements=(tougher,)), el_centro.scaled(100.0), held())
     passed = run.time[np.argmax(np.abs(run.output("isolator_deformation_m")) > 4.0)]
-    assert abs(t - passed) <= 0.081  # to a window of four samples
+    assert abs(t - passed) <= 0.081  # to a segment of four samples
 
 
 @pytest.mark.parametrize("amperes", [np.nan, np.inf, -np.inf])

@@ -25,10 +25,10 @@ def situations(draw):
 
 @given(situations())
 @settings(deadline=None)
-def test_windows_cover_the_record_in_powers_of_two(context):
+def test_segments_cover_the_record_in_powers_of_two(context):
     n, dt, kinds = context
     grid = make_grid(n, dt, *kinds)
-    first, kind, count = grid.windows.T
+    first, kind, count = grid.segments.T
     np.testing.assert_array_equal(first[1:], first[:-1] + count[:-1])
     assert first[0] == 0 and first[-1] == len(grid.time) - 1
     sizes = count[:-1]
@@ -41,22 +41,22 @@ def test_windows_cover_the_record_in_powers_of_two(context):
 
 @given(situations())
 @settings(deadline=None)
-def test_intervals_of_a_window_are_equal(context):
+def test_intervals_of_a_segment_are_equal(context):
     n, dt, kinds = context
     grid = make_grid(n, dt, *kinds)
-    for k, (first, _, count) in enumerate(grid.windows[:-1]):
+    for k, (first, _, count) in enumerate(grid.segments[:-1]):
         lengths = np.diff(grid.time[first : first + count + 1])
-        np.testing.assert_allclose(lengths, grid.spans[grid.windows[k, 1]] / count, rtol=1e-7)
+        np.testing.assert_allclose(lengths, grid.spans[grid.segments[k, 1]] / count, rtol=1e-7)
 
 
 @given(situations())
 @settings(deadline=None)
-def test_every_instant_begins_a_window_and_every_sample_is_a_point(context):
+def test_every_instant_begins_a_segment_and_every_sample_is_a_point(context):
     n, dt, kinds = context
     grid = make_grid(n, dt, *kinds)
     np.testing.assert_allclose(grid.time[grid.samples], np.arange(n) * dt, atol=1e-9 * dt)
     assert np.all(np.diff(grid.time) > 0)
-    starts = grid.time[grid.windows[:-1, 0]]
+    starts = grid.time[grid.segments[:-1, 0]]
     for column, times in enumerate(kinds):
         numbers = grid.events[:, column]
         happening = np.flatnonzero(numbers >= 0)
@@ -66,11 +66,11 @@ def test_every_instant_begins_a_window_and_every_sample_is_a_point(context):
 
 @given(situations())
 @settings(deadline=None)
-def test_without_instants_windows_are_as_long_as_they_may_be(context):
+def test_without_instants_segments_are_as_long_as_they_may_be(context):
     n, dt, _ = context
     grid = make_grid(n, dt)
     left = (n - 1) % MOST_INTERVALS
-    assert len(grid.windows) - 1 == (n - 1) // MOST_INTERVALS + bin(left).count("1")
+    assert len(grid.segments) - 1 == (n - 1) // MOST_INTERVALS + bin(left).count("1")
 
 
 def test_instants_at_or_after_the_end_are_left_out():

@@ -11,13 +11,14 @@ import isolation_sim as iso
 from controllers import available_controllers, controller
 from controllers.prescribed import Prescribed
 from ground_motions import Record, el_centro_1940
-from isolation_sim.criteria import response_criteria, response_of
 from isolation_sim.effects.extend import extend
 from isolation_sim.effects.registry import effect
 from isolation_sim.simulation.batch import FEWEST, Case, simulate_many
 from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.simulation.trajectory import coil_current, device_forces
+
+from ..sampled_criteria import response_criteria, response_of
 
 STEP = 1e-4
 
@@ -27,7 +28,7 @@ def peaks_on_a_fine_grid(run, driver):
     dt, n = run.records[0].dt, len(run.records[0].acceleration)
     time = np.arange((n - 1) * round(dt / STEP) + 1) * STEP
     fine = [Record(np.interp(time, r.time, r.acceleration), STEP) for r in run.records]
-    first, channels = run.grid.windows[:-1, 0], run.isolated.n_channels
+    first, channels = run.grid.segments[:-1, 0], run.isolated.n_channels
     commands = run.work.command[first, :channels, 0]
     again = iso.simulate(
         run.isolated, fine, Prescribed(time=run.grid.time[first], amperes=commands), driver=driver
@@ -47,8 +48,8 @@ def peaks_on_a_fine_grid(run, driver):
 
 def currents_before(run, again, driver):
     """Coil currents at the fine samples, just before any command there, (n, n_channels)."""
-    times, channels = run.grid.time[run.grid.windows[:-1, 0]], run.isolated.n_channels
-    commands = run.work.command[run.grid.windows[:-1, 0], :channels, 0]
+    times, channels = run.grid.time[run.grid.segments[:-1, 0]], run.isolated.n_channels
+    commands = run.work.command[run.grid.segments[:-1, 0], :channels, 0]
     current, before = run.work.coil_history[0, :channels, 0].copy(), again.current.copy()
     for k, time in enumerate(times[1:], start=1):
         elapsed = np.array(time - times[k - 1])

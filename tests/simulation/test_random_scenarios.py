@@ -244,7 +244,7 @@ class Coil:
 
     def __init__(self, run: Any, driver: CoilDriver):
         work, grid = run.work, run.grid
-        first = grid.windows[:-1, 0]
+        first = grid.segments[:-1, 0]
         given = work.command[first, 0, 0]
         begun = np.flatnonzero((np.diff(given, prepend=np.nan) != 0) | (grid.events[:, 2] >= 0))
         self.time, self.command = grid.time[first[begun]], given[begun]
@@ -361,7 +361,7 @@ def test_states_and_energy_of_a_random_scenario(k):
 
 @pytest.mark.parametrize("name", ["spring_pot", "improved_bouc_wen"])
 def test_a_tight_tolerance_is_reached_in_bounded_work(name):
-    """These did not end: every kink cut the whole of its window into the smallest steps."""
+    """These did not end: every kink cut the whole of its segment into the smallest steps."""
     scenario = draw(KINDS.index(name))
     run = simulate(
         scenario.isolated, scenario.record, scenario.controller, **scenario.options,

@@ -134,7 +134,7 @@ def test_a_step_costs_little_besides_integration(stiffening, strong_motion):
     """The call is measured where there is nothing to integrate: the kernel stops at once."""
     simulator = Simulator(stiffening, strong_motion, measures=MEASURED)
     simulator.reset()
-    position, finished = simulator._work.position, simulator._work.sizes.n_windows
+    position, finished = simulator._work.position, simulator._work.sizes.n_segments
     least = np.inf
     for _ in range(20):
         position[0] = finished

@@ -23,12 +23,12 @@ def test_it_varies_the_reference_building():
 
 def test_it_counts_the_kernel_and_leaves_it_as_it_was():
     design = Design(benchmark.plan(2))
-    originals = benchmark.Workspace.integrate, benchmark.Workspace.summarise
+    originals = benchmark.Workspace.integrate, benchmark.Workspace.peaks_and_mean_squares
     with benchmark.in_compiled_code() as spent:
         (finished,) = in_this_process(benchmark.chunks_of(design))
     assert finished.n_failed == 0 and finished.n_runs == 16
     assert len(spent) == 2 and sum(spent) > 0  # one block of lanes, integrated and summed up
-    assert (benchmark.Workspace.integrate, benchmark.Workspace.summarise) == originals
+    assert (benchmark.Workspace.integrate, benchmark.Workspace.peaks_and_mean_squares) == originals
     case = scenario_of(design.case(5).data(design.base)).build()
     run = simulate(case.isolated, case.records, case.controllers["constant"], **case.options)
     assert benchmark.one_run(design, 5) == run.criteria

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...effects.serialisation import device_code
 from ...identification.fitted import Fit
+from ..fit_tables import errors_table, parameters_table, runs_table
 from ..loops_fitted import LOOKS, SAMPLES, loops
 from ..references import of_device
 from .page import (
@@ -22,7 +23,6 @@ from .page import (
     Prose,
     Section,
     Table,
-    text_rows,
 )
 from .panels import panel_chart
 from .run_report import code_facts, versions
@@ -37,9 +37,10 @@ _MOST_CHARTS = 24
 def fit_report(fit: Fit) -> Page:
     """Report of a fit."""
     law, errors = fit.device.law, fit.errors
+    held_out = any(e.run.hold_out for e in errors)
     sections = [
-        *_results(fit, _verdict(fit)),
-        Section("Parameters", [_parameters(fit)]),
+        *_results(fit, _verdict(fit), Table.of(runs_table(fit), filters=("Used as",) * held_out)),
+        Section("Parameters", [Table.of(parameters_table(fit), "Parameters with 95 % intervals")]),
         Section("Inputs and versions", [
             Facts({
                 "Law": f"{law.title} ({law.name}); {law.source}",
@@ -67,7 +68,7 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
         f"The noise of the measured force is {100 * evaluation.noise:.2g} %.",
     )
     sections = [
-        *_results(evaluation, verdict),
+        *_results(evaluation, verdict, Table.of(errors_table(evaluation))),
         Section("Inputs and versions", [Facts({
             "Law": f"{law.title} ({law.name}); {device.source or law.source}",
             "Campaign": f"{campaign.name}; {campaign.source or 'no source given'}",
@@ -78,7 +79,7 @@ def evaluation_report(evaluation: LawEvaluation) -> Page:
     return Page(f"Errors of {law.title}", f"On {campaign.name}", sections)
 
 
-def _results(evaluation: LawEvaluation, verdict: tuple[str, ...]) -> list[Section]:
+def _results(evaluation: LawEvaluation, verdict: tuple[str, ...], table: Table) -> list[Section]:
     """Verdict, loops and errors of a fit or an evaluation."""
     errors = evaluation.errors
     # evenly chosen from many
@@ -95,42 +96,8 @@ def _results(evaluation: LawEvaluation, verdict: tuple[str, ...]) -> list[Sectio
             LineChoice(LOOKS, "Lines of all charts"),
             *_loops(shown),
         ]),
-        Section("Errors", [_errors(evaluation)]),
+        Section("Errors", [table]),
     ]  # fmt: skip
-
-
-def _errors(evaluation: LawEvaluation) -> Table:
-    """Errors by run; of a fit with held-out runs marked and the pooled errors below."""
-    caption = "Force residual over measured force, both RMS"
-    errors = [(e.run.name, e.run.hold_out, e.relative) for e in evaluation.errors]
-    if not isinstance(evaluation, Fit):
-        rows = text_rows((name, f"{100 * error:.2f}") for name, _, error in errors)
-        return Table(caption, ("Run", "Error, %"), rows)
-    held_out = any(held for _, held, _ in errors)
-    errors.append(("all fitted runs, pooled", False, evaluation.error))
-    if held_out:
-        errors.append(("all held-out runs, pooled", True, evaluation.held_out_error))
-    rows = text_rows(
-        (name, "held out" if held else "fitted", f"{100 * error:.2f}")
-        for name, held, error in errors
-    )
-    filters = ("Used as",) if held_out else ()
-    return Table(caption, ("Run", "Used as", "Error, %"), rows, filters=filters)
-
-
-def _parameters(fit: Fit) -> Table:
-    """Fitted numbers with their intervals; undetermined numbers are marked."""
-    rows = text_rows(
-        (e.name, "any" if e.current is None else f"{e.current:.3g}", f"{e.value:.5g}",
-         e.interval, e.unit or "-", "yes" if e.determined else "no")
-        for e in fit.estimates
-    )  # fmt: skip
-    return Table(
-        caption="Parameters with 95 % intervals",
-        headings=("Parameter", "Current, A", "Value", "95 % interval", "Unit", "Determined"),
-        rows=rows,
-        note="Determined: whether the data determine the value.",
-    )
 
 
 def _verdict(fit: Fit) -> tuple[str, str]:

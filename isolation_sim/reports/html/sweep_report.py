@@ -6,15 +6,16 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from ...criteria import is_gain
-from ...errors import InputError
+from ...errors import InputError, check_name
 from ...written_names import as_written
 from ..sweep_figures import title_of
-from ..sweep_tables import heading, median_rows, value_text
+from ..sweep_tables import median_rows, sensitivity_table, value_text
 from ..units import unit_of
 from .charts import looks
 from .explorer import explorer
 from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table, text_rows
 from .run_report import versions
+from .text import capital
 
 if TYPE_CHECKING:
     from ...sweeps.result import Sweep
@@ -24,7 +25,7 @@ _MOST_FAILED = 200
 
 def sweep_report(sweep: Sweep, criterion: str) -> Page:
     """Report of a sweep."""
-    sweep.check(criterion, sweep.criteria, "criterion")
+    check_name("criterion", criterion, sweep.criteria)
     varied = ", ".join(sweep.parameters) or "nothing"
     any_good = bool((sweep.table["status"] == "ok").any())
     chosen: list[Block] = []
@@ -121,21 +122,12 @@ def _sensitivity(sweep: Sweep, criterion: str) -> Iterator[Block]:
         return
     for label in sweep.controllers:
         try:
-            result = sweep.sensitivity(criterion, label)
+            table = sensitivity_table(sweep, criterion, label)
         except InputError as error:
             # the rest of the report does not depend on it
             yield Prose((f"No sensitivity of {as_written(label)}: {error}.",), "warning")
             continue
-        rows = text_rows(
-            (str(quantity), *(f"{value:.3g}" for value in values))
-            for quantity, values in zip(result.index, result.to_numpy(), strict=True)
-        )
-        columns = tuple(name.replace("_conf", " ±") for name in result.columns)
-        yield Table(
-            f"Sensitivity of {heading(criterion)}: {as_written(label)}",
-            ("Quantity", *columns),
-            rows,
-        )
+        yield Table.of(table, capital(table.title))
 
 
 def _failed(sweep: Sweep) -> Iterator[Block]:

@@ -19,7 +19,7 @@ class Sizes(NamedTuple):
     n_elements: int
     n_ground: int
     n_channels: int
-    n_windows: int
+    n_segments: int
     n_levels: int
     n_outputs: int
     n_states: int
@@ -37,17 +37,17 @@ class Limits(NamedTuple):
     deformation: NDArray
 
 
-class Course(NamedTuple):
-    """Windows of the grid, their lengths by class, events, and the ground acceleration."""
+class TimeGrid(NamedTuple):
+    """Segments of the grid, their lengths by class, events, and the ground acceleration."""
 
-    windows: NDArray
+    segments: NDArray
     spans: NDArray
     events: NDArray
     ground: NDArray
 
 
 class Propagation(NamedTuple):
-    """Coefficients of the linear structure by class of windows and level; see ``Tables``."""
+    """Coefficients of the linear structure by class of segments and level; see ``Tables``."""
 
     offsets: NDArray
     modes: NDArray
@@ -97,14 +97,14 @@ class LawNumbers(NamedTuple):
 class Lanes(NamedTuple):
     """Progress and step control of each lane."""
 
-    # ``level``: level of the steps, and ``base`` at the window's start; ``place``: place in the
-    # window; ``tried``: number of steps in the window; ``hold``: number of windows before coarser
-    # steps are tried; ``active``, ``going``, ``todo``: whether the lane takes part in the step, in
-    # the iteration, in the window; ``last``: length of the last step; ``previous``,
+    # ``level``: level of the steps, and ``base`` at the segment's start; ``place``: place in the
+    # segment; ``tried``: number of steps in the segment; ``hold``: number of segments before
+    # coarser steps are tried; ``active``, ``going``, ``todo``: whether the lane takes part in the
+    # step, in the iteration, in the segment; ``last``: length of the last step; ``previous``,
     # ``contraction``: last change and convergence factor of the iteration; ``defects``: difference
     # of force polynomial and force at the step's ends over the peak force, infinite if the
     # iteration did not converge; ``errors``: its estimated effect on the response; ``kinks``:
-    # whether an element has a kink within the step; ``worst``: largest error in the window.
+    # whether an element has a kink within the step; ``worst``: largest error in the segment.
 
     level: NDArray
     base: NDArray
@@ -147,10 +147,10 @@ class Scratch(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step of the integration: the part ``number`` of ``n_steps`` equal ones of a window."""
+    """A step of the integration: the part ``number`` of ``n_steps`` equal ones of a segment."""
 
-    # ``at``: start in units of the shortest step, of which a window has ``whole``; ``depth``: level
-    # of the step; ``n_intervals``, ``n_sub``: grid intervals of the window and of the step;
+    # ``at``: start in units of the shortest step, of which a segment has ``whole``; ``depth``:
+    # level of the step; ``n_intervals``, ``n_sub``: grid intervals of the segment and of the step;
     # ``per_interval``: steps per grid interval; ``point``: grid point at or before its start;
     # ``start``, ``end``: rows of the modes; ``fresh``: lanes with a new step length; ``offset``:
     # place of its coefficients; ``length``: s; ``share``: weight of its error; ``left``: tolerance
@@ -175,10 +175,10 @@ class Step(NamedTuple):
 
 
 class Intervals(NamedTuple):
-    """Windows of the grid, each grid interval's window and length, and the ground acceleration."""
+    """Segments of the grid, segment and length of each interval, and the ground acceleration."""
 
-    windows: NDArray
-    window_of: NDArray
+    segments: NDArray
+    segment_of: NDArray
     lengths: NDArray
     ground: NDArray
 
@@ -214,7 +214,7 @@ class Candidates(NamedTuple):
     chosen: NDArray
 
 
-class SummaryScratch(NamedTuple):
+class PeakScratch(NamedTuple):
     """Quantities at some grid points, and their bounds between the points."""
 
     # ``points``, ``present``: grid points of an evaluation and the elements' forces there;

@@ -5,21 +5,34 @@ element's force, less that of its reference spring and dashpot (which are part o
 structure), is a quadratic through the three Gauss points of a step; device states are collocated
 on the same points; both are iterated to a fixed point from the extrapolated last step.
 
-The grid holds the record's samples and the controller's instants. A window is a number of equal
-grid intervals during which no command changes. A step is a window's 2**level-th part, at a multiple
-of its own length: so it spans several samples where the response is smooth and a fraction of one
-where it is not, and halving closes in on a kink within the window. How far the force polynomial
-misses the force at the step's ends decides on the level.
+The grid holds the record's samples and the controller's instants. A segment is a number of equal
+grid intervals during which no command changes. A step is a segment's 2**level-th part, at a
+multiple of its own length: so it spans several samples where the response is smooth and a fraction
+of one where it is not, and halving closes in on a kink within the segment. How far the force
+polynomial misses the force at the step's ends decides on the level.
 
 Arrays are flat or end in the lane: LANES runs go through side by side and the compiler turns the
 innermost loops into vector instructions. A lane's result does not depend on its neighbours.
 
-Windows, choice of steps and records are in ``windows.py``, the step itself in ``step.py``.
+Segments, choice of steps and records are in ``segments.py``, the step itself in ``step.py``.
 """
 
 from numba import njit
 
 from ...compilation.options import OPTIONS, inline
+from .segments import (
+    any_lane,
+    begin_segment,
+    choose_step,
+    close_segment,
+    close_step,
+    judge_step,
+    keep_force,
+    keep_step,
+    move_currents,
+    shift_force,
+    take_current,
+)  # fmt: skip
 from .shape import LANES
 from .slots import (
     ACCEPT,
@@ -36,34 +49,21 @@ from .slots import (
     PROBE,
     RELAX,
     RESTART,
+    SEGMENT_NOW,
     STAGE,
     UNDER_WAY,
-    WINDOW_NOW,
 )  # fmt: skip
 from .step import element, solve_step
-from .windows import (
-    any_lane,
-    begin_window,
-    choose_step,
-    close_step,
-    close_window,
-    judge_step,
-    keep_force,
-    keep_step,
-    move_currents,
-    shift_force,
-    take_current,
-)  # fmt: skip
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
 def integrate(
-    position, sizes, limits, course, propagation, measurements, coils, law_numbers, lanes, history,
-    scratch,
+    position, sizes, limits, time_grid, propagation, measurements, coils, law_numbers, lanes,
+    history, scratch,
 ):  # fmt: skip
     """Integrate until a controller must decide, the step record is full, or the grid ends.
 
-    position: window and stage at which the next call continues. The other groups are described in
+    position: segment and stage at which the next call continues. The other groups are described in
     ``arguments.py``. Returns FINISHED, DECIDE or BUFFER_FULL; the status of each lane is in
     ``lanes.alive``.
     """
@@ -72,17 +72,17 @@ def integrate(
     states, forces = history.states, history.forces
     functions, n_states = law_numbers.functions, sizes.n_states
     width = 4 + 4 * n_states if sizes.record_steps else 4
-    while position[WINDOW_NOW] < sizes.n_windows:
-        window = position[WINDOW_NOW]
-        g = course.windows[window, 0]
-        if window == 0 and position[STAGE] == MEASURE:
+    while position[SEGMENT_NOW] < sizes.n_segments:
+        segment = position[SEGMENT_NOW]
+        g = time_grid.segments[segment, 0]
+        if segment == 0 and position[STAGE] == MEASURE:
             for e in range(sizes.n_elements):  # forces at rest, under the initial currents
                 update_current(e, g, coils, law_numbers, going, w)
                 keep_force(sizes, forces, BEFORE, g, e, w, F_START, going)
                 keep_force(sizes, forces, AFTER, g, e, w, F_START, going)
         if position[STAGE] != UNDER_WAY:
-            if not begin_window(
-                position, sizes, course, measurements, coils, channel, lanes, history.z, w
+            if not begin_segment(
+                position, sizes, time_grid, measurements, coils, channel, lanes, history.z, w
             ):
                 return DECIDE
             for e in range(sizes.n_elements):
@@ -91,9 +91,9 @@ def integrate(
         position[STAGE] = MEASURE
         while any_lane(lanes.todo):
             if history.step_count[0] == history.steps.shape[0]:
-                position[STAGE] = UNDER_WAY  # the window is under way; the caller makes room
+                position[STAGE] = UNDER_WAY  # the segment is under way; the caller makes room
                 return BUFFER_FULL
-            step = choose_step(window, sizes, limits, course, propagation, lanes, u)
+            step = choose_step(segment, sizes, limits, time_grid, propagation, lanes, u)
             if step.fresh:
                 for e in range(sizes.n_elements):
                     element(functions, RESTART, e, w, 0.0, 0.0, w, 0, going)
@@ -104,12 +104,12 @@ def integrate(
                 for e in range(sizes.n_elements):
                     element(functions, RELAX, e, w, step.length, 0.0, w, 0, going)
             for e in range(sizes.n_elements):
-                if move_currents(step, window, e, course, coils, law_numbers, lanes, w):
+                if move_currents(step, segment, e, time_grid, coils, law_numbers, lanes, w):
                     element(functions, PREPARE_MOVING, e, w, 0.0, 0.0, w, 0, going)
             solve_step(step, sizes, law_numbers, propagation.table, history.z, u, w, lanes)
             if not judge_step(step, sizes, limits, lanes):
                 continue
-            keep_step(step, window, width, sizes, propagation, lanes, history, u, w)
+            keep_step(step, segment, width, sizes, propagation, lanes, history, u, w)
             for i in range(1, step.n_sub):
                 for e in range(sizes.n_elements):
                     at = ((step.point + i) * sizes.n_elements + e) * n_states * LANES
@@ -118,7 +118,7 @@ def integrate(
                 at = (step.end * sizes.n_elements + e) * n_states * LANES
                 element(functions, ACCEPT, e, w, 0.0, 0.0, states, at, active)
             close_step(step, sizes, limits, lanes, forces, w)
-        if not close_window(position, sizes, course, limits, coils, channel, lanes, w):
+        if not close_segment(position, sizes, time_grid, limits, coils, channel, lanes, w):
             break
     return FINISHED
 

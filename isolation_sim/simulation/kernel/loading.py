@@ -51,7 +51,7 @@ class Kernel(NamedTuple):
     shape: Shape
     integration: ModuleType
     tables: ModuleType
-    summary: ModuleType
+    peaks: ModuleType
     # the law of each element; None: a further direction of the element before
     laws: tuple[ModuleType | None, ...]
 
@@ -66,7 +66,7 @@ _TABLES = f"from {__package__} import loading\n" + "\n".join(
 
 def integration_text(shape: Shape) -> str:
     """Source of the integration of elements of any laws."""
-    return _copy(shape, "windows", "step", "integration")
+    return _copy(shape, "segments", "step", "integration")
 
 
 def tables_text(table_lanes: int) -> str:
@@ -74,9 +74,9 @@ def tables_text(table_lanes: int) -> str:
     return _copy(OWN_SHAPE._replace(table_lanes=table_lanes), "tables")
 
 
-def summary_text(lanes: int, table_lanes: int) -> str:
+def peaks_text(lanes: int, table_lanes: int) -> str:
     """Source of peaks and mean squares, for any laws and any number of elements."""
-    return _copy(OWN_SHAPE._replace(lanes=lanes, table_lanes=table_lanes), "summary")
+    return _copy(OWN_SHAPE._replace(lanes=lanes, table_lanes=table_lanes), "peaks")
 
 
 def law_text(law: Law, n_elements: int, lanes: int, table_lanes: int, stride: int) -> str:
@@ -107,7 +107,7 @@ def law_text(law: Law, n_elements: int, lanes: int, table_lanes: int, stride: in
 
 def _copy(shape: Shape, *names: str) -> str:
     """Source of modules of this package, for a shape, as one module."""
-    from . import integration, step, summary, tables, windows  # noqa: F401 their sources are read
+    from . import integration, peaks, segments, step, tables  # noqa: F401 their sources are read
 
     modules = [importlib.import_module(f".{name}", __package__) for name in names]
     sizes = {size.upper(): value for size, value in shape._asdict().items()}
@@ -127,11 +127,11 @@ def load_tables(table_lanes: int) -> ModuleType:
 
 
 @cache
-def load_summary(lanes: int, table_lanes: int) -> ModuleType:
+def load_peaks(lanes: int, table_lanes: int) -> ModuleType:
     """Peaks and mean squares."""
     if not COMPILED and (lanes, table_lanes) == OWN_SHAPE[2:4]:
-        return importlib.import_module(".summary", __package__)
-    return load_written("summary", (lanes, table_lanes), lambda: summary_text(lanes, table_lanes))
+        return importlib.import_module(".peaks", __package__)
+    return load_written("peaks", (lanes, table_lanes), lambda: peaks_text(lanes, table_lanes))
 
 
 @cache
@@ -165,7 +165,7 @@ def _load(laws: tuple[Law | None, ...], n_ground: int, lanes: int, table_lanes: 
         shape,
         load_integration(shape),
         load_tables(table_lanes),
-        load_summary(lanes, table_lanes),
+        load_peaks(lanes, table_lanes),
         tuple(None if law is None else modules[law] for law in laws),
     )
 

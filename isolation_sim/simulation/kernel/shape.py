@@ -1,7 +1,7 @@
 """Sizes that the compiler must know: here those of one run at a time, of any structure.
 
 The compiled integration of a batch, or of a structure with one element, is a copy of
-``windows.py``, ``step.py`` and ``integration.py`` with other sizes (``loading.py``).
+``segments.py``, ``step.py`` and ``integration.py`` with other sizes (``loading.py``).
 """
 
 from __future__ import annotations

@@ -39,14 +39,14 @@ PREPARE_HELD, PREPARE_MOVING, RELAX, ITERATE, FINISH, INSIDE, ACCEPT, RESTART, P
 # forces of an element at a grid point: before and after a change of current, at the nodes
 BEFORE, AFTER, AT_NODES = range(3)
 FORCES = 5
-# a step's own numbers: window, begin and length in it, record of the interval's next step
-WINDOW, BEGIN, LENGTH, NEXT = range(4)
+# a step's own numbers: segment, begin and length in it, record of the interval's next step
+SEGMENT, BEGIN, LENGTH, NEXT = range(4)
 STEP = 4
 
 # what ``integrate`` returns
 FINISHED, DECIDE, BUFFER_FULL = range(3)
-# where it is: entries of its position, and stages of a window
-WINDOW_NOW, STAGE = range(2)
+# where it is: entries of its position, and stages of a segment
+SEGMENT_NOW, STAGE = range(2)
 MEASURE, COMMAND, UNDER_WAY = range(3)
 # what became of a lane
 ALIVE, NO_CONVERGENCE, NOT_FINITE, TOO_LARGE, CURRENT_REFUSED = range(5)

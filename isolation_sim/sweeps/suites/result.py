@@ -173,21 +173,6 @@ class Suite(Printed):
         """
         return self.table
 
-    def check(self, criterion: str) -> None:
-        """Refuse a name that is not a criterion of the suite.
-
-        Parameters
-        ----------
-        criterion : str
-            Name to check.
-
-        Raises
-        ------
-        InputError
-            With the nearest known name.
-        """
-        self.sweep.check(criterion, self.criteria, "criterion")
-
     def plot_spectra(self) -> Figure:
         """Draw the spectra of the records, their mean and the target.
 

@@ -20,7 +20,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..errors import InputError, unknown_name
+from isolation_sim.errors import InputError, check_name
 
 TABLE_1 = {
     "r1": 4e-3,
@@ -84,8 +84,7 @@ def upper_stiffness(
     m: float = HARDNESS_FACTOR,
 ) -> float:
     """Axial stiffness of the conical upper part (Eq 2)."""
-    if shape_factor not in SHAPE_FACTORS:
-        raise unknown_name("shape factor", shape_factor, SHAPE_FACTORS)
+    check_name("shape factor", shape_factor, SHAPE_FACTORS)
     stiffening = 1 + m * SHAPE_FACTORS[shape_factor](h - h1, R2 - R3, alpha)
     compression, shear = E * np.tan(alpha), G / np.tan(alpha)
     modulus = (

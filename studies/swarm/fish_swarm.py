@@ -10,7 +10,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...errors import InputError
+from isolation_sim.errors import InputError
+
 from .budget import Budget
 
 

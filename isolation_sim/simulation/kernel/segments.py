@@ -1,4 +1,4 @@
-"""Windows, step size control and records; see ``integration.py``."""
+"""Segments, step size control and records; see ``integration.py``."""
 
 import numpy as np
 
@@ -29,50 +29,50 @@ from .slots import (
     NEXT,
     NO_CONVERGENCE,
     NOT_FINITE,
+    SEGMENT,
+    SEGMENT_NOW,
     STAGE,
     TO_STRUCTURE,
     TOO_LARGE,
     V_END,
     WEIGHT,
-    WINDOW,
-    WINDOW_NOW,
 )  # fmt: skip
 from .tables import build_table, layout
 
 move_modes = make_move_modes(LANES, TABLE_LANES, STRIDE, F0, N_ELEMENTS, N_GROUND)
 
-HOLD = 8  # windows to wait after a rejected step before a coarser one is tried
-MOST_STEPS = 4096  # tried in one window; after these, steps that miss the tolerance are counted
+HOLD = 8  # segments to wait after a rejected step before a coarser one is tried
+MOST_STEPS = 4096  # tried in one segment; after these, steps that miss the tolerance are counted
 MOVING_FACTOR = 8.0  # weight of the error while a coil current changes: errors then accumulate
 
 
 @inline
-def begin_window(position, sizes, course, measurements, coils, channel, lanes, z, w):
-    """Sensors, decision and commands at a window's start; return whether it has been decided."""
-    window = position[WINDOW_NOW]
-    windows, _, events, ground = course
+def begin_segment(position, sizes, time_grid, measurements, coils, channel, lanes, z, w):
+    """Sensors, decision and commands at a segment's start; return whether it has been decided."""
+    segment = position[SEGMENT_NOW]
+    segments, _, events, ground = time_grid
     command, driver, coil, _, moving, coil_history = coils
     n_pad, n_channels = sizes.n_pad, sizes.n_channels
-    g = windows[window, 0]
+    g = segments[segment, 0]
     if position[STAGE] == MEASURE:
         # sensors read before the current changes; then the controller decides
-        if events[window, 0] >= 0:
+        if events[segment, 0] >= 0:
             read_sensors(
-                events[window, 0], g, sizes.n_outputs, n_channels, sizes.n_modes, n_pad,
+                events[segment, 0], g, sizes.n_outputs, n_channels, sizes.n_modes, n_pad,
                 sizes.n_elements, sizes.n_ground, measurements.rows, measurements.noise, ground, z,
                 g * 2 * n_pad, coil, w, measurements.measured,
             )  # fmt: skip
-        if events[window, 1] >= 0:
+        if events[segment, 1] >= 0:
             position[STAGE] = COMMAND
             if sizes.controller == 0:
                 return False
             call_controllers(
-                events[window, 1], sizes.controller, measurements.decision_times,
+                events[segment, 1], sizes.controller, measurements.decision_times,
                 measurements.measured_for, measurements.addresses,
             )  # fmt: skip
-    if events[window, 2] >= 0:
+    if events[segment, 2] >= 0:
         set_commands(
-            g, measurements.chosen, events[window, 2], n_channels, sizes.clamp, driver, command,
+            g, measurements.chosen, events[segment, 2], n_channels, sizes.clamp, driver, command,
             coil, lanes.alive, lanes.counts,
         )  # fmt: skip
     for e in range(sizes.n_elements):
@@ -86,7 +86,7 @@ def begin_window(position, sizes, course, measurements, coils, channel, lanes, z
                 w[(e * STRIDE + WEIGHT) * LANES + lane] = MOVING_FACTOR
     for c in range(n_channels):
         for lane in range(LANES):
-            coil_history[window, c, lane] = coil[c, lane]
+            coil_history[segment, c, lane] = coil[c, lane]
     for lane in range(LANES):
         lanes.todo[lane] = 1 if lanes.alive[lane] == ALIVE else 0
         lanes.place[lane] = 0
@@ -138,15 +138,15 @@ def any_lane(mask):
 
 
 @inline
-def choose_step(window, sizes, limits, course, propagation, lanes, u):
+def choose_step(segment, sizes, limits, time_grid, propagation, lanes, u):
     """The next step of the lanes with the least time; its coefficients and ground motion."""
-    windows, spans, _, ground = course
+    segments, spans, _, ground = time_grid
     offsets, modes, table, built, phi, integral = propagation
     n_levels = sizes.n_levels
-    whole = 1 << (n_levels - 1)  # a window in the shortest steps
-    g = windows[window, 0]
-    kind = windows[window, 1]
-    n_intervals = windows[window, 2]
+    whole = 1 << (n_levels - 1)  # a segment in the shortest steps
+    g = segments[segment, 0]
+    kind = segments[segment, 1]
+    n_intervals = segments[segment, 2]
     # of these lanes, those with the longest step
     at, depth = whole, n_levels
     for lane in range(LANES):
@@ -196,7 +196,7 @@ def choose_step(window, sizes, limits, course, propagation, lanes, u):
             u[k] = low + (high - low) * a
             u[sizes.n_ground * LANES + k] = low + (high - low) * (a + 1.0 / per_interval)
     # within a grid interval the modes go through a scratch row behind the last point
-    spare = windows[sizes.n_windows, 0] + 1
+    spare = segments[sizes.n_segments, 0] + 1
     start = point if per_interval == 1 or number % per_interval == 0 else spare
     end = g + (number + 1) * n_intervals // n_steps
     if (number + 1) % per_interval != 0:
@@ -247,7 +247,7 @@ def judge_step(step, sizes, limits, lanes):
 
 
 @inline
-def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
+def keep_step(step, segment, width, sizes, propagation, lanes, history, u, w):
     """Record an accepted step; modes and forces at its grid points.
 
     width: numbers of an element in a step's record.
@@ -282,7 +282,7 @@ def keep_step(step, window, width, sizes, propagation, lanes, history, u, w):
             for r in range(width * LANES):
                 steps[k, to + r] = w[first_slot + r]
         for lane in range(LANES):
-            steps[k, (own + WINDOW) * LANES + lane] = window
+            steps[k, (own + SEGMENT) * LANES + lane] = segment
             steps[k, (own + BEGIN) * LANES + lane] = step.number / step.n_steps
             steps[k, (own + LENGTH) * LANES + lane] = 1.0 / step.n_steps
         step_count[0] = k + 1
@@ -344,14 +344,14 @@ def close_step(step, sizes, limits, lanes, forces, w):
 
 
 @inline
-def close_window(position, sizes, course, limits, coils, channel, lanes, w):
-    """Status of each lane and coil currents at a window's end; return whether any is alive."""
-    window = position[WINDOW_NOW]
+def close_segment(position, sizes, time_grid, limits, coils, channel, lanes, w):
+    """Status of each lane and coil currents at a segment's end; return whether any is alive."""
+    segment = position[SEGMENT_NOW]
     command, driver, coil, applied, _, _ = coils
     g, kind, n_intervals = (
-        course.windows[window, 0],
-        course.windows[window, 1],
-        course.windows[window, 2],
+        time_grid.segments[segment, 0],
+        time_grid.segments[segment, 1],
+        time_grid.segments[segment, 2],
     )
     alive, counts = lanes.alive, lanes.counts
     dead = 0
@@ -367,20 +367,20 @@ def close_window(position, sizes, course, limits, coils, channel, lanes, w):
         if alive[lane] != ALIVE:
             dead += 1
             if counts[3, lane] == 0:
-                counts[3, lane] = window + 1
+                counts[3, lane] = segment + 1
     stop = g + n_intervals
     for c in range(coil.shape[0]):
         for lane in range(LANES):
             if coil[c, lane] != command[g, c, lane]:
                 coil[c, lane] = coil_current(
                     coil[c, lane], command[g, c, lane], driver[c, 0, lane], driver[c, 1, lane],
-                    course.spans[kind],
+                    time_grid.spans[kind],
                 )  # fmt: skip
                 for e in range(sizes.n_elements):
                     if channel[e] == c:
                         applied[e, lane] = np.nan
             command[stop, c, lane] = command[g, c, lane]
-    position[WINDOW_NOW] = window + 1
+    position[SEGMENT_NOW] = segment + 1
     return dead < LANES
 
 
@@ -439,14 +439,14 @@ def set_parameters(e, lane, node, current, law_numbers, w):
 
 
 @inline
-def move_currents(step, window, e, course, coils, law_numbers, lanes, w):
+def move_currents(step, segment, e, time_grid, coils, law_numbers, lanes, w):
     """Parameters at the nodes and the end of a step with a changing current; whether it changes.
 
     The current has a kink at the end of a slew limit. The parameters have one between two pieces of
     their dependence on the current.
     """
     command, driver, coil, _, moving, _ = coils
-    g = course.windows[window, 0]
+    g = time_grid.segments[segment, 0]
     c = law_numbers.channel[e]
     t = step.number * step.length
     h = step.length

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
+from isolation_sim.errors import InputError
+
 from .budget import Budget
 
 DECAY = 10.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.errors import InputError
-from isolation_sim.identification.swarm import (
+from studies.swarm import (
     OBJECTIVES,
     available_methods,
     force_objective,

@@ -40,13 +40,13 @@ KINDS = 2
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def summarise(sizes, intervals, quantities, history, modes, candidates, scratch, dense, track):
+def find_peaks(sizes, intervals, quantities, history, modes, candidates, scratch, dense, track):
     """Peaks and mean squares over the duration, lane by lane.
 
     The groups are described in ``arguments.py``. track: peak and mean square of each quantity.
     """
     n_modes, n_pad, n_elements, n_ground = sizes[:4]
-    rows, n_quantities, n_directions, fast, _, _, _ = quantities
+    rows, n_quantities, n_directions, fast = quantities[:4]
     lengths, ground = intervals.lengths, intervals.ground
     z, forces = history.z, history.forces
     points, present, values, changed, near, bulges, margins, bounds = scratch[:8]
@@ -202,7 +202,7 @@ def strongly_cut(interval, lane, intervals, history):
         return False
     own = steps.shape[1] // LANES - STEP
     own = own * LANES + lane
-    n_intervals = intervals.windows[intervals.window_of[interval], 2]
+    n_intervals = intervals.segments[intervals.segment_of[interval], 2]
     number = history.first_step[interval, lane]
     for _ in range(cuts[interval, lane]):
         if steps[number, own + LENGTH * LANES] * n_intervals * STRONGLY_CUT > 1.0:
@@ -279,9 +279,9 @@ def find_bulges(bulges, interval, intervals, history, sizes, values, begun, ende
     """Largest distance of every force from its chord inside an interval, N, device scale."""
     n_pad, n_elements = sizes.n_pad, sizes.n_elements
     forces, steps, cuts = history.forces, history.steps, history.cuts
-    window = intervals.window_of[interval]
-    n_intervals = intervals.windows[window, 2]
-    within = interval - intervals.windows[window, 0]
+    segment = intervals.segment_of[interval]
+    n_intervals = intervals.segments[segment, 2]
+    within = interval - intervals.segments[segment, 0]
     width, own = record_layout(steps, n_pad, n_elements)
     for e in range(n_elements):
         for lane in range(LANES):
@@ -385,7 +385,8 @@ def find_margins(margins, block, n_items, sizes, quantities, bulges, swings):
     Quantities that depend directly on a force have kinks at the start of a change of current. Modes
     too fast for the grid add their amplitude in both directions.
     """
-    rows, _, n_directions, fast, moduli, forced, _ = quantities
+    rows, n_directions, fast = quantities.rows, quantities.n_directions, quantities.fast
+    moduli, forced = quantities.fast_moduli, quantities.fast_forced
     n_modes, _, n_elements, n_ground = sizes[:4]
     at = 8 * (block * (2 * n_modes + n_elements + n_ground) + 2 * n_modes)
     first = block * (8 // n_directions)
@@ -486,17 +487,17 @@ def raise_peaks(
 ):
     """Update the peaks of some quantities inside a grid interval, in one lane."""
     n_modes, n_pad, n_elements, n_ground = sizes[:4]
-    windows, window_of, lengths, ground = intervals
-    _, n_quantities, n_directions, _, _, _, _ = quantities
+    segments, segment_of, lengths, ground = intervals
+    n_quantities, n_directions = quantities.n_quantities, quantities.n_directions
     z, _, forces, steps, _, cuts, first_step, _ = history
     state, polynomials = dense.state, dense.polynomials
     per_block = 8 // n_directions
     n_blocks = -(-n_quantities // per_block)
-    window = window_of[interval]
-    n_intervals = windows[window, 2]
+    segment = segment_of[interval]
+    n_intervals = segments[segment, 2]
     n_steps = max(cuts[interval, lane], 1)
     n_sub = max(-cuts[interval, lane], 1)
-    within = interval - windows[window, 0]
+    within = interval - segments[segment, 0]
     fastest = 0.0
     for m in range(n_modes):
         value = modes[m, lane % TABLE_LANES]

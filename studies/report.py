@@ -5,9 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from .page import Block, Facts, Page, Picture, Prose, Section, Table, text_rows
-from .run_report import code_facts, versions
-from .text import capital, is_number
+from isolation_sim.reports.html.page import (
+    Block,
+    Facts,
+    Page,
+    Picture,
+    Prose,
+    Section,
+    Table,
+    text_rows,
+)
+from isolation_sim.reports.html.run_report import code_facts, versions
+from isolation_sim.reports.html.text import capital, is_number
 
 
 def study_report(

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
+from isolation_sim.errors import InputError
+
 from .budget import Budget
 
 

@@ -42,7 +42,7 @@ def real_rows(rows: NDArray) -> NDArray:
     return np.concatenate([rows.real, -rows.imag], axis=-1)
 
 
-def modes_of(
+def complex_modes(
     mass: NDArray,
     damping: NDArray,
     stiffness: NDArray,

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ground_motions.argument_types import checked
+from isolation_sim.errors import InputError, check_name
 
-from ...errors import InputError, unknown_name
 from ..force_comparison import fitness, half_range_error, rms_error, squared_force_error
 
 
@@ -55,8 +55,7 @@ def force_objective(
     InputError
         If there is no such objective, or the measured force has a number that is not finite.
     """
-    if name not in OBJECTIVES:
-        raise unknown_name("objective", name, OBJECTIVES)
+    check_name("objective", name, OBJECTIVES)
     force = np.array(measured, dtype=float)
     if force.ndim != 1 or force.size == 0 or not np.all(np.isfinite(force)):
         raise InputError(f"measured force of shape {force.shape}; expected: (n,), finite numbers")

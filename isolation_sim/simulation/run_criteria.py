@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure
+from .complex_modes import real_rows
 from .kernel.arguments import Quantities
-from .modal import real_rows
 from .plan import modes_for
 from .quantities import quantity_rows
 from .workspace import Workspace
@@ -21,7 +21,7 @@ RESOLVED = 1.9
 """Largest |eigenvalue| times grid interval of a mode whose peaks show at the grid points."""
 
 
-def summary(plants: Sequence[IsolatedStructure], work: Workspace) -> dict[str, NDArray]:
+def criteria_of_lanes(plants: Sequence[IsolatedStructure], work: Workspace) -> dict[str, NDArray]:
     """Criteria of every lane of a finished block."""
     # A lane's criteria have the same bits in a block as in a single run.
     items, both = _summed(plants, work)
@@ -47,10 +47,10 @@ def _summed(
     """Criteria with their items' numbers; peaks and mean squares of items, (2, n_items, lanes)."""
     distinct = tuple(plants[: work.kernel.shape.table_lanes])
     items, quantities = _on_a_grid(distinct, work.grid.longest)
-    return items, work.summarise(quantities)
+    return items, work.peaks_and_mean_squares(quantities)
 
 
-def summary_key(isolated: IsolatedStructure) -> tuple:
+def criteria_key(isolated: IsolatedStructure) -> tuple:
     """Return the properties that structures of one block share: names and items of criteria."""
     items = _rows(isolated)[0]
     return tuple((name, tuple(numbers)) for name, numbers in items)

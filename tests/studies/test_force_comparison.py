@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.errors import InputError
-from isolation_sim.identification.force_comparison import (
+from studies.force_comparison import (
     correlation,
     fitness,
     half_range_error,

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ground_motions.argument_types import checked
+from isolation_sim.errors import InputError, check_name
 
-from ...errors import InputError, unknown_name
 from . import fish_swarm, fruit_fly, library
 from .budget import Budget, BudgetSpent
 
@@ -101,13 +101,11 @@ def search(
         If a method, a setting or its value is unknown, bounds or budget are not usable, the
         objective is finite nowhere, or pymoo is needed and not installed.
     """
-    if method not in _METHODS:
-        raise unknown_name("search method", method, _METHODS)
+    check_name("search method", method, _METHODS)
     run = _METHODS[method]
     accepted = [name for name in inspect.signature(run).parameters if name not in _SUPPLIED]
     for name in settings:
-        if name not in accepted:
-            raise unknown_name(f"setting of {method}", name, accepted)
+        check_name(f"setting of {method}", name, accepted)
     lower, upper = _checked_bounds(bounds)
     whole = isinstance(budget, int | np.integer) and not isinstance(budget, bool)
     if not (whole and budget >= 1):

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from isolation_sim.errors import InputError
-from isolation_sim.simulation.modal import modes_of
+from isolation_sim.simulation.complex_modes import complex_modes
 
 
 def system(seed, n, damped, free):
@@ -29,7 +29,7 @@ def system(seed, n, damped, free):
 def test_modes_are_the_state_matrix_taken_apart(seed, n, damped, free, reference):
     mass, damping, stiffness, influence, b = system(seed, n, damped, free)
     length, scale = 10.0, 250.0
-    modes = modes_of(
+    modes = complex_modes(
         mass, damping, stiffness, influence, b, np.array([length]), np.array([scale]),
         np.array([reference * length / scale]),
     )  # fmt: skip
@@ -52,7 +52,7 @@ def test_modes_are_the_state_matrix_taken_apart(seed, n, damped, free, reference
 
 
 def test_a_free_mass_with_an_element_gets_a_reference_that_holds_it():
-    modes = modes_of(
+    modes = complex_modes(
         np.array([[2e5]]), np.zeros((1, 1)), np.zeros((1, 1)), np.ones((1, 1)),
         np.ones((1, 1)), np.ones(1), np.ones(1), np.zeros(1),
     )  # fmt: skip
@@ -62,14 +62,14 @@ def test_a_free_mass_with_an_element_gets_a_reference_that_holds_it():
 
 def test_a_free_mass_that_no_element_holds_is_refused():
     with pytest.raises(InputError, match="complete set of modes"):
-        modes_of(
+        complex_modes(
             np.diag([2e5, 1e5]), np.zeros((2, 2)), np.diag([1e6, 0.0]), np.ones((2, 1)),
             np.array([[1.0, 0.0]]), np.ones(1), np.ones(1), np.zeros(1),
         )  # fmt: skip
 
 
 def test_overdamped_modes_are_of_the_type_that_the_kernel_is_compiled_for():
-    modes = modes_of(
+    modes = complex_modes(
         np.array([[1e5]]), np.array([[1e7]]), np.array([[4e6]]), np.ones((1, 1)),
         np.ones((1, 1)), np.ones(1), np.ones(1), np.zeros(1),
     )  # fmt: skip

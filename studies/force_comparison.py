@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from isolation_sim.errors import InputError
 
 
 def rms_error(measured: Any, modelled: Any) -> float:

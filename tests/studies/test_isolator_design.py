@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from isolation_sim.errors import InputError
-from isolation_sim.laws import isolator_design as design
-from isolation_sim.laws.isolator_design import SHAPE_FACTORS, TABLE_1
+from studies.papers import isolator_design as design
+from studies.papers.isolator_design import SHAPE_FACTORS, TABLE_1
 
 T = TABLE_1
 RUBBER = {name: T[name] for name in ("R2", "R3", "h", "h1", "alpha")}
