@@ -93,7 +93,11 @@ class LawChoice:
             more = len(near) - _LISTED
             listed = ", ".join(near[:_LISTED]) + f" and {more} more" * (more > 0)
             text += f" Within twice that error: {listed}."
-        return text + " The others are of another family." * (len(near) + 1 < len(self.ranks))
+        lost = [one.law for one in self.ranks if not np.isfinite(one.left_out)]
+        text += " The others are of another family." * (1 + len(near) + len(lost) < len(self.ranks))
+        if lost:
+            text += f" No fit of {', '.join(lost)} has finite forces and derivatives."
+        return text
 
     def rank(self, law: str) -> LawRank | None:
         """The rank of a law; None if it was not compared."""

@@ -134,6 +134,10 @@ def test_near_laws_are_told():
     assert "Within twice that error: b." in found.text
     many = LawChoice(tuple(rank(str(k), 0.1) for k in range(9)))
     assert many.text.endswith("Within twice that error: 1, 2, 3, 4, 5 and 3 more.")
+    lost = LawChoice((rank("a", 0.1), rank("b", 0.3), rank("mine", np.inf)))
+    assert lost.text.endswith(
+        "The others are of another family. No fit of mine has finite forces and derivatives."
+    )
     # a law is compared with the others, not with itself
     best, own = found.better_than("b")
     assert (best.law, own.law) == ("a", "b")
