@@ -32,13 +32,13 @@ from .contact import contacts_of_lane
 from .control import CoilDriver, Control, Sensors
 from .inputs import traceable
 from .kernel.loading import compiling
-from .many_warnings import BETWEEN, cautions_of_many, of_many, plausibility_of
+from .many_warnings import BETWEEN, Validity, cautions_of_many, of_many, plausibility_of
 from .plan import Lane, Plan
 from .plausibility import end_state, input_warnings
 from .result import Run, cautions_of
 from .run import check_options, prepare_lane, simulate
 from .run_criteria import criteria_key, criteria_of_lanes
-from .tested_range import Reached, beyond_tests, compare_with_tests, peak_currents
+from .tested_range import beyond_tests, compare_with_tests, peak_currents
 
 LANES = 16
 """Number of runs that the kernel computes together: two vectors of eight."""
@@ -275,24 +275,25 @@ def run_cases(
         numbers = [k for k, _ in block]
         failures = [plan.failure(work, at) for at in range(len(block))]
         results.put_criteria(numbers, criteria, failures)
-        results.clamped[numbers] = work.counts[0, : len(block)]
-        results.unresolved[numbers] = work.counts[4, : len(block)]
         currents = peak_currents(work)
         for at, (k, lane) in enumerate(block):
+            clamped, unresolved = work.counts[[0, 4], at].tolist()
+            results.validity[k] = Validity(clamped=clamped, unresolved=unresolved)
             if failures[at] is not None:
                 continue
             isolated, modes = lane.isolated, plan.modes[at]
+            reached = compare_with_tests(isolated, modes, work, criteria, currents, at)
             cautions = getattr(cases[k].controller, "cautions", None)
-            results.put_validity(
-                k,
-                compare_with_tests(isolated, modes, work, criteria, currents, at),
-                end_state(isolated, modes, work, at),
+            listed = cautions(lane.context, sensors) if cautions else ()
+            results.validity[k] = Validity(
+                clamped,
+                reached.deformation_ratio,
+                reached.current_ratio,
+                unresolved,
+                *end_state(isolated, modes, work, at),
+                BETWEEN.join(input_warnings(isolated, modes, lane.records)),
+                BETWEEN.join(f"{as_written(lane.controller)}: {each}" for each in listed),
                 contacts_of_lane(isolated, modes, work, at),
-                input_warnings(isolated, modes, lane.records),
-                [
-                    f"{as_written(lane.controller)}: {each}"
-                    for each in (cautions(lane.context, sensors) if cautions else ())
-                ],
             )
         if progress is not None:
             progress(len(block))
@@ -319,14 +320,25 @@ def run_cases(
             results.put_criteria([k], {}, [error])
         else:
             results.put_criteria([k], run.criteria, [None])
-            results.clamped[k], results.unresolved[k] = run.clamped, run.unresolved
-            results.put_validity(
-                k, run.reached_of_tests, run.end, sum(run.contacts.values()), run.implausible,
-                cautions_of({run.controller: run}),
-            )  # fmt: skip
+            results.validity[k] = validity_of(run)
         if progress is not None:
             progress(1)
-    return Batch(**vars(results))
+    return results.batch()
+
+
+def validity_of(run: Run) -> Validity:
+    """Quantities and warnings on the validity of a run."""
+    reached = run.reached_of_tests
+    return Validity(
+        run.clamped,
+        reached.deformation_ratio,
+        reached.current_ratio,
+        run.unresolved,
+        *run.end,
+        BETWEEN.join(run.implausible),
+        BETWEEN.join(cautions_of({run.controller: run})),
+        sum(run.contacts.values()),
+    )
 
 
 def _blocks(
@@ -348,21 +360,24 @@ def _blocks(
 
 
 class _Results:
-    """Results of several threads; its fields are those of `Batch`."""
+    """Results of several threads."""
 
     def __init__(self, n_cases: int):
         self.criteria: dict[str, NDArray] = {}
         self.failure: list[str | None] = [None] * n_cases
         self.diverged = np.zeros(n_cases, bool)
-        self.clamped = np.zeros(n_cases, int)
-        self.unresolved = np.zeros(n_cases, int)
-        self.deformation_over_tested = np.full(n_cases, np.nan)
-        self.current_over_tested = np.full(n_cases, np.nan)
-        self.moving_at_end = np.zeros(n_cases, bool)
-        self.displacement_at_end = np.full(n_cases, np.nan)
-        self.implausible = np.full(n_cases, "", object)
-        self.cautions = np.full(n_cases, "", object)
-        self.contacts = np.zeros(n_cases, int)
+        self.validity = [Validity()] * n_cases
+
+    def batch(self) -> Batch:
+        """The results as arrays over the runs."""
+        validity = {
+            name: np.array(
+                [getattr(each, name) for each in self.validity],
+                object if isinstance(default, str) else type(default),
+            )
+            for name, default in Validity()._asdict().items()
+        }
+        return Batch(self.criteria, self.failure, self.diverged, **validity)
 
     def put_criteria(
         self, numbers: list[int], criteria: Mapping[str, Any], failures: Sequence[Exception | None]
@@ -379,14 +394,3 @@ class _Results:
         for k, failure in failed.items():
             self.failure[k] = str(failure)
             self.diverged[k] = isinstance(failure, Diverged)
-
-    def put_validity(
-        self, k: int, peaks: Reached, end: tuple[bool, float], contacts: int,
-        implausible: Iterable[str], cautions: Iterable[str],
-    ) -> None:  # fmt: skip
-        """Write the quantities and warnings on the validity of one run."""
-        self.deformation_over_tested[k] = peaks.deformation_ratio
-        self.current_over_tested[k] = peaks.current_ratio
-        self.moving_at_end[k], self.displacement_at_end[k] = end
-        self.contacts[k] = contacts
-        self.implausible[k], self.cautions[k] = BETWEEN.join(implausible), BETWEEN.join(cautions)

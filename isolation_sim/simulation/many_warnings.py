@@ -2,19 +2,38 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .plausibility import DISPLACED
 from .tested_range import OVER_TESTED, beyond_tests
 
-OF_RUNS = (
-    "unresolved", "moving_at_end", "displacement_at_end", "implausible", "cautions", "contacts",
-)  # fmt: skip
-"""Names of further quantities by run, in ``Batch`` and in a sweep's table."""
+
+class Validity(NamedTuple):
+    """Quantities and warnings on the validity of one run, in ``Batch`` and in a sweep's table."""
+
+    clamped: int = 0  # Commands that were clamped
+    # deformation_over_tested, current_over_tested: Peaks over those of the tests of the laws; 0
+    # without tests
+    deformation_over_tested: float = math.nan
+    current_over_tested: float = math.nan
+    unresolved: int = 0  # Steps that missed the tolerance
+    # moving_at_end, displacement_at_end: Whether the building still moves at the end, and the
+    # displacement at which the base stays, over its peak
+    moving_at_end: bool = False
+    displacement_at_end: float = math.nan
+    # implausible, cautions: Warnings about the inputs and of the controller
+    implausible: str = ""
+    cautions: str = ""
+    contacts: int = 0  # With moat walls and end stops
+
+
+OF_RUNS = Validity._fields[3:]
+"""Those beside clamped commands and the tested range."""
 
 BETWEEN = " | "
 """Separates the warnings of one run in a text."""

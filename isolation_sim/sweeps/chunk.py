@@ -12,9 +12,8 @@ from ..criterion import selected_criteria
 from ..errors import Diverged, InputError
 from ..io.columns import columns_bytes
 from ..io.results_folder import file_name
-from ..simulation.batch import Case, run_cases
-from ..simulation.many_warnings import BETWEEN
-from ..simulation.result import cautions_of
+from ..simulation.batch import Case, run_cases, validity_of
+from ..simulation.many_warnings import Validity
 from ..simulation.run import simulate
 from ..simulation.run_files import write_run
 from .design import CaseSpec, scenario_of
@@ -120,14 +119,7 @@ def _alone(row: Row) -> Run | None:
     assert row.job is not None and row.control is not None
     try:
         run = simulate(row.job.isolated, row.job.records, row.control, **row.job.options)
-        row.criteria, row.clamped = run.criteria, run.clamped
-        row.deformation_over_tested = run.reached_of_tests.deformation_ratio
-        row.current_over_tested = run.reached_of_tests.current_ratio
-        row.unresolved = run.unresolved
-        row.moving_at_end, row.displacement_at_end = run.end
-        row.contacts = sum(run.contacts.values())
-        row.implausible = BETWEEN.join(run.implausible)
-        row.cautions = BETWEEN.join(cautions_of({run.controller: run}))
+        row.criteria, row.validity = run.criteria, validity_of(run)
     except Exception as error:
         row.fail(error)
         return None
@@ -149,15 +141,9 @@ def _side_by_side(rows: Sequence[Row]) -> None:
         for row in rows:
             _alone(row)
         return
-    for k, row in enumerate(rows):
-        row.clamped = int(batch.clamped[k])
-        row.deformation_over_tested = float(batch.deformation_over_tested[k])
-        row.current_over_tested = float(batch.current_over_tested[k])
-        row.unresolved = int(batch.unresolved[k])
-        row.moving_at_end = bool(batch.moving_at_end[k])
-        row.contacts = int(batch.contacts[k])
-        row.displacement_at_end = float(batch.displacement_at_end[k])
-        row.implausible, row.cautions = str(batch.implausible[k]), str(batch.cautions[k])
+    validity = zip(*(getattr(batch, name).tolist() for name in Validity._fields), strict=True)
+    for k, (row, each) in enumerate(zip(rows, validity, strict=True)):
+        row.validity = Validity(*each)
         reason = batch.failure[k]
         if reason is None:
             row.criteria = {name: float(values[k]) for name, values in batch.criteria.items()}

@@ -12,8 +12,7 @@ from ..comparison import UNCONTROLLED
 from ..criteria import QUANTITIES, benchmark_criteria
 from ..errors import Diverged, InputError
 from ..simulation.ledger import Ledger
-from ..simulation.many_warnings import OF_RUNS
-from ..simulation.tested_range import OVER_TESTED
+from ..simulation.many_warnings import Validity
 
 if TYPE_CHECKING:
     from ..scenario import Job
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
     from .design import CaseSpec
 
 _TYPES = {bool: np.bool_, int: np.int64, float: np.float64, str: np.str_}
-_OF_RUNS = dict(zip(OF_RUNS, (int, bool, float, str, str, int), strict=True))
 
 
 @dataclass
@@ -36,20 +34,7 @@ class Row:
     # criteria, energy: Results, SI units
     criteria: dict[str, float] = field(default_factory=dict)
     energy: dict[str, float] = field(default_factory=dict)
-    clamped: int = 0  # Commands that were clamped
-    # deformation_over_tested, current_over_tested: Peaks over those of the tests of the laws; 0
-    # without tests
-    deformation_over_tested: float = np.nan
-    current_over_tested: float = np.nan
-    unresolved: int = 0  # Steps that missed the tolerance
-    # moving_at_end, displacement_at_end: Whether the building still moves at the end, and the
-    # displacement at which the base stays, over its peak
-    moving_at_end: bool = False
-    displacement_at_end: float = np.nan
-    # implausible, cautions: Warnings about the inputs and of the controller
-    implausible: str = ""
-    cautions: str = ""
-    contacts: int = 0  # With moat walls and end stops
+    validity: Validity = field(default_factory=Validity)
     # {"ok", "diverged", "refused", "error"}; refused: input that cannot be used, such as a current
     # outside the limits
     status: str = "ok"
@@ -116,11 +101,9 @@ def table_columns(
         columns[label] = np.array([kind(row.case.shown[label]) for row in rows], _TYPES[kind])
     for key in ("controller", "status", "reason"):
         columns[key] = np.array([getattr(row, key) for row in rows], str)
-    columns["clamped"] = np.array([row.clamped for row in rows], np.int64)
-    for key in OVER_TESTED:
-        columns[key] = np.array([getattr(row, key) for row in rows], float)
-    for key in OF_RUNS:
-        columns[key] = np.array([getattr(row, key) for row in rows], _TYPES[_OF_RUNS[key]])
+    for key, default in Validity()._asdict().items():
+        values = [getattr(row.validity, key) for row in rows]
+        columns[key] = np.array(values, _TYPES[type(default)])
     results = {
         name: np.array([row.criteria.get(name, np.nan) for row in rows])
         for name in (*criteria_names(), *further)

@@ -37,8 +37,8 @@ from isolation_sim.laws.current_dependence import CurrentDependence
 from isolation_sim.laws.registry import LAWS
 from isolation_sim.scenario.nonlinear import MoatWall
 from isolation_sim.simulation.batch import Case, simulate_many
+from isolation_sim.simulation.complex_modes import real_rows
 from isolation_sim.simulation.control import CoilDriver, Sensors
-from isolation_sim.simulation.modal import real_rows
 from isolation_sim.simulation.plan import modes_for
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import (
