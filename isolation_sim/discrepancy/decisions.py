@@ -223,7 +223,7 @@ their ranges many imitate a single one. Effort; seen on records of others.
 """
 STARTS_FITTED = 3
 """Starts of each cause that are fitted: those with the least misfit. Effort."""
-SIMULATED, LATE_SIMULATED = 16, 2
+SIMULATED, LATE_SIMULATED = 16, 4
 """Causes, of those that need a simulation, that are fitted: those that follow the residual best to
 first order; of those that are only tried late, fewer. Effort."""
 SCREENING_STEPS, REFINED = 4, 4

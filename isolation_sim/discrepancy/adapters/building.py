@@ -25,6 +25,7 @@ from ..building.comparison import (
     FittedBuilding,
     compare_records,
     coordinates,
+    is_at_bound,
     values_of,
     with_causes,
 )
@@ -370,7 +371,7 @@ def intervals(outcome: FittedBuilding) -> list[dict[str, Interval]]:
         fitted = {
             p.name: Interval(
                 v * p.factor, float(a * p.factor), float(b * p.factor), p.unit,
-                inference.at_bound(*coordinates([p, p, p], [v, p.lower, p.upper]).tolist()),
+                is_at_bound(p, v),
             )
             for p, v, a, b in zip(cause.parameters, values, lower, upper, strict=True)
         }  # fmt: skip
