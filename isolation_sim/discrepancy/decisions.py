@@ -38,7 +38,8 @@ CLEARLY_BETTER = 0.5
 the catalogue leaves; the catalogue's forms are only nearly right. Blind (cases ``outside``)."""
 WELL_EXPLAINED = 0.15
 """Share of the law's misfit. If the best effect beside others leaves less, no generic term is
-tried; one is not fitted either where a linear answer leaves so much more. Blind."""
+tried; one is not fitted either where a linear answer leaves so much more. Of a building: if its
+causes leave less, no unknown force is looked for. Blind."""
 
 # Device tests: does what was found stand on data that were not fitted?
 
@@ -180,8 +181,8 @@ MINOR_IN_BUILDING = 0.01
 left with it. Convention; seen on blind pairs.
 """
 NEARLY_RIGHT = 0.1
-"""Share of the error that even the right cause leaves, since its form is not exact. Blind
-buildings."""
+"""Share of the error that even the right cause leaves, since its form is not exact. Unknown forces
+whose squared errors differ by less than the square of it are not told apart. Blind buildings."""
 COMPLETES = 0.4
 """Share of what the causes before leave, on fitted and on held-out data, from which a cause counts
 however small a share of the whole misfit that is. Convention, seen on shaking-table cases of
@@ -222,7 +223,7 @@ their ranges many imitate a single one. Effort; seen on records of others.
 """
 STARTS_FITTED = 3
 """Starts of each cause that are fitted: those with the least misfit. Effort."""
-SIMULATED, LATE_SIMULATED = 16, 2
+SIMULATED, LATE_SIMULATED = 16, 4
 """Causes, of those that need a simulation, that are fitted: those that follow the residual best to
 first order; of those that are only tried late, fewer. Effort."""
 SCREENING_STEPS, REFINED = 4, 4
@@ -266,8 +267,9 @@ EQUATION_GAIN = 0.03
 """Share of the squared error on conditions left out that a term must remove. Blind (``outside``)
 and MR damper."""
 IMITATION = 0.25
-"""Share of the squared misfit left by causes below which an equation in their place says that they
-only imitated it. Convention; seen on blind cases (``outside:centred_bump``)."""
+"""Share of the squared misfit left by causes below which an equation in their place, or an unknown
+force on a building, says that they only imitated it. Convention; seen on blind cases
+(``outside:centred_bump``)."""
 EQUATION_STANDS_OUT = 0.2
 """Share of the squared residual that the strongest term must remove to be fitted through the
 simulation although the linear regression predicts no gain on conditions left out. Convention; seen

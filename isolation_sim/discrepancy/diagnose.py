@@ -123,7 +123,9 @@ def diagnose_building(
     diagnosis = BuildingDiagnosis(**vars(common), building=problem.building(result))
     explained = diagnosis.verdict in ("adequate", "explained")
     diverges = not np.isfinite([result.base.cost, result.best.cost]).all()
-    if tiers == "causes" or lacking or diverges or (tiers == "auto" and explained):
+    # terms stand in the isolators' law
+    needless = tiers == "auto" and (explained or problem.lacks_force_elsewhere)
+    if tiers == "causes" or lacking or diverges or needless:
         return diagnosis
     from .tiers.ladder import climb
 

@@ -25,10 +25,12 @@ from ..building.comparison import (
     FittedBuilding,
     compare_records,
     coordinates,
+    is_at_bound,
     values_of,
     with_causes,
 )
 from ..building.errors import mean_error, relative_errors, relative_noise, squared_blocks
+from ..building.localisation import ISOLATION_LAYER, UnknownForce, unknown_force
 from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
 from ..building.record_checks import check_quantities, record_problems, unmeasured_floors
@@ -74,8 +76,27 @@ class BuildingRecords(Problem[FittedBuilding]):
         """Search for causes, and fit the model again without each of them."""
         self.space, result = search_causes(self.first, self.most_causes, self.progress)
         self.progress("measuring the gain")
+        self.unknown = self._unknown(result.best)
+        self.imitations: tuple[str, ...] = ()
+        if self.unknown is not None:
+            best = self.space.comparison.fit((), self.unknown.beside)
+            self.imitations = tuple(c for c in result.best.causes if c not in best.causes)
+            result = replace(result, best=best)
         self.without = self.space.without_each(result.best) if result.best.cause_values else []
         return result
+
+    def _unknown(self, best: FittedBuilding) -> UnknownForce | None:
+        """An unknown force that leaves far less than the causes, where these leave much."""
+        space, segments = self.space, self.space.comparison.segments
+        chance = adequacy(segments(False) + segments(True), best.fitted + best.held_out)
+        if space.explains(best, chance):
+            return None
+        return unknown_force(space.comparison, space.before, best.cause_values)
+
+    @property
+    def lacks_force_elsewhere(self) -> bool:
+        """Whether the model lacks an unknown force in the structure."""
+        return self.unknown is not None and self.unknown.place != ISOLATION_LAYER
 
     def dependences(self, base: FittedBuilding) -> list[Dependence]:
         """Analyse the residual of the acceleration of the whole, the isolation layer's force."""
@@ -156,6 +177,8 @@ class BuildingRecords(Problem[FittedBuilding]):
             return ()
         segment, whitened = self.first.fitted[0], self.engineers.fitted[0]
         named = significant(dependences)
+        if self.unknown is not None:
+            named = (f"an unknown force at {self.unknown.place}", *named)
         if cell_p_values(segment, whitened).min() < DEPENDENCE_LEVEL:
             excess = (cell_means(whitened) - segment.expected) * segment.cell_sizes
             named = (*named, _cell(segment, int(np.argmax(excess))))
@@ -289,13 +312,29 @@ class BuildingRecords(Problem[FittedBuilding]):
             relative_errors(comparison, one, True) for one in (self.space.before, result.best)
         )
         return Text(
-            f"What remains has the chance {chance:.2g} if there is noise alone.",
+            f"What remains has the chance {chance:.2g} if there is noise alone."
+            + self._unknown_text(),
             ("channel", "error on data not fitted before, %", "after, %"),
             tuple(
                 (channel, f"{100 * b:.2f}", f"{100 * a:.2f}")
                 for channel, b, a in zip(self.records[0].channels, before, after, strict=True)
             ),
         )
+
+    def _unknown_text(self) -> str:
+        """The unknown force against the causes that it stands for."""
+        if self.unknown is None:
+            return ""
+        beside = [cause.label for cause, _ in self.unknown.beside]
+        sentences = (
+            f" With an unknown force at {self.unknown.place}"
+            f"{' beside ' * bool(beside)}{', '.join(beside)}, chosen freely at every frequency, "
+            f"{percent(max(self.unknown.left, 0.0))} % of the misfit would remain; with all causes "
+            f"that were found, {percent(self.unknown.left_by_causes)} % do."
+        )
+        if self.imitations:
+            sentences += f" They only imitate it: {', '.join(self.imitations)}."
+        return sentences
 
 
 def extended_device(model: BuildingModel) -> Device:
@@ -332,7 +371,7 @@ def intervals(outcome: FittedBuilding) -> list[dict[str, Interval]]:
         fitted = {
             p.name: Interval(
                 v * p.factor, float(a * p.factor), float(b * p.factor), p.unit,
-                inference.at_bound(*coordinates([p, p, p], [v, p.lower, p.upper]).tolist()),
+                is_at_bound(p, v),
             )
             for p, v, a, b in zip(cause.parameters, values, lower, upper, strict=True)
         }  # fmt: skip

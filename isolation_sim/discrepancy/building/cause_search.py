@@ -81,7 +81,7 @@ class CauseSearch:
                       f"{', '.join(current.causes)}")  # fmt: skip
         first = [cause for cause in self._choices if not cause.late]
         best = self._fits(current, first, SIMULATED)
-        if best and self.is_explained(best[0]):
+        if best and self.is_explained(best[0]) and not best[0].at_bound:
             return best
         late = [cause for cause in self._choices if cause.late]
         return _rank(best + self._fits(current, late, LATE_SIMULATED))
@@ -249,7 +249,8 @@ class CauseSearch:
                 continue
             fewer = [
                 cause for cause in self._choices
-                if len(cause.parameters) < len(many.parameters) and not cause.of_sensor
+                if len(cause.parameters) < len(many.parameters)
+                and not (cause.of_sensor or cause.late)
             ]  # fmt: skip
             without = self.comparison.fit((), (*before, *after))
             for other, starts in self._screened(without, fewer, RIVALS_TRIED):
@@ -263,7 +264,7 @@ class CauseSearch:
         for k in range(len(current.cause_values)):
             before, (cause, _), after = _around(current, k)
             for other in self._choices:
-                if other.key == cause.key and other is not cause:
+                if other.key == cause.key and other is not cause and not other.late:
                     starts = [(*before, (other, start), *after) for start in other.starts]
                     costs = [squared(self.comparison.fitted_residuals(one)) for one in starts]
                     trial = self.comparison.fit((), starts[int(np.argmin(costs))])

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...identification.least_squares import Optimum, levenberg_marquardt
 from ..decisions import FITTED_ENERGY, LESS_FITTED_ENERGY, MOST_NOISE
+from ..inference import at_bound
 from .candidate import Candidate, Parameter, Values
 from .model import JUMPS, BuildingModel
 from .noise import NoiseFloor, noise_floor
@@ -75,6 +76,14 @@ class FittedBuilding:
         # participation number), against that of noise of the same variance.
         power = np.concatenate([(part**2).sum(axis=2).ravel() for part in self.fitted])
         return self.n * float(min(2 * power.mean() ** 2 / np.mean(power**2), 1.0))
+
+    @property
+    def at_bound(self) -> bool:
+        """Whether a number of the last cause lies at its bound, so that others may act like it."""
+        if not self.cause_values:
+            return False
+        cause, values = self.cause_values[-1]
+        return any(is_at_bound(p, v) for p, v in zip(cause.parameters, values, strict=True))
 
     def criterion(self, n: float) -> float:
         """Schwarz's criterion; the less the better."""
@@ -332,6 +341,12 @@ def values_of(parameters: Sequence[Parameter], x: NDArray) -> list[float]:
         float(np.exp(min(c, 700.0)) if p.logarithmic else c)
         for p, c in zip(parameters, x, strict=True)
     ]
+
+
+def is_at_bound(parameter: Parameter, value: float) -> bool:
+    """Whether a value lies at a bound of its range."""
+    ends = [value, parameter.lower, parameter.upper]
+    return at_bound(*coordinates([parameter] * 3, ends).tolist())
 
 
 def _simulated(model: BuildingModel, record: BuildingRecord, end: int) -> NDArray:

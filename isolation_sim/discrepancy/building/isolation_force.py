@@ -20,9 +20,9 @@ from ...identification.parameterisation import Parameterisation
 from ...simulation.result import Run
 from ..decisions import LEAST_SENSOR_ERROR
 from ..device.model import Model
-from .candidate import TYPICAL_PERIOD
 from .channels import ISOLATOR, Channel
 from .comparison import CauseValues, Comparison, with_causes
+from .frequency_response import frequency_response, linear_stiffness
 from .model import BuildingModel, total_force_scale
 from .noise import NoiseFloor, smooth_spectrum, spectra
 from .record import BuildingRecord
@@ -182,30 +182,17 @@ def _responses(
 
     (n_frequencies, n_channels), m/s^2 or m a N; the same a m/s^2; (n_frequencies,), N/m.
     """
-    isolated = run.isolated
-    structure, n = isolated.structure, isolated.structure.n_dofs
-    omega = 2 * np.pi * frequencies[:, np.newaxis, np.newaxis]
-    dynamic = structure.stiffness + 1j * omega * structure.damping - omega**2 * structure.mass
-    layer = np.zeros(len(frequencies), dtype=complex)
-    for e, element in enumerate(isolated.elements):
-        current = 0.0 if element.channel is None else float(run.current[:, element.channel].mean())
-        alike = element.device.linearised(current, 1 / TYPICAL_PERIOD)
-        spring = alike.real + 1j * alike.imag * frequencies * TYPICAL_PERIOD
-        if e in model.isolators:
-            layer += spring
-        else:
-            row = element.direction
-            dynamic = dynamic + spring[:, np.newaxis, np.newaxis] * np.outer(row, row)
-    row = isolated.elements[model.isolators[0]].direction
+    structure = run.isolated.structure
+    row = run.isolated.elements[model.isolators[0]].direction
     influence = structure.influence[:, 0]
-    right = np.column_stack([row, structure.mass @ influence])
-    moved = -np.linalg.solve(dynamic, np.broadcast_to(right, (len(frequencies), *right.shape)))
-    speeds = (1j * omega) * moved
-    accelerations = -(omega**2) * moved
-    accelerations[:, :, 1] += influence
-    outputs = np.concatenate([moved, speeds, accelerations], axis=1)
-    columns = model.measured(record, isolated, run.outputs.names)[: 3 * n]
-    by_force, by_ground = np.einsum("fok,oc->kfc", outputs, columns)
+    forces = -np.column_stack([row, structure.mass @ influence])
+    by_force, by_ground = np.moveaxis(
+        frequency_response(model, record, run, frequencies, forces), 2, 0
+    )
+    # the ground carries the sensors of accelerations with it
+    n, columns = len(influence), model.measured(record, run.isolated, run.outputs.names)
+    by_ground = by_ground + influence @ columns[2 * n : 3 * n]
+    layer = np.sum([linear_stiffness(run, e, frequencies) for e in model.isolators], axis=0)
     return by_force, by_ground, layer
 
 

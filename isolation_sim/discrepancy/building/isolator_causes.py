@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ...effects import Effect
 from ...effects.effect import in_sentence
+from ...identification.characteristic_scales import characteristic_scale
 from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values
-from .isolator_effects import ISOLATOR_EFFECTS
+from .isolator_effects import ISOLATOR_EFFECTS, LATE_EFFECTS
 from .model import BuildingModel, force_scales, total_force_scale
 from .record import BuildingRecord
 
@@ -29,9 +31,21 @@ def layer_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Ite
 
 def current_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
     """Causes between the recorded current and the isolators."""
-    if model.device.depends_on_current and all(r.current is not None for r in records):
+    if _has_current(model, records):
         yield from _delays()
         yield from _limits(records)
+
+
+def _has_current(model: BuildingModel, records: Sequence[BuildingRecord]) -> bool:
+    """Whether the isolators depend on a current that was recorded."""
+    return model.device.depends_on_current and all(r.current is not None for r in records)
+
+
+def _highest_current(records: Sequence[BuildingRecord]) -> float:
+    """The highest recorded current, A; 1 A without one."""
+    peaks = [float(r.current.max()) for r in records if r.current is not None]
+    highest = max(peaks, default=0.0)
+    return highest if highest > 0 else 1.0
 
 
 def _linear(model: BuildingModel) -> Iterator[Candidate]:
@@ -92,32 +106,50 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     force = model.structure.total_mass * float(max(accelerations))
     # fitted in the device's own scale, reported in the building's, of all isolators together
     metre, newton = device.length, total_force_scale(model)
-    length, strength = deformation / metre, force / newton
-    speed = length * 2 * np.pi / TYPICAL_PERIOD
-    sizes = {
-        "m": length, "m/s": speed, "N": strength, "N/m": strength / length, "1/m": 1 / length
-    }  # fmt: skip
-    factors = {"m": metre, "m/s": metre, "N": newton, "N/m": newton / metre, "1/m": 1 / metre}
+    scales = _Scales(force / newton, deformation / metre, _highest_current(records), newton, metre)
     for name, effect in ISOLATOR_EFFECTS.items():
-        yield _around_the_law(name, effect, sizes, factors)
+        yield _around_the_law(name, effect, scales)
+    if any(law.directions > 1 for law in model.nominal.group_laws):
+        return
+    for name, effect in LATE_EFFECTS.items():
+        if effect.current is None or _has_current(model, records):
+            yield _around_the_law(name, effect, scales, late=True)
 
 
-def _around_the_law(
-    name: str, effect: Effect, sizes: dict[str, float], factors: dict[str, float]
-) -> Candidate:
+class _Scales(NamedTuple):
+    """Sizes of force, deformation and current in a device, and of the building over its own."""
+
+    force: float
+    length: float
+    current: float
+    newton: float
+    metre: float
+
+    def size(self, unit: str) -> float:
+        """Size of a quantity in the device, by its unit."""
+        time = TYPICAL_PERIOD / (2 * np.pi)
+        return characteristic_scale(unit, self.force, self.length, time, self.current)
+
+    def factor(self, unit: str) -> float:
+        """A quantity of the building over that of the device, by its unit."""
+        return characteristic_scale(unit, self.newton, self.metre, 1.0)
+
+
+def _around_the_law(name: str, effect: Effect, scales: _Scales, late: bool = False) -> Candidate:
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
         numbers = dict(zip(effect.parameter_names, values, strict=True))
         return replace(model, effects={**model.effects, effect: numbers})
 
     parameters = [
-        Parameter(q.name, q.unit, q.lower, q.upper, factor=factors.get(q.unit, 1.0))
+        Parameter(q.name, q.unit, q.lower, q.upper, factor=scales.factor(q.unit))
         for q in effect.parameters
     ]
     # an effect that does too much in full begins weakly
     starts = tuple(
         tuple(
             q.starts[min(k, len(q.starts) - 1)]
-            * sizes.get(q.unit, 1.0) * (share if q.strength else 1.0)
+            * (1.0 if q.unit in ("s", "1") else scales.size(q.unit))
+            * (share if q.strength else 1.0)
             for q in effect.parameters
         )
         for share in (1.0, _WEAK)
@@ -126,7 +158,7 @@ def _around_the_law(
     says = ", ".join(f"{q.name} {{{q.name}:.3g}} {q.unit}" for q in parameters)
     return Candidate(
         name, "", tuple(parameters), starts, apply,
-        f"{in_sentence(effect.title)} in the isolation layer ({says})", form=effect.form,
+        f"{in_sentence(effect.title)} in the isolation layer ({says})", form=effect.form, late=late,
     )  # fmt: skip
 
 

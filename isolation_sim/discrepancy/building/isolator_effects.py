@@ -1,9 +1,10 @@
 """Effects that the law of an isolation layer may lack.
 
 All of them stand around the law at once, those that are absent with strength zero: one law to
-compile, whatever combination is tried.
+compile, whatever combination is tried. Another law has the effects that are tried late, too.
 """
 
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,23 @@ ISOLATOR_EFFECTS: dict[str, Effect] = {
     "moat_impact": effect("end_stop", "power"),
 }
 """By the name of the cause in a building, in the order in which they act."""
+LATE_EFFECTS: dict[str, Effect] = {
+    "coulomb_friction": effect("coulomb_friction", "dahl"),
+    "stress_softening": effect("stress_softening", "hill"),
+    "cyclic_degradation": effect("cyclic_degradation"),
+    "self_heating": effect("self_heating"),
+    "weak_rate_dependence": effect("weak_rate_dependence", "thinning"),
+    "magnetic_remanence": effect("magnetic_remanence"),
+}
+"""Those that are tried late: other forms, and effects whose states take time to integrate."""
+
+
+def around_the_law(present: Collection[Effect]) -> tuple[Effect, ...]:
+    """The effects of the law that has some of them, those that are absent included."""
+    late = LATE_EFFECTS if any(one in LATE_EFFECTS.values() for one in present) else {}
+    every = (*ISOLATOR_EFFECTS.values(), *late.values(), *present)
+    # a law has one form of each
+    return tuple({one.cause: one for one in every}.values())
 
 
 def absent(one: Effect, size: float) -> dict[str, float]:

@@ -21,7 +21,7 @@ from ...simulation.result import Run
 from ...simulation.run import simulate
 from ...structures import IsolatedStructure, Structure
 from .channels import AXES, ROTATION
-from .isolator_effects import ISOLATOR_EFFECTS, absent
+from .isolator_effects import absent, around_the_law
 from .record import BuildingRecord
 
 FOUNDATION = "foundation"
@@ -91,7 +91,7 @@ class BuildingModel:
         if not self.effects:
             return device
         size = device.deformation_scale / device.length
-        around = ISOLATOR_EFFECTS.values()
+        around = around_the_law(self.effects)
         return extend(device, [(e, self.effects.get(e) or absent(e, size)) for e in around])
 
     def assembled(self) -> IsolatedStructure:

@@ -1,0 +1,114 @@
+"""The place of what a model misses: an unknown force against causes that only imitate it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import isolation_sim as iso
+from ground_motions import el_centro_1940
+from isolation_sim.discrepancy.building.causes import candidates
+from isolation_sim.discrepancy.building.comparison import compare_records, with_causes
+from isolation_sim.discrepancy.building.localisation import ISOLATION_LAYER, unknown_force
+from isolation_sim.discrepancy.building.model import building_model
+from isolation_sim.discrepancy.building.record import BuildingRecord
+from isolation_sim.discrepancy.diagnose import diagnose_building
+
+NOISE = 0.01
+CHANNELS = (
+    "base_acceleration_m_s2",
+    *(f"floor{k}_acceleration_m_s2" for k in range(1, 6)),
+    "isolator_displacement_m",
+)
+
+
+@pytest.fixture(scope="module")
+def isolated():
+    return iso.reference_building().on(iso.law("kelvin_voigt", {"k": 1.2e7, "c": 1.0e6}))
+
+
+def _blank(end=None):
+    ground = el_centro_1940()
+    ground = replace(ground, name="quake", acceleration=ground.acceleration[:end])
+    return BuildingRecord("quake", ground, {c: np.arange(len(ground)) % 3 - 1.0 for c in CHANNELS})
+
+
+def _record(model, end=None):
+    """Noisy channels of a building's model, up to a sample."""
+    blank, random = _blank(end), np.random.default_rng(1)
+    values = model.predict(blank)
+    values += NOISE * np.sqrt(np.mean(values**2, axis=0)) * random.standard_normal(values.shape)
+    return replace(blank, response=dict(zip(CHANNELS, values.T, strict=True)))
+
+
+def _cause(isolated, name, place, values):
+    blank = _blank()
+    listed = candidates(building_model(isolated, [blank]), [blank])
+    return next(one for one in listed if (one.name, one.place) == (name, place)), values
+
+
+def _with_damper(isolated):
+    """The same with a tuned mass of 5 % on the fifth floor, its last degree of freedom."""
+    structure = isolated.structure
+    mass, n = 0.05 * structure.total_mass, structure.n_dofs
+    row = np.eye(n + 1)[n] - np.eye(n + 1)[n - 1]
+    stiffness = mass * (2 * np.pi * 1.2) ** 2
+    damped = replace(
+        structure,
+        mass=np.pad(structure.mass, (0, 1)) + mass * np.diag(np.eye(n + 1)[n]),
+        damping=np.pad(structure.damping, (0, 1))
+        + 0.1 * np.sqrt(stiffness * mass) * np.outer(row, row),
+        stiffness=np.pad(structure.stiffness, (0, 1)) + stiffness * np.outer(row, row),
+        influence=np.append(structure.influence, np.ones((1, 1)), axis=0),
+        names=(*structure.names, "damper"),
+        drift_rows=np.pad(structure.drift_rows, ((0, 0), (0, 1))),
+    )
+    return damped.on(isolated.elements[0].device)
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "values", "found"),
+    [
+        ("storey_stiffness_loss", "storey3", (0.2,), "storey3"),
+        ("floor_mass_error", "floor2", (0.3,), "floor2"),
+        ("isolator_amplitude_softening", "", (0.4, 0.03, 2.0, 1.0), ISOLATION_LAYER),
+        ("storey_stiffness_loss", "storey1", (0.2,), "storey1 or floor1"),
+    ],
+)
+@pytest.mark.parametrize("end", [None, 250])
+def test_a_force_is_found_where_the_model_is_wrong(isolated, name, place, values, found, end):
+    """Also in a record that ends in strong motion."""
+    true = with_causes(
+        building_model(isolated, [_blank()]), (_cause(isolated, name, place, values),)
+    )
+    record = _record(true, end)
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    unknown = unknown_force(comparison, comparison.evaluate(()), ())
+    assert unknown is not None
+    assert unknown.place == found and unknown.beside == ()
+    assert unknown.left < 0.03 and unknown.left_by_causes == pytest.approx(1.0)
+
+
+def test_a_cause_that_is_needed_stays_beside_the_force(isolated):
+    right = _cause(isolated, "storey_stiffness_loss", "storey3", (0.6,))
+    other = _cause(isolated, "isolator_amplitude_softening", "", (0.4, 0.03, 2.0, 1.0))
+    wrong = _cause(isolated, "floor_mass_error", "floor4", (0.05,))
+    true = with_causes(building_model(isolated, [_blank()]), (right, other))
+    record = _record(true)
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    nominal = comparison.evaluate(())
+    unknown = unknown_force(comparison, nominal, (wrong, right))
+    assert unknown is not None
+    assert unknown.place == ISOLATION_LAYER and unknown.beside == (right,)
+    # both causes leave nothing that a force would explain
+    assert unknown_force(comparison, nominal, (right, other)) is None
+
+
+def test_a_tuned_mass_is_blamed_on_its_floor_and_on_no_cause(isolated):
+    record = _record(building_model(_with_damper(isolated), [_blank()]))
+    diagnosis = diagnose_building(record, isolated, tiers="causes")
+    assert diagnosis.verdict == "unexplained" and diagnosis.causes == ()
+    assert diagnosis.depends_on[0].startswith("an unknown force at floor5")
+    assert "only imitate it" in diagnosis.steps[-1].text
