@@ -62,9 +62,9 @@ def compile_in_parallel(scenario: Scenario, job: Job) -> Iterator[Callable[[str]
 
 def _is_first_use(job: Job) -> bool:
     """Whether the kernel is not compiled yet; False with an FMU, which only one process starts."""
-    from ..simulation.inputs import traceable
     from ..simulation.kernel.loading import is_compiled
     from ..simulation.plan import kernel_for
+    from ..simulation.run import traceable
     from ..simulation.unit_run import unit_element
 
     isolated = job.isolated

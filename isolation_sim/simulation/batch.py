@@ -30,13 +30,12 @@ from ..structures import IsolatedStructure
 from ..written_names import as_written
 from .contact import contacts_of_lane
 from .control import CoilDriver, Control, Sensors
-from .inputs import traceable
 from .kernel.loading import compiling
 from .many_warnings import BETWEEN, Validity, cautions_of_many, of_many, plausibility_of
 from .plan import Lane, Plan
 from .plausibility import end_state, input_warnings
 from .result import Run, cautions_of
-from .run import check_options, prepare_lane, simulate
+from .run import check_options, prepare_lane, simulate, traceable
 from .run_criteria import criteria_key, criteria_of_lanes
 from .tested_range import beyond_tests, compare_with_tests, peak_currents
 
@@ -282,13 +281,13 @@ def run_cases(
             if failures[at] is not None:
                 continue
             isolated, modes = lane.isolated, plan.modes[at]
-            reached = compare_with_tests(isolated, modes, work, criteria, currents, at)
+            peaks = compare_with_tests(isolated, modes, work, criteria, currents, at)
             cautions = getattr(cases[k].controller, "cautions", None)
             listed = cautions(lane.context, sensors) if cautions else ()
             results.validity[k] = Validity(
                 clamped,
-                reached.deformation_ratio,
-                reached.current_ratio,
+                peaks.deformation_ratio,
+                peaks.current_ratio,
                 unresolved,
                 *end_state(isolated, modes, work, at),
                 BETWEEN.join(input_warnings(isolated, modes, lane.records)),
@@ -328,11 +327,11 @@ def run_cases(
 
 def validity_of(run: Run) -> Validity:
     """Quantities and warnings on the validity of a run."""
-    reached = run.reached_of_tests
+    peaks = run.reached_of_tests
     return Validity(
         run.clamped,
-        reached.deformation_ratio,
-        reached.current_ratio,
+        peaks.deformation_ratio,
+        peaks.current_ratio,
         run.unresolved,
         *run.end,
         BETWEEN.join(run.implausible),

@@ -18,11 +18,11 @@ from ..criterion import Criterion, selected_criteria
 from ..errors import AccuracyWarning, InputError, warn
 from ..generated import COMPILED
 from ..laws.passive_switching import instantaneous
+from ..laws.trace_check import check_traceable
 from ..old_names import renamed_arguments
 from ..structures import IsolatedStructure
 from .control import CoilDriver, Control, RunContext, Schedule, Sensors
 from .controller_calls import calling, current_of
-from .inputs import one_per_direction, traceable
 from .kernel.loading import compiling
 from .kernel.slots import DECIDE
 from .plan import Lane, Plan, refusal
@@ -134,6 +134,18 @@ class NoControl:
     def current(self, t: float, measurement: Any) -> float:
         """No current."""
         return 0.0
+
+
+def traceable(isolated: IsolatedStructure) -> IsolatedStructure:
+    """Return the structure; raises `InputError` for laws that cannot be traced."""
+    for law in isolated.group_laws:
+        check_traceable(law)
+    return isolated
+
+
+def one_per_direction(ground: Record | Sequence[Record]) -> tuple[Record, ...]:
+    """Return the records of all directions."""
+    return (ground,) if isinstance(ground, Record) else tuple(ground)
 
 
 def check_options(tolerance: float, current_outside: str, computation_delay: float) -> None:

@@ -16,12 +16,11 @@ from ground_motions.argument_types import checked
 from ..errors import InputError
 from ..structures import IsolatedStructure
 from .control import CoilDriver, RunContext, Sensors
-from .inputs import one_per_direction
 from .kernel.loading import compiling
 from .kernel.slots import ALIVE
 from .outputs import output_names
 from .plan import Plan
-from .run import NoControl, check_options, prepare_lane
+from .run import NoControl, check_options, one_per_direction, prepare_lane
 
 
 class Outside(NoControl):

@@ -14,8 +14,7 @@ from ground_motions.argument_types import checked
 from ..errors import InputError, check_name
 from ..io.atomic_write import atomic_write
 from ..rendering import Printed, render
-from ..simulation.many_warnings import OF_RUNS, of_many
-from ..simulation.tested_range import OVER_TESTED
+from ..simulation.many_warnings import Validity, of_many
 
 if TYPE_CHECKING:
     import pandas
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 
     from .plan import SweepPlan
 
-_ACCOUNT = ("controller", "status", "reason", "clamped", *OVER_TESTED, *OF_RUNS)
+_ACCOUNT = ("controller", "status", "reason", *Validity._fields)
 
 
 @checked

@@ -34,7 +34,7 @@ class Row:
     # criteria, energy: Results, SI units
     criteria: dict[str, float] = field(default_factory=dict)
     energy: dict[str, float] = field(default_factory=dict)
-    validity: Validity = field(default_factory=Validity)
+    validity: Validity = field(default_factory=Validity)  # Of the run
     # {"ok", "diverged", "refused", "error"}; refused: input that cannot be used, such as a current
     # outside the limits
     status: str = "ok"
