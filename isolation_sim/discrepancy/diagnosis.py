@@ -248,7 +248,8 @@ class Diagnosis(Printed):
     unexplained_share : float
         Part of the misfit above the noise that remains, 0 to 1.
     depends_on : tuple of str
-        Variables that the residual depends on, before any cause was found.
+        Variables that the residual depends on, before any cause was found; of a building first the
+        place of an unknown force, where causes only imitate it.
     next_test : str or None
         The test that best distinguishes the causes that these data do not distinguish.
     steps : tuple of Step

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import InputError
 from ...simulation.result import Run
 from ..decisions import IMITATION, NEARLY_RIGHT, WELL_EXPLAINED
-from .channels import ROTATION
 from .comparison import CauseValues, Comparison, FittedBuilding, with_causes
 from .errors import excess_error
 from .frequency_response import end_response, frequency_response
@@ -50,17 +50,22 @@ def unknown_force(
     comparison: Comparison, nominal: FittedBuilding, causes: CauseValues
 ) -> UnknownForce | None:
     """Find the unknown force with the fewest causes beside it; None where causes do as well."""
+    if len(comparison.records[0].axes) > 1:
+        return None
     # the right model would leave little, and is looked for with weights that expect it
     expected = NEARLY_RIGHT * excess_error(comparison, nominal)
     segments = [
         make_segment(record, slice(0, len(record)), floor, expected)
         for record, floor in zip(comparison.records, comparison.floors, strict=True)
     ]
-    left = {
-        beside: _left(comparison, segments, beside)
-        for n in range(len(causes) + 1)
-        for beside in combinations(causes, n)
-    }
+    try:
+        left = {
+            beside: _left(comparison, segments, beside)
+            for n in range(len(causes) + 1)
+            for beside in combinations(causes, n)
+        }
+    except InputError:
+        return None  # an element beside the isolators that has no stiffness at rest
     misfit = left[()][_NOWHERE]
     by_causes = left[causes][_NOWHERE] / misfit if misfit > 0 else np.nan
     if not by_causes >= WELL_EXPLAINED:
@@ -117,7 +122,7 @@ def _without_ends(rest: NDArray) -> float:
     """Least squares of a residual beside what the motion at the record's end may add to it."""
     parts = rest.reshape(-1, rest.shape[2])
     parts = np.concatenate([parts.real, parts.imag])
-    ends = parts[:, 1:] / np.linalg.norm(parts[:, 1:], axis=0)
+    ends = parts[:, 1:] / np.maximum(np.linalg.norm(parts[:, 1:], axis=0), 1e-300)
     return float(np.sum((parts[:, 0] - ends @ np.linalg.lstsq(ends, parts[:, 0])[0]) ** 2))
 
 
@@ -129,16 +134,11 @@ def _places(
 
     structure, n = run.isolated.structure, run.isolated.structure.n_dofs
     layer = orth(np.transpose([run.isolated.elements[e].direction for e in model.isolators]))
-    levels = [dofs_by_level(model.structure, axis) for axis in (*record.axes, ROTATION)]
-    # not every level need turn
-    along = [dofs for dofs in levels if len(dofs) == len(levels[0])]
+    floors = dofs_by_level(model.structure, record.axes[0])[1:]
     places = [
         (ISOLATION_LAYER, np.empty((n, 0))),
         *zip(structure.storeys, structure.drift_rows[:, :, np.newaxis], strict=True),
-        *(
-            (f"floor{number}", np.eye(n)[:, list(dofs)])
-            for number, dofs in list(enumerate(zip(*along, strict=True)))[1:]
-        ),
+        *((f"floor{number}", np.eye(n)[:, [dof]]) for number, dof in enumerate(floors, start=1)),
     ]
     for place, forces in places:
         # with as many forces as channels nothing would remain

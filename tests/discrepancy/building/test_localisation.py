@@ -9,12 +9,14 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
+from isolation_sim.discrepancy.building import localisation
 from isolation_sim.discrepancy.building.causes import candidates
 from isolation_sim.discrepancy.building.comparison import compare_records, with_causes
 from isolation_sim.discrepancy.building.localisation import ISOLATION_LAYER, unknown_force
 from isolation_sim.discrepancy.building.model import building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.diagnose import diagnose_building
+from isolation_sim.errors import InputError
 
 NOISE = 0.01
 CHANNELS = (
@@ -104,6 +106,19 @@ def test_a_cause_that_is_needed_stays_beside_the_force(isolated):
     assert unknown.place == ISOLATION_LAYER and unknown.beside == (right,)
     # both causes leave nothing that a force would explain
     assert unknown_force(comparison, nominal, (right, other)) is None
+
+
+def test_an_element_without_stiffness_at_rest_leaves_the_causes(isolated, monkeypatch):
+    def raising(*arguments):
+        raise InputError("the law is not smooth at rest")
+
+    right = _cause(isolated, "storey_stiffness_loss", "storey3", (0.6,))
+    record = _record(with_causes(building_model(isolated, [_blank()]), (right,)))
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    nominal = comparison.evaluate(())
+    assert unknown_force(comparison, nominal, ()) is not None
+    monkeypatch.setattr(localisation, "frequency_response", raising)
+    assert unknown_force(comparison, nominal, ()) is None
 
 
 def test_a_tuned_mass_is_blamed_on_its_floor_and_on_no_cause(isolated):
