@@ -190,7 +190,7 @@ others.
 """
 INSTEAD = 0.5
 """Error that a search without the first cause must leave, over that of the search with it, for its
-causes to be named instead. Convention.
+causes to be named instead; and causes that are tried last, over the best of the others. Convention.
 """
 NOT_WORSE = 1.02
 """Largest factor by which a cause may raise the mean square in a half of the held-out time. Blind

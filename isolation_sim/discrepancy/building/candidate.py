@@ -46,6 +46,7 @@ class Candidate:
     # Fixed numbers to report beside the fitted ones: the storey's
     numbers: tuple[tuple[str, float], ...] = ()
     late: bool = False  # Whether it is only tried where no other cause explains the records
+    last: bool = False  # Whether it must then leave far less than the others, too
 
     @property
     def of_sensor(self) -> bool:

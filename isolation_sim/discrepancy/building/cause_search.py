@@ -76,15 +76,24 @@ class CauseSearch:
         return is_quiet(self.comparison, current)
 
     def candidates(self, current: FittedBuilding) -> list[FittedBuilding]:
-        """Fit all causes; late ones only where no other explains the records."""
+        """Fit all causes; late and last ones only where no other explains the records.
+
+        Last ones are left out unless they leave far less than the others.
+        """
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
-        first = [cause for cause in self._choices if not cause.late]
+        first = [cause for cause in self._choices if not (cause.late or cause.last)]
         best = self._fits(current, first, SIMULATED)
         if best and self.is_explained(best[0]) and not best[0].at_bound:
             return best
         late = [cause for cause in self._choices if cause.late]
-        return _rank(best + self._fits(current, late, LATE_SIMULATED))
+        best = _rank(best + self._fits(current, late, LATE_SIMULATED))
+        last = self._fits(current, [c for c in self._choices if c.last], LATE_SIMULATED)
+        if best and last:
+            left_by_last, left = (largest_excess(self.comparison, one[0]) for one in (last, best))
+            if not left_by_last < INSTEAD * left:  # flexible causes imitate simple ones
+                return best
+        return _rank(best + last)
 
     def _fits(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
@@ -250,7 +259,7 @@ class CauseSearch:
             fewer = [
                 cause for cause in self._choices
                 if len(cause.parameters) < len(many.parameters)
-                and not (cause.of_sensor or cause.late)
+                and not (cause.of_sensor or cause.late or cause.last)
             ]  # fmt: skip
             without = self.comparison.fit((), (*before, *after))
             for other, starts in self._screened(without, fewer, RIVALS_TRIED):
@@ -264,7 +273,7 @@ class CauseSearch:
         for k in range(len(current.cause_values)):
             before, (cause, _), after = _around(current, k)
             for other in self._choices:
-                if other.key == cause.key and other is not cause and not other.late:
+                if other.key == cause.key and other is not cause and not other.last:
                     starts = [(*before, (other, start), *after) for start in other.starts]
                     costs = [squared(self.comparison.fitted_residuals(one)) for one in starts]
                     trial = self.comparison.fit((), starts[int(np.argmin(costs))])

@@ -113,7 +113,7 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
         return
     for name, effect in LATE_EFFECTS.items():
         if effect.current is None or _has_current(model, records):
-            yield _around_the_law(name, effect, scales, late=True)
+            yield _around_the_law(name, effect, scales, last=True)
 
 
 class _Scales(NamedTuple):
@@ -135,7 +135,7 @@ class _Scales(NamedTuple):
         return characteristic_scale(unit, self.newton, self.metre, 1.0)
 
 
-def _around_the_law(name: str, effect: Effect, scales: _Scales, late: bool = False) -> Candidate:
+def _around_the_law(name: str, effect: Effect, scales: _Scales, last: bool = False) -> Candidate:
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
         numbers = dict(zip(effect.parameter_names, values, strict=True))
         return replace(model, effects={**model.effects, effect: numbers})
@@ -158,7 +158,7 @@ def _around_the_law(name: str, effect: Effect, scales: _Scales, late: bool = Fal
     says = ", ".join(f"{q.name} {{{q.name}:.3g}} {q.unit}" for q in parameters)
     return Candidate(
         name, "", tuple(parameters), starts, apply,
-        f"{in_sentence(effect.title)} in the isolation layer ({says})", form=effect.form, late=late,
+        f"{in_sentence(effect.title)} in the isolation layer ({says})", form=effect.form, last=last,
     )  # fmt: skip
 
 
