@@ -14,7 +14,7 @@ from ground_motions import Record, ResponseSpectrum
 from ground_motions.argument_types import checked
 
 from ..archive import FILE, save_archive
-from ..errors import check_name
+from ..errors import InputError, check_name
 from ..io.netcdf import write_netcdf
 from ..io.results_folder import files_into
 from ..named_values import Criteria
@@ -187,6 +187,10 @@ class Run(Printed, Trajectory):
         criteria = Criteria({name: float(values[0]) for name, values in result.items()})
         vars(self)["criteria"] = criteria  # the selected ones may use the others
         for one in self.selected:
+            if one.name in criteria:
+                raise InputError(
+                    f"criterion {one.name} is one of every run; expected: another name"
+                )
             criteria[one.name] = one.value(self)
         return criteria
 

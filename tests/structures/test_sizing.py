@@ -90,6 +90,16 @@ def test_effective_properties_of_spring_and_dashpot_are_exact(slab):
         isolated.effective(0.0)
 
 
+def test_springs_beside_the_isolators_limit_the_effective_period():
+    """A slab on springs of its own: isolators only make it stiffer."""
+    held = iso.from_matrices([[MASS]], [[0.0]], [[STIFFNESS]], name="slab")
+    device = iso.law("kelvin_voigt", {"k": 1.0, "c": 0.0})
+    found = held.on(device, effective_period_s=1.5, design_displacement_m=0.1).effective(0.1)
+    assert found.period == pytest.approx(1.5, rel=1e-8)
+    with pytest.raises(InputError, match=r"expected: below 1\.72 s, the period of slab without"):
+        held.on(device, effective_period_s=2.0, design_displacement_m=0.1)
+
+
 def test_an_effective_damping_is_reached_at_the_design_displacement():
     text = (
         "[structure]\nkind = 'shear'\nfloor_masses_kg = [2e5]\nbase_mass_kg = 1e5\n"
