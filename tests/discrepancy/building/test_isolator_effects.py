@@ -47,7 +47,7 @@ def _blank(current=False):
 
 def _late(isolated, record):
     model = building_model(isolated, [record])
-    listed = [one for one in candidates(model, [record]) if one.late]
+    listed = [one for one in candidates(model, [record]) if one.last]
     return model, {(one.name, one.form): one for one in listed}
 
 
