@@ -125,7 +125,7 @@ def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
         over height) if the storey heights are known, of ``isolation_force_N`` (all isolators and
         bearings) if only some of them have a coil, and of ``wall_force_N`` with moat walls. With a
         reference also ``J1`` to ``J9`` and the ``normalised_`` ratios of the module's docstring
-        (dimensionless). Last, those that were selected for the run.
+        (dimensionless). Those that were selected for the run are among them.
 
     Raises
     ------

@@ -203,10 +203,10 @@ class Isolator(_Device):
                     "expected: one of them, too"
                 )
             return self
-        others = (("length_scale", None), ("force_scale", None), ("count", 1.0), (periods[1], None))
-        for key, default in others:
-            if key != given[0] and getattr(self, key) != default:
-                raise InputError(f"{key} and {given[0]} are both set; expected: one of the two")
+        scales = {"length_scale": None, "force_scale": None, "count": 1.0}
+        others = [key for key, default in scales.items() if getattr(self, key) != default]
+        if clash := [*others, *given[1:]]:
+            raise InputError(f"{clash[0]} and {given[0]} are both set; expected: one of the two")
         device, displacement = self.device(), self.design_displacement_m
         if self.target_period_s is not None:
             device = scale_to_period(

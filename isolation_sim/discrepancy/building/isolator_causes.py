@@ -12,7 +12,7 @@ from ...effects import Effect
 from ...effects.effect import in_sentence
 from ...identification.characteristic_scales import characteristic_scale
 from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values
-from .isolator_effects import ISOLATOR_EFFECTS, LATE_EFFECTS
+from .isolator_effects import ISOLATOR_EFFECTS, LAST_EFFECTS
 from .model import BuildingModel, force_scales, total_force_scale
 from .record import BuildingRecord
 
@@ -111,7 +111,7 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
         yield _around_the_law(name, effect, scales)
     if any(law.directions > 1 for law in model.nominal.group_laws):
         return
-    for name, effect in LATE_EFFECTS.items():
+    for name, effect in LAST_EFFECTS.items():
         if effect.current is None or _has_current(model, records):
             yield _around_the_law(name, effect, scales, last=True)
 

@@ -1,7 +1,7 @@
 """Effects that the law of an isolation layer may lack.
 
 All of them stand around the law at once, those that are absent with strength zero: one law to
-compile, whatever combination is tried. Another law has the effects that are tried late, too.
+compile, whatever combination is tried. Another law has the effects that are tried last, too.
 """
 
 from collections.abc import Collection
@@ -57,7 +57,7 @@ ISOLATOR_EFFECTS: dict[str, Effect] = {
     "moat_impact": effect("end_stop", "power"),
 }
 """By the name of the cause in a building, in the order in which they act."""
-LATE_EFFECTS: dict[str, Effect] = {
+LAST_EFFECTS: dict[str, Effect] = {
     "coulomb_friction": effect("coulomb_friction", "dahl"),
     "stress_softening": effect("stress_softening", "hill"),
     "cyclic_degradation": effect("cyclic_degradation"),
@@ -65,13 +65,13 @@ LATE_EFFECTS: dict[str, Effect] = {
     "weak_rate_dependence": effect("weak_rate_dependence", "thinning"),
     "magnetic_remanence": effect("magnetic_remanence"),
 }
-"""Those that are tried late: other forms, and effects whose states take time to integrate."""
+"""Those that are tried last: other forms, and effects whose states take time to integrate."""
 
 
 def around_the_law(present: Collection[Effect]) -> tuple[Effect, ...]:
     """The effects of the law that has some of them, those that are absent included."""
-    late = LATE_EFFECTS if any(one in LATE_EFFECTS.values() for one in present) else {}
-    every = (*ISOLATOR_EFFECTS.values(), *late.values(), *present)
+    last = LAST_EFFECTS if any(one in LAST_EFFECTS.values() for one in present) else {}
+    every = (*ISOLATOR_EFFECTS.values(), *last.values(), *present)
     # a law has one form of each
     return tuple({one.cause: one for one in every}.values())
 

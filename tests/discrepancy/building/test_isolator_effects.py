@@ -13,7 +13,7 @@ from isolation_sim.discrepancy.building.causes import candidates
 from isolation_sim.discrepancy.building.comparison import compare_records, with_causes
 from isolation_sim.discrepancy.building.isolator_effects import (
     ISOLATOR_EFFECTS,
-    LATE_EFFECTS,
+    LAST_EFFECTS,
     around_the_law,
 )
 from isolation_sim.discrepancy.building.model import building_model
@@ -25,7 +25,7 @@ CHANNELS = (
     *(f"floor{k}_acceleration_m_s2" for k in range(1, 6)),
     "isolator_displacement_m",
 )
-SMOOTH, DAHL = (table["coulomb_friction"] for table in (ISOLATOR_EFFECTS, LATE_EFFECTS))
+SMOOTH, DAHL = (table["coulomb_friction"] for table in (ISOLATOR_EFFECTS, LAST_EFFECTS))
 
 
 def _isolated(by_current=0.0):
@@ -54,10 +54,10 @@ def _late(isolated, record):
 def test_a_law_has_one_form_of_each_effect():
     assert around_the_law([]) == tuple(ISOLATOR_EFFECTS.values())
     assert around_the_law([SMOOTH]) == tuple(ISOLATOR_EFFECTS.values())
-    for present in ([DAHL], [LATE_EFFECTS["self_heating"], SMOOTH]):
+    for present in ([DAHL], [LAST_EFFECTS["self_heating"], SMOOTH]):
         around = around_the_law(present)
         causes = [one.cause for one in around]
-        assert len(set(causes)) == len(causes) == len({*ISOLATOR_EFFECTS, *LATE_EFFECTS})
+        assert len(set(causes)) == len(causes) == len({*ISOLATOR_EFFECTS, *LAST_EFFECTS})
         assert set(present) <= set(around)
 
 
