@@ -42,7 +42,7 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
         )
     averaging = find_averaging(campaign.runs)
     none = np.zeros_like(averaging.widths)
-    data = _scaled(measured_runs(campaign.runs, Averaging(none, none)), base.length)
+    data = _scaled(measured_runs(campaign.runs, Averaging(none, none)), base)
     # as many currents as a polynomial has coefficients
     currents = np.arange(base.current.coefficients.shape[2], dtype=float)
     parameterisation = Parameterisation(base.law, currents, (1.0, 1.0, 1.0))
@@ -96,9 +96,15 @@ def _averaged(
     return (averaged, recorded) if keeps else (data, force)
 
 
-def _scaled(data: MeasuredRuns, length: float) -> MeasuredRuns:
-    """Runs in the length scale of the law's numbers."""
-    return replace(data, x=data.x / length, v=data.v / length, a=data.a / length)
+def _scaled(data: MeasuredRuns, base: Device) -> MeasuredRuns:
+    """Runs in the scales of the law's numbers; the forces stay in N."""
+    past, length, energy = data.past, base.length, base.length * base.force_scale
+    if past is not None:
+        past = past._replace(
+            deformation=past.deformation / length, travel=past.travel / length,
+            work=past.work / energy, dissipated=past.dissipated / energy,
+        )  # fmt: skip
+    return replace(data, x=data.x / length, v=data.v / length, a=data.a / length, past=past)
 
 
 def _notes(device: Device, campaign: Campaign) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """Effects that a law may lack: one file per effect, one line in the registry."""
 
-from .effect import Effect, EffectInPlan, EffectParameter, Signals
+from .effect import Effect, EffectInPlan, EffectParameter, Past, Signals
 from .extend import ExtendedLaw, extend, separate
 from .registry import EFFECTS, effect
 from .serialisation import device_section
@@ -11,6 +11,7 @@ __all__ = [
     "EffectInPlan",
     "EffectParameter",
     "ExtendedLaw",
+    "Past",
     "Signals",
     "device_section",
     "effect",

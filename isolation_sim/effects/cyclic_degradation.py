@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..laws.law import Quantity
-from .effect import Effect, EffectParameter, Signals
+from .effect import Effect, EffectParameter, Past, Signals
 from .followers import positive
 
 
@@ -47,6 +47,21 @@ def rates_work(signals: Signals, states: tuple, parameters: tuple) -> tuple:
 def rates_dissipation(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Work that is not given back, of the force that is left."""
     return (signals.force * signals.v * exponential(signals, states, parameters),)
+
+
+def carried_travel(past: Past, parameters: tuple) -> tuple:
+    """Way travelled in earlier tests."""
+    return (past.travel,)
+
+
+def carried_work(past: Past, parameters: tuple) -> tuple:
+    """Work of earlier tests."""
+    return (past.work,)
+
+
+def carried_dissipation(past: Past, parameters: tuple) -> tuple:
+    """Work of earlier tests that was not given back."""
+    return (past.dissipated,)
 
 
 def unlimited(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -81,6 +96,7 @@ FORMS = (
         parameters=(LOSS, _scale("m", "path length over which force is lost")),
         states=(TRAVEL,),
         factor=exponential,
+        carried=carried_travel,
         rates=rates_travel,
         source="exponential decay towards a stable cycle",
         gradual=True,
@@ -98,6 +114,7 @@ FORMS = (
         ),
         states=(TRAVEL,),
         factor=logarithmic,
+        carried=carried_travel,
         rates=rates_travel,
         source="loss with the logarithm of the number of cycles",
         gradual=True,
@@ -109,6 +126,7 @@ FORMS = (
         parameters=(LOSS, _scale("J", "work after which force is lost")),
         states=(Quantity("work", "J", "work done on the device"),),
         factor=exponential,
+        carried=carried_work,
         rates=rates_work,
         needs=frozenset({"force"}),
         source="damage by absorbed energy",
@@ -121,6 +139,7 @@ FORMS = (
         parameters=(LOSS, _scale("J", "dissipated energy after which force is lost")),
         states=(DISSIPATED,),
         factor=exponential,
+        carried=carried_dissipation,
         rates=rates_dissipation,
         needs=frozenset({"force"}),
         source="damage by dissipated energy",
@@ -138,6 +157,7 @@ FORMS = (
         ),
         states=(DISSIPATED,),
         factor=unlimited,
+        carried=carried_dissipation,
         rates=rates_unlimited,
         needs=frozenset({"force"}),
         source="damage in proportion to the dissipated energy and to what is left",

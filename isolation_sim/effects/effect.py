@@ -47,6 +47,30 @@ class Signals(NamedTuple):
     temperature: Any
 
 
+class Past(NamedTuple):
+    """Measured history of a device before a test.
+
+    Attributes
+    ----------
+    deformation : float, m
+        Largest deformation.
+    travel : float, m
+        Path length.
+    current : float, A
+        Largest coil current.
+    work : float, J
+        Work done on the device, without the work that it gave back.
+    dissipated : float, J
+        Work done on the device, less the work that it gave back.
+    """
+
+    deformation: Any
+    travel: Any
+    current: Any
+    work: Any
+    dissipated: Any
+
+
 @checked
 @dataclass(frozen=True)
 class EffectParameter(Quantity):
@@ -121,6 +145,9 @@ class Effect:
     start : callable or None
         ``start(signals, parameters)`` -> states at the start of a test, from its first signals;
         zeros where None.
+    carried : callable or None
+        ``carried(past, parameters)`` -> the least values of the states at the start of a test of a
+        device with a ``Past``; None where the past does not determine them.
     rates : callable or None
         -> tuple of the states' time derivatives.
     motion : callable or None
@@ -157,6 +184,7 @@ class Effect:
     parameters: tuple[EffectParameter, ...]
     states: tuple[Quantity, ...] = ()
     start: Callable[..., tuple] | None = None
+    carried: Callable[..., tuple] | None = None
     rates: Callable[..., tuple] | None = None
     motion: Callable[..., tuple] | None = None
     current: Callable[..., Any] | None = None

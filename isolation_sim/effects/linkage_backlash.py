@@ -2,8 +2,10 @@
 
 Forms:
 
-    play    law sees y, the play (backlash) of half-width `gap`: y stays while |x - y| < gap and is
-            dragged along otherwise; it starts in the middle of the gap
+    play        law sees y, the play (backlash) of half-width `gap`: y stays while |x - y| < gap and
+                is dragged along otherwise; it starts in the middle of the gap
+    dead_zone   law sees x less the part within `gap` of the centre: a spring brings the device back
+                to the middle of its clearance
 
 The displacement is measured on the rig's side of the linkage. Contact is elastic: it takes hold
 from 0.9 to 1.1 of the gap, and the device then sees the velocity of the rig. The memory of y
@@ -47,21 +49,35 @@ def start(signals: Signals, parameters: tuple) -> tuple:
     return (signals.x,)
 
 
+def motion_dead_zone(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Motion outside the dead zone."""
+    pressed, hold = _contact(signals.x, parameters[0])
+    return pressed, signals.v * hold
+
+
+GAP = EffectParameter(
+    "gap", "m", "half of the free play", lower=0.0, strength=True, starts=(0.01, 0.05),
+    difference=0.05,
+)  # fmt: skip
+
 FORMS = (
     Effect(
         cause="linkage_backlash",
         form="play",
         title="Linkage backlash",
-        parameters=(
-            EffectParameter(
-                "gap", "m", "half of the free play", lower=0.0, strength=True,
-                starts=(0.01, 0.05), difference=0.05,
-            ),
-        ),
+        parameters=(GAP,),
         states=(Quantity("keep", "m", "deformation from which the play is measured"),),
         start=start,
         rates=rates,
         motion=motion,
         source="Visintin (1994), play operator",
+    ),
+    Effect(
+        cause="linkage_backlash",
+        form="dead_zone",
+        title="Linkage backlash about the centre",
+        parameters=(GAP,),
+        motion=motion_dead_zone,
+        source="dead zone; Nordin & Gutman (2002), Automatica 38(10)",
     ),
 )  # fmt: skip

@@ -15,7 +15,7 @@ The states follow the current within a lag of 2 ms.
 from typing import Any
 
 from ..laws.law import Quantity
-from .effect import Effect, EffectParameter, Signals
+from .effect import Effect, EffectParameter, Past, Signals
 from .followers import RISE, beyond, positive, rise, rise_and_fade
 
 
@@ -35,6 +35,12 @@ def rates_play(signals: Signals, states: tuple, parameters: tuple) -> tuple:
 def start_play(signals: Signals, parameters: tuple) -> tuple:
     """The current has risen from zero."""
     return (beyond(signals.current, parameters[1]),)
+
+
+def carried_play(past: Past, parameters: tuple) -> tuple:
+    """Without current since an earlier test."""
+    dragged = beyond(past.current, parameters[1])
+    return (dragged - beyond(dragged, parameters[1]),)
 
 
 def current_largest(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -57,6 +63,11 @@ def start(signals: Signals, parameters: tuple) -> tuple:
     return (signals.current,)
 
 
+def carried_largest(past: Past, parameters: tuple) -> tuple:
+    """Earlier tests count."""
+    return (past.current,)
+
+
 SHARE = EffectParameter(
     "share", "1", "fraction of the remanent field", lower=0.0, upper=1.0, strength=True,
     starts=(0.1, 0.4),
@@ -77,6 +88,7 @@ FORMS = (
             ),
             states=(Quantity("kept", "A", "current in the play"),),
             start=first,
+            carried=carried_play if form == "play" else None,
             current=current,
             rates=rates_play,
             source="play operator: Visintin (1994), Differential Models of Hysteresis",
@@ -93,6 +105,7 @@ FORMS = (
         parameters=(SHARE,),
         states=(Quantity("largest", "A", "largest current so far"),),
         start=start,
+        carried=carried_largest,
         current=current_largest,
         rates=rates_largest,
         source="remanence of the major loop, linear",

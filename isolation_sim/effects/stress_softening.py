@@ -21,7 +21,7 @@ import numpy as np
 
 from ..laws.in_plan import length
 from ..laws.law import Quantity
-from .effect import Effect, EffectInPlan, EffectParameter, Signals
+from .effect import Effect, EffectInPlan, EffectParameter, Past, Signals
 from .followers import hill as hill_curve
 from .followers import positive, raised, rise
 
@@ -70,6 +70,11 @@ def start(signals: Signals, parameters: tuple) -> tuple:
     return (np.fabs(signals.x),)
 
 
+def carried(past: Past, parameters: tuple) -> tuple:
+    """Earlier tests count."""
+    return (past.deformation,)
+
+
 LARGEST = Quantity("largest", "m", "largest deformation so far")
 LOSS = EffectParameter(
     "loss", "1", "largest fraction of the force lost", lower=0.0, upper=0.95, strength=True,
@@ -90,6 +95,7 @@ _COMMON: dict[str, Any] = {
     "cause": "stress_softening",
     "states": (LARGEST,),
     "start": start,
+    "carried": carried,
     "rates": rates,
 }
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects.effect import REFERENCE_TEMPERATURE
+from ..effects.effect import REFERENCE_TEMPERATURE, Past
 from .force_channel import Averaging, find_averaging, moving_average
 from .holds import hold_still
 from .noise import channel_noise, sensor_noise
@@ -68,9 +68,9 @@ class MeasuredRuns:
     return_times: NDArray
     n_steps: NDArray  # (n_runs,) int: Integration steps a sample of a law under each run
     stiff: NDArray  # (n_runs,) bool: Whether these are steps for stiff laws, see ``Simulator``
-    # (n_runs, 2), m: Largest deformation and path length of all runs before each, in the order of
-    # the campaign; None where that is unknown
-    past: NDArray | None = field(default=None, kw_only=True)
+    # (n_runs,) each: What the device went through before each run, in the order of the campaign;
+    # None where that is unknown
+    past: Past | None = field(default=None, kw_only=True)
 
     @property
     def motion(self) -> Motion:
@@ -201,7 +201,7 @@ class MeasuredRuns:
             starts=np.concatenate([[0], np.cumsum(lengths[runs])]),
             **{name: getattr(self, name)[runs] for name in by_run},
             **{name: getattr(self, name)[self.fitted] for name in _BY_SAMPLE},
-            past=None if self.past is None else self.past[runs],
+            past=None if self.past is None else Past(*(one[runs] for one in self.past)),
         )
 
 
@@ -255,14 +255,25 @@ def _motion(run: TestRun) -> tuple[NDArray, NDArray, NDArray]:
     return hold_still(x, run.velocity, a, run.step)
 
 
-def _past(runs: Sequence[TestRun]) -> NDArray:
-    """Largest deformation and path length before each run, (n_runs, 2), m."""
-    largest = [float(np.max(np.abs(run.displacement))) for run in runs]
-    travel = [float(np.sum(np.abs(run.velocity))) * run.step for run in runs]
-    before = np.zeros((len(runs), 2))
-    before[1:, 0] = np.maximum.accumulate(largest)[:-1]
-    before[1:, 1] = np.cumsum(travel)[:-1]
-    return before
+def _past(runs: Sequence[TestRun]) -> Past:
+    """What the device went through in the runs before each, (n_runs,) each."""
+    power = [run.force * run.velocity for run in runs]
+
+    def before(of_runs: list[float], so_far: Callable[[NDArray], NDArray]) -> NDArray:
+        return so_far(np.array([0.0, *of_runs[:-1]]))
+
+    def integral(of_runs: list[NDArray]) -> list[float]:
+        return [float(np.sum(one)) * run.step for one, run in zip(of_runs, runs, strict=True)]
+
+    return Past(
+        deformation=before(
+            [float(np.max(np.abs(run.displacement))) for run in runs], np.maximum.accumulate
+        ),
+        travel=before(integral([np.abs(run.velocity) for run in runs]), np.cumsum),
+        current=before([float(np.max(run.current)) for run in runs], np.maximum.accumulate),
+        work=before(integral([np.maximum(one, 0.0) for one in power]), np.cumsum),
+        dissipated=before(integral(power), np.cumsum),
+    )
 
 
 def hold_out_some(data: MeasuredRuns, runs: Sequence[TestRun]) -> MeasuredRuns:

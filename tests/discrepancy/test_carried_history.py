@@ -39,17 +39,23 @@ def series(loss, keeps=True):
 
 def test_the_past_is_that_of_all_earlier_runs():
     data = measured_runs(series(0.0).runs)
-    assert data.past[0].tolist() == [0.0, 0.0]
-    assert data.past[:, 0] == pytest.approx([0, 2e-3, 6e-3, 6e-3, 6e-3, 6e-3, 6e-3], rel=1e-2)
-    assert np.all(np.diff(data.past[:, 1]) > 0)
+    past = data.past
+    assert [one[0] for one in past] == [0.0] * len(past)
+    assert past.deformation == pytest.approx([0, 2e-3, 6e-3, 6e-3, 6e-3, 6e-3, 6e-3], rel=1e-2)
+    assert np.all(np.diff(past.travel) > 0)
+    # of a spring and a dashpot, the work that is not given back is that of the dashpot
+    dissipated = [C * np.sum(data.v[run] ** 2) * dt for run, dt in zip(data.runs, data.dt)]
+    assert past.dissipated[1:] == pytest.approx(np.cumsum(dissipated)[:-1], rel=0.05)
+    assert np.all(past.work >= past.dissipated)
     # runs that are held out have been made all the same
-    fitted = data.without_held_out()
-    assert fitted.past.tolist() == np.delete(data.past, [2, 5], axis=0).tolist()
+    fitted = data.without_held_out().past
+    for some, every in zip(fitted, past, strict=True):
+        assert some.tolist() == np.delete(every, [2, 5]).tolist()
 
 
-def test_every_state_that_motion_tells_is_kept():
+def test_states_that_the_measured_history_tells_are_kept():
     names = {each.cause for forms in EFFECTS.values() for each in forms if can_carry_history(each)}
-    assert names == {"stress_softening", "cyclic_degradation"}
+    assert names >= {"stress_softening", "cyclic_degradation", "magnetic_remanence"}
     data = measured_runs(series(0.0).runs)
     wear = effect("cyclic_degradation")
     numbers = np.array([0.3, 0.4])
@@ -58,7 +64,7 @@ def test_every_state_that_motion_tells_is_kept():
     )
     first = data.starts[:-1]
     assert fresh[first] == pytest.approx(1.0)
-    assert going_on[first] == pytest.approx(1 - 0.3 * (1 - np.exp(-data.past[:, 1] / 0.4)))
+    assert going_on[first] == pytest.approx(1 - 0.3 * (1 - np.exp(-data.past.travel / 0.4)))
     assert of_device(carry_history(wear)) is wear and of_device(wear) is wear
 
 
@@ -71,3 +77,39 @@ def test_wear_is_named_whether_the_specimen_is_kept_or_new(keeps):
     assert cause.parameters["loss"].value == pytest.approx(0.3, rel=0.1)
     # the law that is written begins fresh
     assert [one.form for one in found.extended.law.effects] == [cause.form.removesuffix(", kept")]
+
+
+def magnetised(remembers, keeps=True):
+    """Runs of one spring and dashpot whose field remembers larger currents, by what it is told."""
+    rng = np.random.default_rng(4)
+    runs, before = [], 0.0
+    for k, current in enumerate([0.0, 0.5, 2.0, 0.0, 1.0, 0.5, 2.0, 0.0, 1.0, 0.5]):
+        time = np.arange(0.0, 4.0, 0.01)
+        x = 4e-3 * np.minimum(time, 1.0) * np.sin(2 * np.pi * (1 + k % 3) * time)
+        v = np.gradient(x, 0.01)
+        field = remembers(current, before)
+        before = max(before, current) if keeps else 0.0
+        force = (K + 0.3 * K * field) * x + (C + 0.5 * C * field) * v
+        force = force + 0.004 * np.std(force) * rng.standard_normal(len(x))
+        runs.append(TestRun(f"run_{k}", time, x, v, force, np.full_like(x, current), k in (4, 7)))
+    return Campaign("magnetised", "made", tuple(runs))
+
+
+@pytest.mark.parametrize(
+    ("form", "remembers"),
+    [
+        # dragged along 0.4 A behind the current, and left within 0.4 A of none
+        ("play, kept", lambda i, past: max(i - 0.4, min(max(past - 0.4, 0.0), 0.4))),
+        ("largest, kept", lambda i, past: i + 0.5 * max(past - i, 0.0)),
+    ],
+)
+def test_a_field_that_the_currents_of_earlier_runs_have_left_is_named(form, remembers):
+    found = diagnose(magnetised(remembers), "kelvin_voigt", tiers="causes")
+    (cause,) = found.causes
+    assert (cause.name, cause.form) == ("magnetic_remanence", form)
+    assert found.verdict == "explained"
+
+
+def test_a_field_that_is_new_in_each_run_asks_for_no_memory():
+    new = magnetised(lambda i, past: i + 0.5 * max(past - i, 0.0), keeps=False)
+    assert diagnose(new, "kelvin_voigt", tiers="causes").causes == ()

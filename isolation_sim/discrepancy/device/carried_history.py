@@ -2,7 +2,7 @@
 
 An effect of the catalogue begins each run on a fresh device. Here its state begins where the
 earlier runs have left it, held-out runs included, in the order in which the campaign lists them.
-Only states that follow from the measured motion can begin so.
+Only states that follow from the measured motion, current and force can begin so.
 """
 
 from __future__ import annotations
@@ -15,10 +15,6 @@ from numpy.typing import NDArray
 
 from ...effects import Effect
 from ...identification.measured_runs import MeasuredRuns
-
-_STATES = ("largest", "travel")
-"""States, in m, that begin with a column of ``MeasuredRuns.past``."""
-
 
 @dataclass(frozen=True, eq=False)
 class CarriedHistory(Effect):
@@ -36,8 +32,8 @@ def carry_history(effect: Effect) -> CarriedHistory:
 
 
 def can_carry_history(effect: Effect) -> bool:
-    """Whether an effect's state follows from the measured motion of earlier runs."""
-    return [(state.name, state.unit) for state in effect.states] in ([(s, "m")] for s in _STATES)
+    """Whether an effect's states follow from the measured history of a device."""
+    return effect.carried is not None
 
 
 def of_device(effect: Effect) -> Effect:
@@ -45,9 +41,8 @@ def of_device(effect: Effect) -> Effect:
     return effect.fresh if isinstance(effect, CarriedHistory) and effect.fresh else effect
 
 
-def first_states(effect: Effect, data: MeasuredRuns, first: NDArray) -> NDArray:
+def first_states(effect: Effect, data: MeasuredRuns, first: NDArray, p: NDArray) -> NDArray:
     """States at the start of each run, (n_runs, n_states), from those of a fresh device."""
-    if not isinstance(effect, CarriedHistory) or data.past is None:
+    if not isinstance(effect, CarriedHistory) or effect.carried is None or data.past is None:
         return first
-    column = _STATES.index(effect.states[0].name)
-    return np.maximum(first, data.past[:, [column]])
+    return np.maximum(first, np.column_stack(effect.carried(data.past, tuple(p))))

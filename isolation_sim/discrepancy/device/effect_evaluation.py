@@ -50,7 +50,7 @@ def evaluate(
         for run, k in enumerate(data.starts[:-1] + ahead.lead):
             signals = Signals(x[k], v[k], data.a[k], current[k], force[k], data.temperature[k])
             first[run] = effect.start(signals, tuple(parameters))
-    first = first_states(effect, data, first)
+    first = first_states(effect, data, first, parameters)
     rows = [name for name in HOOKS for _ in range(_width(effect, name))]
     out = np.empty((len(rows), len(x)))
     _compiled(effect).trajectory(
