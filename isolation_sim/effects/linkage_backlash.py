@@ -78,6 +78,6 @@ FORMS = (
         title="Linkage backlash about the centre",
         parameters=(GAP,),
         motion=motion_dead_zone,
-        source="dead zone; Nordin & Gutman (2002), Automatica 38(10)",
+        source="Nordin & Gutman (2002), dead zone",
     ),
 )  # fmt: skip

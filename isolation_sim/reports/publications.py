@@ -54,6 +54,10 @@ PUBLICATIONS = {
         "rubber, Proceedings of the Royal Society A 455 (1999), doi:10.1098/rspa.1999.0431."
     ),
     "Visintin (1994)": "A. Visintin, Differential Models of Hysteresis, Springer, 1994.",
+    "Nordin & Gutman (2002)": (
+        "M. Nordin, P.-O. Gutman, Controlling mechanical systems with backlash - a survey, "
+        "Automatica 38 (2002) 1633-1649."
+    ),
     "Spencer et al. (1997)": (
         "B. F. Spencer, S. J. Dyke, M. K. Sain, J. D. Carlson, Phenomenological model for "
         "magnetorheological dampers, Journal of Engineering Mechanics 123 (1997) 230-238."

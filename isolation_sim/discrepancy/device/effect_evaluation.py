@@ -23,6 +23,8 @@ from ...identification.run_starts import lead_in
 from ...laws.emit import function_text, straight_line, symbols
 from .carried_history import first_states
 
+_KINK = 0.5
+"""Change of a state's decay rate times the step, above which its rate has a kink in the step."""
 HOOKS = ("motion", "current", "factor", "force")
 
 
@@ -136,17 +138,29 @@ def _rosenbrock(effect: Effect, begin: Signals, end: Signals, h: Any, z: list, p
 
     rates, states = effect.rates, casadi.vertcat(*z)
     assert rates is not None
-    slope = casadi.vertcat(*rates(begin, tuple(z), p))
-    drift = GAMMA * (casadi.vertcat(*rates(end, tuple(z), p)) - slope)
-    by_states = casadi.jacobian(slope, states)
+    slope, slope_end = (casadi.vertcat(*rates(signals, tuple(z), p)) for signals in (begin, end))
+    by_states, by_states_end = (casadi.jacobian(one, states) for one in (slope, slope_end))
+    separate = by_states.sparsity().is_diag() or by_states.nnz() == 0
 
     def solved(right: Any) -> Any:
-        if by_states.sparsity().is_diag() or by_states.nnz() == 0:
-            diagonal = casadi.vertcat(*(1 - GAMMA * h * by_states[i, i] for i in range(len(z))))
-            return right / diagonal
+        if separate:
+            return right / (1 - GAMMA * h * casadi.diag(by_states))
         return casadi.solve(casadi.SX.eye(len(z)) - GAMMA * h * by_states, right)
 
+    drift = GAMMA * (slope_end - slope)
     first = solved(slope + drift)
-    moved = casadi.vertsplit(states + h * first)
-    second = solved(casadi.vertcat(*rates(end, tuple(moved), p)) - drift - 2 * first)
-    return casadi.vertsplit(states + h * (1.5 * first + 0.5 * second))
+    moved = states + h * first
+    second = solved(
+        casadi.vertcat(*rates(end, tuple(casadi.vertsplit(moved)), p)) - drift - 2 * first
+    )
+    new = states + h * (1.5 * first + 0.5 * second)
+    if not separate:
+        return casadi.vertsplit(new)
+    # Where a follower of peaks takes hold or lets go within the step, the method may pass the peak,
+    # which the follower never forgets. Implicit Euler does not.
+    decays = [casadi.diag(by_states), casadi.diag(by_states_end)]
+    decays += casadi.substitute([decays[1]], [states], [moved])
+    fastest, slowest = casadi.fmin(*decays[:2]), casadi.fmax(*decays[:2])
+    fastest, slowest = casadi.fmin(fastest, decays[2]), casadi.fmax(slowest, decays[2])
+    euler = states + h * slope_end / (1 - h * fastest)
+    return casadi.vertsplit(casadi.if_else(h * (slowest - fastest) > _KINK, euler, new))
