@@ -148,6 +148,9 @@ class Effect:
     carried : callable or None
         ``carried(past, parameters)`` -> the least values of the states at the start of a test of a
         device with a ``Past``; None where the past does not determine them.
+    recovery : callable or None
+        ``recovery(parameters)`` -> time constant, s, with which the only state h falls at rest. Of
+        unknown rests, ``carried`` is then the largest value. For factors exp(-h) only.
     rates : callable or None
         -> tuple of the states' time derivatives.
     motion : callable or None
@@ -185,6 +188,7 @@ class Effect:
     states: tuple[Quantity, ...] = ()
     start: Callable[..., tuple] | None = None
     carried: Callable[..., tuple] | None = None
+    recovery: Callable[..., Any] | None = None
     rates: Callable[..., tuple] | None = None
     motion: Callable[..., tuple] | None = None
     current: Callable[..., Any] | None = None

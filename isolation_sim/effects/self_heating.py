@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..laws.law import Quantity
-from .effect import Effect, EffectParameter, Signals
+from .effect import Effect, EffectParameter, Past, Signals
 from .followers import positive
 
 
@@ -35,6 +35,16 @@ def hyperbolic(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def rates_exponential(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Heat in, heat out."""
     return (_rate(signals, states[0], exponential(signals, states, parameters), parameters),)
+
+
+def carried(past: Past, parameters: tuple) -> tuple:
+    """Heat of earlier tests, without cooling."""
+    return (parameters[0] * past.dissipated,)
+
+
+def recovery(parameters: tuple) -> Any:
+    """Time constant of cooling."""
+    return parameters[1]
 
 
 def rates_hyperbolic(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -82,6 +92,8 @@ FORMS = (
         title="Self-heating",
         parameters=PARAMETERS,
         states=(WARMTH,),
+        carried=carried,
+        recovery=recovery,
         rates=rates_exponential,
         factor=exponential,
         needs=frozenset({"force"}),

@@ -2,7 +2,9 @@
 
 An effect of the catalogue begins each run on a fresh device. Here its state begins where the
 earlier runs have left it, held-out runs included, in the order in which the campaign lists them.
-Only states that follow from the measured motion, current and force can begin so.
+Only states that follow from the measured motion, current and force can begin so. A state that
+recovers in rests of unknown length begins between zero and the end of the run before, where the
+run's own forces are best met.
 """
 
 from __future__ import annotations
@@ -13,8 +15,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects import Effect
+from ...effects import Effect, Past
 from ...identification.measured_runs import MeasuredRuns
+
+_NEWTON_STEPS = 3
+"""Steps to the state at a run's start. Convergence: the last one changes it by less than 1 %."""
+
 
 @dataclass(frozen=True, eq=False)
 class CarriedHistory(Effect):
@@ -31,6 +37,16 @@ def carry_history(effect: Effect) -> CarriedHistory:
     return CarriedHistory(**{**same, "form": form, "title": title}, fresh=effect)
 
 
+def keeps_history(effect: Effect) -> bool:
+    """Whether an effect's state goes on from run to run."""
+    return isinstance(effect, CarriedHistory)
+
+
+def has_unknown_starts(effect: Effect) -> bool:
+    """Whether an effect's state at the start of each run is fitted to the run."""
+    return keeps_history(effect) and effect.recovery is not None
+
+
 def can_carry_history(effect: Effect) -> bool:
     """Whether an effect's states follow from the measured history of a device."""
     return effect.carried is not None
@@ -43,6 +59,32 @@ def of_device(effect: Effect) -> Effect:
 
 def first_states(effect: Effect, data: MeasuredRuns, first: NDArray, p: NDArray) -> NDArray:
     """States at the start of each run, (n_runs, n_states), from those of a fresh device."""
-    if not isinstance(effect, CarriedHistory) or effect.carried is None or data.past is None:
+    if not keeps_history(effect) or effect.carried is None or data.past is None:
         return first
     return np.maximum(first, np.column_stack(effect.carried(data.past, tuple(p))))
+
+
+def after_rests(
+    effect: Effect, data: MeasuredRuns, force: NDArray, factor: NDArray, p: NDArray
+) -> NDArray:
+    """State that rests of unknown length have left at the start of each run, (n_runs, 1)."""
+    # ``force``: of the law, N; ``factor``: of the effect on a fresh device, (n_samples,) each
+    assert effect.carried is not None and effect.recovery is not None and data.past is not None
+    time, before = effect.recovery(tuple(p)), Past(*(np.zeros(1) for _ in Past._fields))
+    heat = effect.carried(data.past, tuple(p))[0]  # before each run, without recovery
+    first, most, since = np.zeros((len(data.dt), 1)), 0.0, 0.0
+    for k, run in enumerate(data.runs):
+        dt = data.dt[k]
+        # runs that are left out here were made all the same
+        most += max(float(heat[k]) - since, 0.0)
+        fading = np.exp(-np.arange(run.stop - run.start) * dt / time)
+        fresh, measured = force[run] * factor[run], data.force[run]
+        for _ in range(_NEWTON_STEPS):
+            lost = fresh * np.exp(-first[k, 0] * fading)
+            slope = lost * fading
+            step = float((lost - measured) @ slope) / max(float(slope @ slope), 1e-300)
+            first[k] = np.clip(first[k] + step, 0.0, most)
+        work = float(np.sum(measured * data.v[run])) * dt
+        since = float(heat[k] + effect.carried(before._replace(dissipated=work), tuple(p))[0])
+        most = max(float(first[k, 0] * fading[-1] - np.log(max(factor[run][-1], 1e-300))), 0.0)
+    return first

@@ -21,7 +21,7 @@ from ...generated import load_written
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.run_starts import lead_in
 from ...laws.emit import function_text, straight_line, symbols
-from .carried_history import first_states
+from .carried_history import after_rests, first_states, has_unknown_starts
 
 _KINK = 0.5
 """Change of a state's decay rate times the step, above which its rate has a kink in the step."""
@@ -52,13 +52,21 @@ def evaluate(
         for run, k in enumerate(data.starts[:-1] + ahead.lead):
             signals = Signals(x[k], v[k], data.a[k], current[k], force[k], data.temperature[k])
             first[run] = effect.start(signals, tuple(parameters))
-    first = first_states(effect, data, first, parameters)
     rows = [name for name in HOOKS for _ in range(_width(effect, name))]
     out = np.empty((len(rows), len(x)))
-    _compiled(effect).trajectory(
-        data.starts, data.dt, *ahead, x, v, data.a, current, force, data.temperature,
-        np.ascontiguousarray(parameters, float), first, np.zeros(len(effect.states)), out,
-    )  # fmt: skip
+
+    def trajectory(first: NDArray) -> None:
+        _compiled(effect).trajectory(
+            data.starts, data.dt, *ahead, x, v, data.a, current, force, data.temperature,
+            np.ascontiguousarray(parameters, float), first, np.zeros(len(effect.states)), out,
+        )  # fmt: skip
+
+    if has_unknown_starts(effect) and data.past is not None:
+        trajectory(first)
+        factor = out[rows.index("factor")]
+        trajectory(after_rests(effect, data, force, factor, parameters))
+    else:
+        trajectory(first_states(effect, data, first, parameters))
     return {
         name: out[:2] if name == "motion" else out[rows.index(name)] for name in dict.fromkeys(rows)
     }
