@@ -44,7 +44,9 @@ def test_the_past_is_that_of_all_earlier_runs():
     assert past.deformation == pytest.approx([0, 2e-3, 6e-3, 6e-3, 6e-3, 6e-3, 6e-3], rel=1e-2)
     assert np.all(np.diff(past.travel) > 0)
     # of a spring and a dashpot, the work that is not given back is that of the dashpot
-    dissipated = [C * np.sum(data.v[run] ** 2) * dt for run, dt in zip(data.runs, data.dt)]
+    dissipated = [
+        C * np.sum(data.v[run] ** 2) * dt for run, dt in zip(data.runs, data.dt, strict=True)
+    ]
     assert past.dissipated[1:] == pytest.approx(np.cumsum(dissipated)[:-1], rel=0.05)
     assert np.all(past.work >= past.dissipated)
     # runs that are held out have been made all the same
@@ -55,7 +57,9 @@ def test_the_past_is_that_of_all_earlier_runs():
 
 def test_states_that_the_measured_history_tells_are_kept():
     names = {each.cause for forms in EFFECTS.values() for each in forms if can_carry_history(each)}
-    assert names >= {"stress_softening", "cyclic_degradation", "magnetic_remanence"}
+    assert names >= {
+        "stress_softening", "cyclic_degradation", "magnetic_remanence", "self_heating"
+    }  # fmt: skip
     data = measured_runs(series(0.0).runs)
     wear = effect("cyclic_degradation")
     numbers = np.array([0.3, 0.4])
@@ -113,3 +117,60 @@ def test_a_field_that_the_currents_of_earlier_runs_have_left_is_named(form, reme
 def test_a_field_that_is_new_in_each_run_asks_for_no_memory():
     new = magnetised(lambda i, past: i + 0.5 * max(past - i, 0.0), keeps=False)
     assert diagnose(new, "kelvin_voigt", tiers="causes").causes == ()
+
+
+GAIN, COOLING = 0.03, 30.0
+RESTS = (20.0, 600.0, 5.0, 60.0, 10.0, 10.0, 120.0, 5.0, 40.0)
+
+
+def warming():
+    """Runs of a spring and dashpot that its dissipation warms, and that cools in the rests."""
+    rng, dt = np.random.default_rng(7), 0.005
+    runs, starts, warmth = [], [], 0.0
+    for k, rest in enumerate(RESTS):
+        time = np.arange(0.0, 10.0, dt)
+        w = 2 * np.pi * (1 + k % 3)
+        x = (3e-3, 6e-3)[k % 2] * np.minimum(time, 1.0) * np.sin(w * time)
+        v = np.gradient(x, dt)
+        starts.append(warmth)
+        force = np.empty_like(x)
+        for i in range(len(x)):
+            force[i] = (K * x[i] + C * v[i]) * np.exp(-max(warmth, 0.0))
+            warmth += dt * (GAIN * force[i] * v[i] - warmth / COOLING)
+        warmth = max(warmth, 0.0) * np.exp(-rest / COOLING)
+        force = force + 0.004 * np.std(force) * rng.standard_normal(len(x))
+        runs.append(TestRun(f"run_{k}", time, x, v, force, np.zeros_like(x), k in (4, 7)))
+    return Campaign("warming", "made", tuple(runs)), np.array(starts)
+
+
+def test_the_warmth_that_rests_have_left_follows_from_each_run():
+    campaign, starts = warming()
+    heating, numbers = carry_history(effect("self_heating")), np.array([GAIN, COOLING])
+    every = measured_runs(campaign.runs)
+    # of fewer runs, those between have warmed the device all the same
+    for data, expected in ((every, starts), (every.without_held_out(), np.delete(starts, [4, 7]))):
+        law = K * data.x + C * data.v
+        factor = evaluate(heating, data, law, numbers)["factor"]
+        assert law * factor == pytest.approx(data.force, abs=0.05 * np.std(data.force))
+        found = -np.log(factor[data.starts[:-1]])
+        assert max(expected) > 0.1
+        assert found == pytest.approx(expected, abs=0.02 * max(expected))
+
+
+def test_no_run_begins_warmer_than_the_one_before_has_ended():
+    campaign, _ = warming()
+    heating, numbers = carry_history(effect("self_heating")), np.array([GAIN, COOLING])
+    data = measured_runs(campaign.runs)
+    # a law that is too strong asks for warmth from the start
+    law = 1.3 * (K * data.x + C * data.v)
+    warmth = -np.log(evaluate(heating, data, law, numbers)["factor"])
+    assert warmth[0] == 0
+    assert np.all(warmth[data.starts[1:-1]] <= warmth[data.starts[1:-1] - 1] + 1e-3)
+
+
+def test_heating_is_named_although_the_rests_are_unknown():
+    found = diagnose(warming()[0], "kelvin_voigt", tiers="causes")
+    (cause,) = found.causes
+    assert (cause.name, cause.form) == ("self_heating", "exponential, kept")
+    assert cause.parameters["gain"].value == pytest.approx(GAIN, rel=0.15)
+    assert found.verdict == "explained"

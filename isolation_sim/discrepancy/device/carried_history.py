@@ -18,9 +18,6 @@ from numpy.typing import NDArray
 from ...effects import Effect, Past
 from ...identification.measured_runs import MeasuredRuns
 
-_NEWTON_STEPS = 3
-"""Steps to the state at a run's start. Convergence: the last one changes it by less than 1 %."""
-
 
 @dataclass(frozen=True, eq=False)
 class CarriedHistory(Effect):
@@ -65,26 +62,22 @@ def first_states(effect: Effect, data: MeasuredRuns, first: NDArray, p: NDArray)
 
 
 def after_rests(
-    effect: Effect, data: MeasuredRuns, force: NDArray, factor: NDArray, p: NDArray
+    effect: Effect, data: MeasuredRuns, force: NDArray, factor: NDArray, first: NDArray, p: NDArray
 ) -> NDArray:
-    """State that rests of unknown length have left at the start of each run, (n_runs, 1)."""
-    # ``force``: of the law, N; ``factor``: of the effect on a fresh device, (n_samples,) each
+    """Move the states at the start of each run, (n_runs, 1), by a step to the forces of the run."""
+    # ``force``: of the law, N; ``factor``: of the effect that begins with ``first``, (n_samples,)
     assert effect.carried is not None and effect.recovery is not None and data.past is not None
-    time, before = effect.recovery(tuple(p)), Past(*(np.zeros(1) for _ in Past._fields))
-    heat = effect.carried(data.past, tuple(p))[0]  # before each run, without recovery
-    first, most, since = np.zeros((len(data.dt), 1)), 0.0, 0.0
+    time, fresh = effect.recovery(tuple(p)), Past(*(np.zeros(1) for _ in Past._fields))
+    before = effect.carried(data.past, tuple(p))[0]  # each run, without recovery
+    result, most, so_far = np.zeros_like(first), 0.0, 0.0
     for k, run in enumerate(data.runs):
-        dt = data.dt[k]
         # runs that are left out here were made all the same
-        most += max(float(heat[k]) - since, 0.0)
-        fading = np.exp(-np.arange(run.stop - run.start) * dt / time)
-        fresh, measured = force[run] * factor[run], data.force[run]
-        for _ in range(_NEWTON_STEPS):
-            lost = fresh * np.exp(-first[k, 0] * fading)
-            slope = lost * fading
-            step = float((lost - measured) @ slope) / max(float(slope @ slope), 1e-300)
-            first[k] = np.clip(first[k] + step, 0.0, most)
-        work = float(np.sum(measured * data.v[run])) * dt
-        since = float(heat[k] + effect.carried(before._replace(dissipated=work), tuple(p))[0])
-        most = max(float(first[k, 0] * fading[-1] - np.log(max(factor[run][-1], 1e-300))), 0.0)
-    return first
+        most += max(float(before[k]) - so_far, 0.0)
+        simulated = force[run] * factor[run]
+        slope = simulated * np.exp(-np.arange(len(simulated)) * data.dt[k] / time)
+        step = (simulated - data.force[run]) @ slope / max(slope @ slope, 1e-300)
+        result[k] = np.clip(first[k] + step, 0.0, most)
+        most = max(-float(np.log(max(factor[run][-1], 1e-300))), 0.0)
+        work = fresh._replace(dissipated=data.force[run] @ data.v[run] * data.dt[k])
+        so_far = float(before[k] + effect.carried(work, tuple(p))[0])
+    return result

@@ -25,6 +25,8 @@ from .carried_history import after_rests, first_states, has_unknown_starts
 
 _KINK = 0.5
 """Change of a state's decay rate times the step, above which its rate has a kink in the step."""
+_STEPS_TO_START = 3
+"""Steps to the unknown state at the start of a run. Convergence: the last one changes it by 1 %."""
 HOOKS = ("motion", "current", "factor", "force")
 
 
@@ -62,11 +64,13 @@ def evaluate(
         )  # fmt: skip
 
     if has_unknown_starts(effect) and data.past is not None:
-        trajectory(first)
-        factor = out[rows.index("factor")]
-        trajectory(after_rests(effect, data, force, factor, parameters))
+        for _ in range(_STEPS_TO_START):
+            trajectory(first)
+            factor = out[rows.index("factor")]
+            first = after_rests(effect, data, force, factor, first, parameters)
     else:
-        trajectory(first_states(effect, data, first, parameters))
+        first = first_states(effect, data, first, parameters)
+    trajectory(first)
     return {
         name: out[:2] if name == "motion" else out[rows.index(name)] for name in dict.fromkeys(rows)
     }

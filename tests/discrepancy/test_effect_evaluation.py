@@ -1,0 +1,44 @@
+"""Effects along measured runs, whose signals may jump from sample to sample."""
+
+import numpy as np
+import pytest
+
+from isolation_sim.discrepancy.device.effect_evaluation import evaluate
+from isolation_sim.effects import EFFECTS
+from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.run_table import TestRun
+
+FORMS = {form.form: form for form in EFFECTS["magnetic_remanence"]}
+
+
+def jumping_current(dt):
+    """A run whose current jumps every half second."""
+    time = np.arange(0.0, 6.0, dt)
+    x = 4e-3 * np.sin(2 * np.pi * time)
+    levels = np.array([0.3, 2.0, 0.2, 1.2, 0.0, 0.9, 2.5, 1.6, 0.4, 1.4, 0.1, 0.8])
+    current = levels[np.minimum((time / 0.5 + 1e-9).astype(int), 11)]
+    run = TestRun("jumps", time, x, np.gradient(x, dt), 2e4 * x, current)
+    return measured_runs([run])
+
+
+@pytest.mark.parametrize("dt", [1e-3, 2e-3, 5e-3, 1e-2])
+def test_a_play_is_dragged_by_a_jump_to_its_edge_and_no_further(dt):
+    data, half = jumping_current(dt), 0.5
+    exact, kept = [], max(data.current[0] - half, 0.0)
+    for current in data.current:
+        kept = min(max(kept, current - half), current + half)
+        exact.append(kept)
+    seen = evaluate(FORMS["play"], data, data.force, np.array([1.0, half]))["current"]
+    assert seen == pytest.approx(np.array(exact), abs=1e-9)
+
+
+@pytest.mark.parametrize("dt", [1e-3, 2e-3, 5e-3, 1e-2])
+def test_the_largest_current_is_that_of_the_jumps(dt):
+    data = jumping_current(dt)
+    largest = np.maximum.accumulate(data.current)
+    seen = evaluate(FORMS["largest"], data, data.force, np.array([0.5]))["current"]
+    # some milliseconds after a jump the lag of the memory is over
+    late = np.concatenate([[True], largest[1:] == largest[:-1]])
+    late = late & (np.arange(len(late)) * dt % 0.5 > 0.05)
+    exact = data.current + 0.5 * (largest - data.current)
+    assert seen[late] == pytest.approx(exact[late], abs=1e-6)
