@@ -16,8 +16,9 @@ def fitted(cost, *causes, n_values=3):
     residual = np.zeros(100)
     residual[len(causes)] = np.sqrt(cost)
     return SimpleNamespace(
-        cost=cost, effects=causes, causes=causes, values=np.zeros(n_values), residual=residual
-    )
+        cost=cost, effects=causes, causes=causes, values=np.zeros(n_values),
+        n_parameters=n_values, residual=residual,
+    )  # fmt: skip
 
 
 class Space(EffectSearch):

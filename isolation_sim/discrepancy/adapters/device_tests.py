@@ -44,7 +44,12 @@ from ..decisions import (
     WORSE,
 )
 from ..device.bounds import needs_bound
-from ..device.carried_history import can_carry_history, carry_history, of_device
+from ..device.carried_history import (
+    can_carry_history,
+    carry_history,
+    has_unknown_starts,
+    of_device,
+)
 from ..device.conditions import conditions
 from ..device.effect_search import EffectSearch
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
@@ -424,7 +429,7 @@ class DeviceTests(Problem[FittedModel]):
                     share=split[k],
                     p_value=inference.chi_squared_chance(
                         max(gain, 0.0) / space.noise_gain(without, searched),
-                        max(len(searched.values) - len(without.values), 1),
+                        max(searched.n_parameters - without.n_parameters, 1),
                         len(space.effects),
                     ),
                     parameters=numbers[k],
@@ -707,6 +712,11 @@ def _remarks(effect: Effect) -> str:
     remarks = []
     if not effect.of_device:
         remarks.append("It is in the instruments: a simulation does not have it.")
+    if has_unknown_starts(effect):
+        remarks.append(
+            "Rests between the runs are unknown: the state at the start of each run, held out or "
+            "not, follows from the forces of the run."
+        )
     if effect.alike:
         remarks.append(f"What looks alike: {effect.alike}.")
     return "".join(f" {one}" for one in remarks)

@@ -27,9 +27,7 @@ from ..decisions import (
     WELL_EXPLAINED,
     WORTH_REFITTING,
 )
-from .carried_history import has_unknown_starts
 from .generic_terms import OUTSIDE, with_each_power
-from .load_cell_offset import EACH_RUN
 from .model import FittedModel, fit_model
 from .screen import Direction, fit_direction, fit_directions, noise_gain, refine, refit, screen
 
@@ -268,9 +266,7 @@ class EffectSearch:
 
     def penalised(self, one: FittedModel, costs: NDArray) -> NDArray:
         """Costs of a model and of its parameters (Schwarz's criterion)."""
-        by_run = [e for e in one.effects if e is EACH_RUN or has_unknown_starts(e)]
-        count = len(one.values) + len(by_run) * (len(one.model.data.dt) - 1)
-        return costs + count * float(np.log(len(one.residual)))
+        return costs + one.n_parameters * float(np.log(len(one.residual)))
 
     def _helps(self, without: FittedModel, extended: FittedModel) -> bool:
         cost_without, cost = (np.array(one.cost) for one in (without, extended))

@@ -14,6 +14,7 @@ from ...effects.effect import EffectParameter
 from ...identification.characteristic_scales import characteristic_scale
 from ...identification.law_fit import LawModel
 from ...identification.least_squares import DETERMINED, Optimum, orthonormal, unit_columns
+from .carried_history import has_unknown_starts
 from .effect_evaluation import evaluate
 from .load_cell_offset import EACH_RUN, run_means
 
@@ -236,6 +237,12 @@ class FittedModel:
     def causes(self) -> tuple[str, ...]:
         """Causes of the effects."""
         return self.model.causes
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of values, and of those that each run has of its own."""
+        by_run = [e for e in self.effects if e is EACH_RUN or has_unknown_starts(e)]
+        return len(self.values) + len(by_run) * (len(self.model.data.dt) - 1)
 
     @cached_property
     def force(self) -> NDArray:
