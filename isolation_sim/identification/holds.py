@@ -15,6 +15,8 @@ _SLOW = 4e-3
 a quarter of a second about its crest."""
 _SCATTER = 5e-3
 """Scatter about the line, over the largest displacement, up to which it is noise."""
+_MOVES = 5.0
+"""Distance from the line over the scatter of the middle of a rest, from which the device moves."""
 _Motion = tuple[NDArray, NDArray, NDArray]
 
 
@@ -26,11 +28,26 @@ def hold_still(x: NDArray, v: NDArray, a: NDArray, step: float) -> _Motion:
     if not rests:
         return x, v, a
     x, v, a = x.copy(), v.copy(), a.copy()
-    for rest in rests:
+    for found in rests:
+        rest = _trimmed(x, found)
         time = step * np.arange(rest.stop - rest.start)
         slope, first = np.polyfit(time, x[rest], 1)
         x[rest], v[rest], a[rest] = first + slope * time, slope, 0.0
     return x, v, a
+
+
+def _trimmed(x: NDArray, rest: slice) -> slice:
+    """Leave out the ends of a rest in which the device still moves, or moves again."""
+    time = np.arange(rest.stop - rest.start)
+    quarter = len(time) // 4
+    middle = slice(quarter, len(time) - quarter)
+    line = np.polynomial.Polynomial.fit(time[middle], x[rest][middle], 1)
+    distance = np.abs(x[rest] - line(time))
+    moves = np.flatnonzero(distance > _MOVES * np.sqrt(np.mean(distance[middle] ** 2)))
+    before, after = moves[moves < quarter], moves[moves >= middle.stop]
+    first = int(before[-1]) + 1 if before.size else 0
+    end = int(after[0]) if after.size else len(time)
+    return slice(rest.start + first, rest.start + end)
 
 
 def _rests(x: NDArray, v: NDArray, step: float) -> Iterator[slice]:

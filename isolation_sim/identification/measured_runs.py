@@ -28,7 +28,12 @@ _SAME_CURRENT = 0.05
 """Difference over the largest current up to which runs have one current. Convention."""
 RUNAWAY = 10.0
 """Multiple of the largest measured force beyond which a model diverges."""
-_BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted")
+_JUMP = 0.05
+"""Change of the current from sample to sample, over the largest current, from which it jumps.
+Convention, seen on clean campaigns with anti-aliasing filters."""
+_BESIDE_JUMP = 0.01
+"""Factor on the weight of samples beside a jump of the current: next to none. Convention."""
+_BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted", "beside_jump")
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +54,9 @@ class MeasuredRuns:
     current: NDArray
     temperature: NDArray
     fitted: NDArray  # (n_samples,) bool: Whether a sample is fitted; the others are held out
+    # (n_samples,) bool: Whether the current jumps within two samples. Its instant is known to within
+    # a sample, and filters of the force act there, so that the sample counts for next to nothing
+    beside_jump: NDArray
     # force_noise, force_corner: (n_runs,), N, Hz: Standard deviation of the noise of each run's
     # force, and the corner of its low-pass; infinite if it is white
     force_noise: NDArray
@@ -99,8 +107,9 @@ class MeasuredRuns:
 
     @cached_property
     def weight(self) -> NDArray:
-        """One over each sample's ``sigma``, 1/N."""
-        return np.repeat(1 / self.sigma, self.lengths)
+        """One over each sample's ``sigma``, 1/N, and next to nothing beside a jump."""
+        every = np.repeat(1 / self.sigma, self.lengths)
+        return np.where(self.beside_jump, _BESIDE_JUMP, 1.0) * every
 
     def record(self, force: NDArray) -> NDArray:
         """Simulated force, (n_samples, ...), as the force channel records it."""
@@ -231,6 +240,7 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
             ]
         ),
         fitted=np.repeat([not run.hold_out for run in runs], lengths),
+        beside_jump=_beside_jumps([run.current for run in runs]),
         force_noise=force_noise,
         force_corner=np.full(len(runs), corner),
         displacement_noise=np.array([sensor_noise(run.displacement).deviation for run in runs]),
@@ -253,6 +263,22 @@ def _motion(run: TestRun) -> tuple[NDArray, NDArray, NDArray]:
     x, _, a = smooth(run.displacement, run.step)
     a = a if run.acceleration is None else run.acceleration
     return hold_still(x, run.velocity, a, run.step)
+
+
+def _beside_jumps(currents: Sequence[NDArray]) -> NDArray:
+    """Whether the current of each run jumps within two samples, (n_samples,) bool."""
+    least = _JUMP * max(float(np.max(np.abs(current))) for current in currents)
+    result = []
+    for current in currents:
+        change = np.abs(np.diff(current))
+        # a current that moves steadily moves as much two samples earlier or later
+        around = np.pad(change, 2)
+        jumps = change > np.maximum(least, 5 * np.maximum(around[:-4], around[4:]))
+        beside = np.zeros(len(current) + 2, bool)
+        for late in range(3):
+            beside[np.flatnonzero(jumps) + late] = True
+        result.append(beside[: len(current)])
+    return np.concatenate(result)
 
 
 def _past(runs: Sequence[TestRun]) -> Past:

@@ -56,3 +56,17 @@ def test_creep_after_a_ramp_keeps_its_speed():
     rest = (time > 2) & (time < 9)
     np.testing.assert_allclose(still[1][rest], 2e-3, rtol=0.4)
     np.testing.assert_allclose(still[0][rest], x[rest], atol=NOISE)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4, NOISE])
+def test_ends_of_ramps_are_no_part_of_a_rest(noise):
+    step, ramp = 1e-3, 0.35
+    time = np.arange(0, 8, step)
+    x, v = np.zeros_like(time), np.zeros_like(time)
+    for begin, height in ((0.6, 0.5), (1.8, 0.5), (3.0, -0.6), (4.2, -0.9), (6.0, 0.5)):
+        part = np.clip((time - begin) / ramp, 0, 1)
+        x += height * (1 - np.cos(np.pi * part)) / 2
+        v += height * np.pi / (2 * ramp) * np.sin(np.pi * part)
+    still = hold_still(noisy(x, noise), v, 0 * x, step)
+    assert np.max(np.abs(still[1] - v)) < (0.02 + 5 * noise**0.5) * np.max(np.abs(v))
+    assert np.all(np.abs(still[1][(time > 2.3) & (time < 2.9)]) < 1e-3)
