@@ -54,8 +54,8 @@ class MeasuredRuns:
     current: NDArray
     temperature: NDArray
     fitted: NDArray  # (n_samples,) bool: Whether a sample is fitted; the others are held out
-    # (n_samples,) bool: Whether the current jumps within two samples. Its instant is known to within
-    # a sample, and filters of the force act there, so that the sample counts for next to nothing
+    # (n_samples,) bool: Whether the current jumps within two samples. The instant of a jump is
+    # known to within a sample, and filters of the force act there: these samples count for little
     beside_jump: NDArray
     # force_noise, force_corner: (n_runs,), N, Hz: Standard deviation of the noise of each run's
     # force, and the corner of its low-pass; infinite if it is white

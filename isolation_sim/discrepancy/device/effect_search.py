@@ -27,6 +27,7 @@ from ..decisions import (
     WELL_EXPLAINED,
     WORTH_REFITTING,
 )
+from .carried_history import has_unknown_starts
 from .generic_terms import OUTSIDE, with_each_power
 from .model import FittedModel, fit_model
 from .screen import Direction, fit_direction, fit_directions, noise_gain, refine, refit, screen
@@ -262,10 +263,15 @@ class EffectSearch:
         return fit_direction(current, Direction(family, 0.0, 1.0, start))
 
     def _penalised(self, one: FittedModel) -> float:
-        return float(self.penalised(one, np.array(one.cost)))
+        return float(self.penalised(one, np.array(one.cost), np.array(1.0)))
 
-    def penalised(self, one: FittedModel, costs: NDArray) -> NDArray:
-        """Costs of a model and of its parameters (Schwarz's criterion)."""
+    def penalised(self, one: FittedModel, costs: NDArray, size: NDArray) -> NDArray:
+        """Costs of a model and of its parameters (Schwarz's criterion), on sets of runs."""
+        # ``size`` as in ``helps``. States that are fitted to each run follow any run a little:
+        # like a generic term they have to be clearly better.
+        if any(has_unknown_starts(effect) for effect in one.effects):
+            left = np.maximum(costs - size * self.noise_cost, 0.0)
+            costs = costs + (1 / CLEARLY_BETTER - 1) * left
         return costs + one.n_parameters * float(np.log(len(one.residual)))
 
     def _helps(self, without: FittedModel, extended: FittedModel) -> bool:

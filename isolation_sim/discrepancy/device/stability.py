@@ -51,8 +51,8 @@ def stability(space: EffectSearch, searched: FittedModel, seed: int) -> list[Sta
         helps = space.helps(without, searched, _costs(without, weights), costs, sizes, misfit)
         others = [one for one in rivals if np.isfinite(one.cost)]
         names = [name, *(one.causes[-1] for one in others)]
-        penalised = [space.penalised(searched, costs)]
-        penalised += [space.penalised(one, _costs(one, weights)) for one in others]
+        penalised = [space.penalised(searched, costs, sizes)]
+        penalised += [space.penalised(one, _costs(one, weights), sizes) for one in others]
         winners = np.array(names)[np.argmin(penalised, axis=0)]
         named = helps & (winners == name)
         wins = Counter(winners[winners != name].tolist())
