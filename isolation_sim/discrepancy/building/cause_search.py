@@ -27,6 +27,7 @@ from ..decisions import (
     MOST_BUILDING_CAUSES,
     NEARLY_RIGHT,
     NOT_WORSE,
+    PROMISING,
     QUIET,
     REFINED,
     REMAINS,
@@ -58,17 +59,16 @@ class CauseSearch:
         comparison: Comparison,
         most_causes: int = MOST_BUILDING_CAUSES,
         progress: Callable[[str], None] = lambda text: None,
-        without: tuple[str, str] | None = None,  # Name and place of a cause that is not tried
+        choices: Sequence[Candidate] | None = None,  # Causes that are tried; all by default
     ):
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
         self.before = comparison.evaluate(())
         self.rivals: dict[str, list[FittedBuilding]] = {}
         # for each cause taken, the others that came next to it, with their numbers
         self._others: dict[str, list[tuple[Candidate, Values]]] = {}
-        self._choices = [
-            cause for cause in candidates(comparison.model, comparison.records)
-            if cause.key != without
-        ]  # fmt: skip
+        self._choices = (
+            candidates(comparison.model, comparison.records) if choices is None else choices
+        )
         self._n_tests = len({choice.key for choice in self._choices})
 
     def is_explained(self, current: FittedBuilding) -> bool:
@@ -83,32 +83,42 @@ class CauseSearch:
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
         first = [cause for cause in self._choices if not (cause.late or cause.last)]
-        best = self._fits(current, first, SIMULATED)
+        best = self._refined(self._fits(current, first, SIMULATED))
         if best and self.is_explained(best[0]) and not best[0].at_bound:
             return best
         late = [cause for cause in self._choices if cause.late]
-        best = _rank(best + self._fits(current, late, LATE_SIMULATED))
+        best = _rank(best + self._refined(self._fits(current, late, LATE_SIMULATED)))
         last = self._fits(current, [c for c in self._choices if c.last], LATE_SIMULATED)
-        if best and last:
-            left_by_last, left = (largest_excess(self.comparison, one[0]) for one in (last, best))
-            if not left_by_last < INSTEAD * left:  # flexible causes imitate simple ones
+        if best:  # flexible causes imitate simple ones
+            last = self._refined([one for one in last if one.cost < best[0].cost])
+            least = INSTEAD * largest_excess(self.comparison, best[0])
+            if not (last and largest_excess(self.comparison, last[0]) < least):
                 return best
         return _rank(best + last)
 
     def _fits(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
     ) -> list[FittedBuilding]:
-        """Each cause's own numbers fitted roughly, the best causes with all numbers; best first."""
+        """Each cause's own numbers fitted roughly, by one step where others fit better by it."""
+        screened = self._screened(current, choices, most)
+
+        def fit(cause: Candidate, start: Values, steps: int) -> FittedBuilding:
+            return self.comparison.fit(current.cause_values, ((cause, start),), steps)
+
+        one_step = _rank([fit(cause, starts[0], 1) for cause, starts in screened])
+        all_starts = dict(screened)
         rough = []
-        for cause, starts in self._screened(current, choices, most):
-            fits = [
-                self.comparison.fit(current.cause_values, ((cause, start),), SCREENING_STEPS)
-                for start in starts
-            ]
+        for one in one_step[:PROMISING]:
+            cause, values = one.cause_values[-1]
+            fits = [fit(cause, start, SCREENING_STEPS) for start in all_starts[cause][1:]]
+            fits.append(fit(cause, values, SCREENING_STEPS - 1))
             rough.append(min(fits, key=lambda outcome: outcome.cost))
-        rough = _rank(rough)
+        return _rank(rough + one_step[PROMISING:])
+
+    def _refined(self, rough: Sequence[FittedBuilding]) -> list[FittedBuilding]:
+        """The best causes fitted with all numbers; best first."""
         refined = [self.comparison.fit((), one.cause_values) for one in rough[:REFINED]]
-        return _rank(refined + rough[REFINED:])
+        return _rank([*refined, *rough[REFINED:]])
 
     def _screened(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
@@ -288,20 +298,23 @@ def search_causes(
     progress: Callable[[str], None] = lambda text: None,
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Search for causes, again with more or less of a lone record fitted if its parts disagree."""
-    space, result = _search_as_expected(comparison, most_causes, progress)
+    choices = candidates(comparison.model, comparison.records)
+
+    space, result = _search_as_expected(comparison, most_causes, progress, choices)
     best, held_out = result.best, space.comparison.held_out
     left, left_fitted = (excess_error(space.comparison, best, part) for part in (True, False))
     if best.cause_values and left > REMAINS:
         # a cause that imitates two others, taken first, may keep both out
         first = best.cause_values[0][0].key
-        other = _search_as_expected(comparison, min(most_causes, 2), progress, first)
+        others = [cause for cause in choices if cause.key != first]
+        other = _search_as_expected(comparison, min(most_causes, 2), progress, others)
         if excess_error(other[0].comparison, other[1].best) < INSTEAD * left:
             return other
     if left < REMAINS < left_fitted:
         # what acts in strong motion alone is not seen in its end, which is held out
         reopened = comparison.fitting_less()
         if reopened is not None:
-            again = _search_as_expected(reopened, most_causes, progress)
+            again = _search_as_expected(reopened, most_causes, progress, choices)
             if largest_excess(again[0].comparison, again[1].best) < INSTEAD * left_fitted:
                 return again
     if best.cause_values or adequacy(held_out, best.held_out) >= MISFIT_LEVEL:
@@ -310,7 +323,7 @@ def search_causes(
     reopened = comparison.fitting_more()
     if reopened is None:
         return space, result
-    again = _search_as_expected(reopened, most_causes, progress)
+    again = _search_as_expected(reopened, most_causes, progress, choices)
     return again if again[1].best.cause_values else (space, result)
 
 
@@ -318,12 +331,12 @@ def _search_as_expected(
     comparison: Comparison,
     most_causes: int,
     progress: Callable[[str], None],
-    without: tuple[str, str] | None = None,
+    choices: Sequence[Candidate],
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Repeat the search until the best model leaves no more than the expected model error."""
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     while True:
-        space = CauseSearch(comparison.expecting(expected), most_causes, progress, without)
+        space = CauseSearch(comparison.expecting(expected), most_causes, progress, choices)
         result = search(space, space.before)
         left = excess_error(space.comparison, result.best)
         if left < max(2 * expected, relative_noise(space.comparison, True)):
