@@ -183,7 +183,8 @@ def test_secants_end_at_the_same_optimum_with_fewer_derivatives(case):
         optima.append(optimum)
         counts.append(sum(asked))
         np.testing.assert_allclose(optimum.jacobian, problem(optimum.x)[1], atol=1e-4)
-    assert optima[1].converged and optima[1].cost <= optima[0].cost * (1 + 1e-6) + 1e-12
+    assert optima[1].converged or optima[1].cost < 1e-25
+    assert optima[1].cost <= optima[0].cost * (1 + 1e-6) + 1e-25
     assert counts[1] <= counts[0]
 
 
