@@ -78,7 +78,7 @@ class CauseSearch:
     def candidates(self, current: FittedBuilding) -> list[FittedBuilding]:
         """Fit all causes; late and last ones only where no other explains the records.
 
-        Last ones are left out unless they leave far less than the others.
+        Last ones are ranked below the others unless they leave far less.
         """
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
@@ -90,10 +90,12 @@ class CauseSearch:
         best = _rank(best + self._refined(self._fits(current, late, LATE_SIMULATED)))
         last = self._fits(current, [c for c in self._choices if c.last], LATE_SIMULATED)
         if best:  # flexible causes imitate simple ones
-            last = self._refined([one for one in last if one.cost < best[0].cost])
-            least = INSTEAD * largest_excess(self.comparison, best[0])
-            if not (last and largest_excess(self.comparison, last[0]) < least):
-                return best
+            last = [one for one in last if _is_nearer(one, best[0], -STRONG_EVIDENCE)]
+        last = self._refined(last)
+        if best and last:
+            left_by_last, left = (largest_excess(self.comparison, one[0]) for one in (last, best))
+            if not left_by_last < INSTEAD * left:
+                return best + last
         return _rank(best + last)
 
     def _fits(
@@ -147,11 +149,13 @@ class CauseSearch:
     ) -> FittedBuilding | None:
         """Select the best cause on which all three views agree."""
         accepted = [one for one in tried if self._is_significant(current, one)]
-        if not accepted:
+        # last ones that are ranked below others are only rivals
+        eligible = [one for one in tried if _is_last(tried[0]) or not _is_last(one)]
+        best = _simplest_form([one for one in accepted if one in eligible])
+        if best is None:
             return None
-        best = _simplest_form(accepted)
-        self.rivals[best.causes[-1]] = _near(best, accepted)
-        self._others[best.causes[-1]] = _best_of_each(tried, best.cause_values[-1][0])
+        self.rivals[best.causes[-1]] = _near(current, best, accepted)
+        self._others[best.causes[-1]] = _best_of_each(eligible, best.cause_values[-1][0])
         return best
 
     def revise(self, taken: FittedBuilding) -> FittedBuilding:
@@ -186,9 +190,16 @@ class CauseSearch:
         return [self.before] if len(best.cause_values) == 1 else self._without_each(best)
 
     def removed_share(self, after: FittedBuilding) -> float:
-        """Share of the held-out misfit above the noise that a model removes, 0 to 1."""
-        noise = sum(segment.noise_cost for segment in self.comparison.held_out)
-        misfit, left = (max(one.held_out_cost - noise, 0.0) for one in (self.before, after))
+        """Share of the misfit above the noise that a model removes, 0 to 1.
+
+        That of the held-out data, or of the fitted data where the held-out ones show none.
+        """
+        segments, before = self.comparison.held_out, self.before.held_out
+        costs = self.before.held_out_cost, after.held_out_cost
+        if adequacy(segments, before) >= MISFIT_LEVEL:
+            segments, costs = self.comparison.fitted, (self.before.cost, after.cost)
+        noise = sum(segment.noise_cost for segment in segments)
+        misfit, left = (max(cost - noise, 0.0) for cost in costs)
         return float(np.clip(1 - left / misfit, 0.0, 1.0)) if misfit > 0 else 0.0
 
     def explains(self, after: FittedBuilding, chance: float) -> bool:
@@ -228,21 +239,29 @@ class CauseSearch:
 
     def _without_negligible(self, best: FittedBuilding) -> FittedBuilding:
         """Drop causes that correct too little of the signal, the least one first."""
-        nominal = mean_error(self.comparison, self.before, True) ** 2
+
+        def left(outcomes: Sequence[FittedBuilding]) -> NDArray:
+            errors = [
+                [mean_error(self.comparison, one, held_out) for held_out in (False, True)]
+                for one in outcomes
+            ]
+            # a model that diverges without a cause needs it
+            return np.nan_to_num(errors, nan=np.inf) ** 2
+
         while len(best.cause_values) > 1:
             trials = self._without_each(best)
-            errors = [mean_error(self.comparison, one, True) for one in (best, *trials)]
-            # a model that diverges without a cause needs it
-            left = np.nan_to_num(errors, nan=np.inf) ** 2
-            least = int(np.argmin(left[1:]))
-            without, corrected = trials[least], max(left[1 + least] - left[0], 0.0)
-            small = corrected < min(
-                MINOR_IN_BUILDING**2, LEAST_BUILDING_SHARE * (nominal - left[0])
+            nominal, after, *without = left([self.before, best, *trials])
+            # on fitted or held-out data: what acts in strong motion alone shows in one of them
+            corrected = np.maximum(without - after, 0.0)
+            least = int(np.argmin(corrected.max(axis=1)))
+            small = corrected[least] < np.minimum(
+                MINOR_IN_BUILDING**2, LEAST_BUILDING_SHARE * (nominal - after)
             )
-            completes = self.is_explained(best) and not self.is_explained(without)
-            if corrected > LEAST_SENSOR_ERROR**2 and (completes or not small):
+            completes = self.is_explained(best) and not self.is_explained(trials[least])
+            enough = corrected[least].max() > LEAST_SENSOR_ERROR**2
+            if enough and (completes or not small.all()):
                 break
-            best = without
+            best = trials[least]
         return best
 
     def _exchange_causes(self, current: FittedBuilding) -> FittedBuilding:
@@ -381,6 +400,11 @@ def _around(
     return causes[:place], causes[place], causes[place + 1 :]
 
 
+def _is_last(outcome: FittedBuilding) -> bool:
+    """Whether the newest cause is one that must leave far less than others."""
+    return outcome.cause_values[-1][0].last
+
+
 def _rank(outcomes: Sequence[FittedBuilding]) -> list[FittedBuilding]:
     if not outcomes:
         return []
@@ -406,8 +430,10 @@ def _left_along(residual: Sequence[NDArray], trial: Sequence[NDArray]) -> float:
     return float(before @ before) - float(before @ change) ** 2 / length
 
 
-def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding:
+def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding | None:
     """The best cause, in a form of fewer numbers if the data do not tell it from the best form."""
+    if not accepted:
+        return None
     best = accepted[0]
     n, cause = best.n_independent, best.cause_values[-1][0]
     alike = [
@@ -430,9 +456,13 @@ def _best_of_each(
     return list(best.values())[:RIVALS_TRIED]
 
 
-def _near(best: FittedBuilding, others: Sequence[FittedBuilding]) -> list[FittedBuilding]:
+def _near(
+    current: FittedBuilding, best: FittedBuilding, others: Sequence[FittedBuilding]
+) -> list[FittedBuilding]:
     """Models that the data do not tell from the best, one for each other cause."""
-    n = best.n_independent
+    n, allowance = best.n_independent, STRONG_EVIDENCE
+    if best.at_bound:  # it only acts like the right one, and none need have the exact form
+        allowance += n * np.log1p(NEARLY_RIGHT**2 * current.cost / best.cost)
     worse = [(one.causes[-1], one.criterion(n) - best.criterion(n)) for one in others]
-    near = rivals(best.causes[-1], worse, STRONG_EVIDENCE)
+    near = rivals(best.causes[-1], worse, allowance)
     return [next(one for one in others if one.causes[-1] == name) for name in near]
