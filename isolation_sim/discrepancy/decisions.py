@@ -221,8 +221,10 @@ MANY_NUMBERS = 3
 """Numbers of a cause from which simpler ones are tried in its place at the end: at the ends of
 their ranges many imitate a single one. Effort; seen on records of others.
 """
-STARTS_FITTED = 3
+STARTS_FITTED = 2
 """Starts of each cause that are fitted: those with the least misfit. Effort."""
+PROMISING = 8
+"""Causes that are fitted further after one step from the best start of each. Effort."""
 SIMULATED, LATE_SIMULATED = 16, 4
 """Causes, of those that need a simulation, that are fitted: those that follow the residual best to
 first order; of those that are only tried late, fewer. Effort."""

@@ -54,11 +54,14 @@ def levenberg_marquardt(
     tolerance: float = 1e-10,
     eager: bool = True,
     valley: float = 0.0,
+    secants: bool = False,
 ) -> Optimum:
     """Minimise half the sum of squared residuals within bounds.
 
     The search has also converged where ``VALLEY`` steps together lower the cost by less than the
-    share ``valley``.
+    share ``valley``. With ``secants``, for derivatives that cost much, each step updates them
+    (Broyden's method); they are computed again where a step fails and before the search has
+    converged.
 
     Notes
     -----
@@ -68,6 +71,7 @@ def levenberg_marquardt(
     """
     x = np.clip(start, lower, upper)
     residual, jacobian = problem(x, True)
+    stale = False  # whether the derivatives are updated ones
     cost = _cost(residual)
     damping, growth = 1e-3, 2.0
     costs = [cost]
@@ -83,35 +87,48 @@ def levenberg_marquardt(
         gradient = (residual @ jacobian) / norm
         below, above = (lower - x) * norm, (upper - x) * norm
         free = ((below < 0) | (gradient <= 0)) & ((above > 0) | (gradient >= 0))
-        if not free.any():
-            return Optimum(x, cost, residual, jacobian, iteration, True)
-        hopeful = eager
-        while True:
+        hopeful = eager and not secants
+        converged, gain = not free.any(), -1.0
+        while not converged:
             step, clipped = _step(gradient, curvature, free, damping, below, above)
             predicted = -float((gradient + 0.5 * (curvature @ step)) @ step)
-            if predicted <= tolerance * cost and not clipped:
-                return Optimum(x, cost, residual, jacobian, iteration, True)
-            gain = -1.0
-            if predicted > 0:
+            converged = predicted <= tolerance * cost and not clipped
+            if predicted > 0 and not converged:
                 trial = np.minimum(np.maximum(x + step / norm, lower), upper)
                 new_residual, new_jacobian = problem(trial, hopeful)
                 new_cost = _cost(new_residual)
                 gain = (cost - new_cost) / predicted
-            if gain > 0:
+            if gain > 0 or stale:
                 break
             hopeful = False
             damping, growth = damping * growth, growth * 2
-            if damping > 1e12:
-                return Optimum(x, cost, residual, jacobian, iteration, True)
+            converged = converged or damping > 1e12
+        if stale and not gain > 0:
+            jacobian, stale = problem(x, True)[1], False
+            continue
+        if converged:
+            return Optimum(x, cost, residual, jacobian, iteration, True)
         small = cost - new_cost <= tolerance * cost and not clipped
-        x, cost = trial, new_cost
-        residual, jacobian = (new_residual, new_jacobian) if hopeful else problem(x, True)
+        costs.append(new_cost)
+        flat = len(costs) > VALLEY and costs[-1 - VALLEY] - new_cost < valley * new_cost
+        ends = (small or flat) and not stale
+        if hopeful:
+            jacobian = new_jacobian
+        elif secants and not (small or flat):
+            jacobian, stale = _updated(jacobian, new_residual - residual, trial - x, norm), True
+        else:
+            jacobian, stale = problem(trial, True)[1], False
+        x, cost, residual = trial, new_cost, new_residual
         damping, growth = damping * max(1 / 3, 1 - (2 * gain - 1) ** 3), 2.0
-        costs.append(cost)
-        flat = iteration >= VALLEY and costs[-1 - VALLEY] - cost < valley * cost
-        if small or flat:
+        if ends:
             return Optimum(x, cost, residual, jacobian, iteration, True)
     return Optimum(x, cost, residual, jacobian, most, False)
+
+
+def _updated(jacobian: NDArray, change: NDArray, step: NDArray, norm: NDArray) -> NDArray:
+    """Derivatives that agree with a step, changed least in variables scaled by ``norm``."""
+    scaled = norm**2 * step
+    return jacobian + np.outer(change - jacobian @ step, scaled / (scaled @ step))
 
 
 def _step(

@@ -165,6 +165,29 @@ def test_asking_for_derivatives_early_changes_only_the_number_of_calls(case):
     assert calls[0] < calls[1] and steps[0] >= steps[1]
 
 
+@pytest.mark.parametrize("case", CASES)
+def test_secants_end_at_the_same_optimum_with_fewer_derivatives(case):
+    problem, start, lower, upper = CASES[case]
+    limits, asked = (np.array(lower), np.array(upper)), []
+
+    def counted(x, derivatives):
+        asked.append(derivatives)
+        return problem(x)
+
+    optima, counts = [], []
+    for secants in (False, True):
+        asked.clear()
+        optimum = levenberg_marquardt(
+            counted, np.array(start), *limits, 200, eager=False, secants=secants
+        )
+        optima.append(optimum)
+        counts.append(sum(asked))
+        np.testing.assert_allclose(optimum.jacobian, problem(optimum.x)[1], atol=1e-4)
+    assert optima[1].converged or optima[1].cost < 1e-25
+    assert optima[1].cost <= optima[0].cost * (1 + 1e-6) + 1e-25
+    assert counts[1] <= counts[0]
+
+
 def test_a_search_along_a_flat_valley_ends():
     def banana(x, _):  # Rosenbrock's valley, under a misfit that nothing changes
         residual = np.array([100 * (x[1] - x[0] ** 2), 1 - x[0], 30.0])

@@ -27,6 +27,7 @@ from ..decisions import (
     MOST_BUILDING_CAUSES,
     NEARLY_RIGHT,
     NOT_WORSE,
+    PROMISING,
     QUIET,
     REFINED,
     REMAINS,
@@ -58,17 +59,16 @@ class CauseSearch:
         comparison: Comparison,
         most_causes: int = MOST_BUILDING_CAUSES,
         progress: Callable[[str], None] = lambda text: None,
-        without: tuple[str, str] | None = None,  # Name and place of a cause that is not tried
+        choices: Sequence[Candidate] | None = None,  # Causes that are tried; all by default
     ):
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
         self.before = comparison.evaluate(())
         self.rivals: dict[str, list[FittedBuilding]] = {}
         # for each cause taken, the others that came next to it, with their numbers
         self._others: dict[str, list[tuple[Candidate, Values]]] = {}
-        self._choices = [
-            cause for cause in candidates(comparison.model, comparison.records)
-            if cause.key != without
-        ]  # fmt: skip
+        self._choices = (
+            candidates(comparison.model, comparison.records) if choices is None else choices
+        )
         self._n_tests = len({choice.key for choice in self._choices})
 
     def is_explained(self, current: FittedBuilding) -> bool:
@@ -78,37 +78,49 @@ class CauseSearch:
     def candidates(self, current: FittedBuilding) -> list[FittedBuilding]:
         """Fit all causes; late and last ones only where no other explains the records.
 
-        Last ones are left out unless they leave far less than the others.
+        Last ones are ranked below the others unless they leave far less.
         """
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
         first = [cause for cause in self._choices if not (cause.late or cause.last)]
-        best = self._fits(current, first, SIMULATED)
+        best = self._refined(self._fits(current, first, SIMULATED))
         if best and self.is_explained(best[0]) and not best[0].at_bound:
             return best
         late = [cause for cause in self._choices if cause.late]
-        best = _rank(best + self._fits(current, late, LATE_SIMULATED))
+        best = _rank(best + self._refined(self._fits(current, late, LATE_SIMULATED)))
         last = self._fits(current, [c for c in self._choices if c.last], LATE_SIMULATED)
+        if best:  # flexible causes imitate simple ones
+            last = [one for one in last if _is_nearer(one, best[0], -STRONG_EVIDENCE)]
+        last = self._refined(last)
         if best and last:
             left_by_last, left = (largest_excess(self.comparison, one[0]) for one in (last, best))
-            if not left_by_last < INSTEAD * left:  # flexible causes imitate simple ones
-                return best
+            if not left_by_last < INSTEAD * left:
+                return best + last
         return _rank(best + last)
 
     def _fits(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
     ) -> list[FittedBuilding]:
-        """Each cause's own numbers fitted roughly, the best causes with all numbers; best first."""
+        """Each cause's own numbers fitted roughly, by one step where others fit better by it."""
+        screened = self._screened(current, choices, most)
+
+        def fit(cause: Candidate, start: Values, steps: int) -> FittedBuilding:
+            return self.comparison.fit(current.cause_values, ((cause, start),), steps)
+
+        one_step = _rank([fit(cause, starts[0], 1) for cause, starts in screened])
+        all_starts = dict(screened)
         rough = []
-        for cause, starts in self._screened(current, choices, most):
-            fits = [
-                self.comparison.fit(current.cause_values, ((cause, start),), SCREENING_STEPS)
-                for start in starts
-            ]
+        for one in one_step[:PROMISING]:
+            cause, values = one.cause_values[-1]
+            fits = [fit(cause, start, SCREENING_STEPS) for start in all_starts[cause][1:]]
+            fits.append(fit(cause, values, SCREENING_STEPS - 1))
             rough.append(min(fits, key=lambda outcome: outcome.cost))
-        rough = _rank(rough)
+        return _rank(rough + one_step[PROMISING:])
+
+    def _refined(self, rough: Sequence[FittedBuilding]) -> list[FittedBuilding]:
+        """The best causes fitted with all numbers; best first."""
         refined = [self.comparison.fit((), one.cause_values) for one in rough[:REFINED]]
-        return _rank(refined + rough[REFINED:])
+        return _rank([*refined, *rough[REFINED:]])
 
     def _screened(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
@@ -137,11 +149,13 @@ class CauseSearch:
     ) -> FittedBuilding | None:
         """Select the best cause on which all three views agree."""
         accepted = [one for one in tried if self._is_significant(current, one)]
-        if not accepted:
+        # last ones that are ranked below others are only rivals
+        eligible = [one for one in tried if _is_last(tried[0]) or not _is_last(one)]
+        best = _simplest_form([one for one in accepted if one in eligible])
+        if best is None:
             return None
-        best = _simplest_form(accepted)
-        self.rivals[best.causes[-1]] = _near(best, accepted)
-        self._others[best.causes[-1]] = _best_of_each(tried, best.cause_values[-1][0])
+        self.rivals[best.causes[-1]] = _near(current, best, accepted)
+        self._others[best.causes[-1]] = _best_of_each(eligible, best.cause_values[-1][0])
         return best
 
     def revise(self, taken: FittedBuilding) -> FittedBuilding:
@@ -176,9 +190,16 @@ class CauseSearch:
         return [self.before] if len(best.cause_values) == 1 else self._without_each(best)
 
     def removed_share(self, after: FittedBuilding) -> float:
-        """Share of the held-out misfit above the noise that a model removes, 0 to 1."""
-        noise = sum(segment.noise_cost for segment in self.comparison.held_out)
-        misfit, left = (max(one.held_out_cost - noise, 0.0) for one in (self.before, after))
+        """Share of the misfit above the noise that a model removes, 0 to 1.
+
+        That of the held-out data, or of the fitted data where the held-out ones show none.
+        """
+        segments, before = self.comparison.held_out, self.before.held_out
+        costs = self.before.held_out_cost, after.held_out_cost
+        if adequacy(segments, before) >= MISFIT_LEVEL:
+            segments, costs = self.comparison.fitted, (self.before.cost, after.cost)
+        noise = sum(segment.noise_cost for segment in segments)
+        misfit, left = (max(cost - noise, 0.0) for cost in costs)
         return float(np.clip(1 - left / misfit, 0.0, 1.0)) if misfit > 0 else 0.0
 
     def explains(self, after: FittedBuilding, chance: float) -> bool:
@@ -218,21 +239,29 @@ class CauseSearch:
 
     def _without_negligible(self, best: FittedBuilding) -> FittedBuilding:
         """Drop causes that correct too little of the signal, the least one first."""
-        nominal = mean_error(self.comparison, self.before, True) ** 2
+
+        def left(outcomes: Sequence[FittedBuilding]) -> NDArray:
+            errors = [
+                [mean_error(self.comparison, one, held_out) for held_out in (False, True)]
+                for one in outcomes
+            ]
+            # a model that diverges without a cause needs it
+            return np.nan_to_num(errors, nan=np.inf) ** 2
+
         while len(best.cause_values) > 1:
             trials = self._without_each(best)
-            errors = [mean_error(self.comparison, one, True) for one in (best, *trials)]
-            # a model that diverges without a cause needs it
-            left = np.nan_to_num(errors, nan=np.inf) ** 2
-            least = int(np.argmin(left[1:]))
-            without, corrected = trials[least], max(left[1 + least] - left[0], 0.0)
-            small = corrected < min(
-                MINOR_IN_BUILDING**2, LEAST_BUILDING_SHARE * (nominal - left[0])
+            nominal, after, *without = left([self.before, best, *trials])
+            # on fitted or held-out data: what acts in strong motion alone shows in one of them
+            corrected = np.maximum(without - after, 0.0)
+            least = int(np.argmin(corrected.max(axis=1)))
+            small = corrected[least] < np.minimum(
+                MINOR_IN_BUILDING**2, LEAST_BUILDING_SHARE * (nominal - after)
             )
-            completes = self.is_explained(best) and not self.is_explained(without)
-            if corrected > LEAST_SENSOR_ERROR**2 and (completes or not small):
+            completes = self.is_explained(best) and not self.is_explained(trials[least])
+            enough = corrected[least].max() > LEAST_SENSOR_ERROR**2
+            if enough and (completes or not small.all()):
                 break
-            best = without
+            best = trials[least]
         return best
 
     def _exchange_causes(self, current: FittedBuilding) -> FittedBuilding:
@@ -288,20 +317,23 @@ def search_causes(
     progress: Callable[[str], None] = lambda text: None,
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Search for causes, again with more or less of a lone record fitted if its parts disagree."""
-    space, result = _search_as_expected(comparison, most_causes, progress)
+    choices = candidates(comparison.model, comparison.records)
+
+    space, result = _search_as_expected(comparison, most_causes, progress, choices)
     best, held_out = result.best, space.comparison.held_out
     left, left_fitted = (excess_error(space.comparison, best, part) for part in (True, False))
     if best.cause_values and left > REMAINS:
         # a cause that imitates two others, taken first, may keep both out
         first = best.cause_values[0][0].key
-        other = _search_as_expected(comparison, min(most_causes, 2), progress, first)
+        others = [cause for cause in choices if cause.key != first]
+        other = _search_as_expected(comparison, min(most_causes, 2), progress, others)
         if excess_error(other[0].comparison, other[1].best) < INSTEAD * left:
             return other
     if left < REMAINS < left_fitted:
         # what acts in strong motion alone is not seen in its end, which is held out
         reopened = comparison.fitting_less()
         if reopened is not None:
-            again = _search_as_expected(reopened, most_causes, progress)
+            again = _search_as_expected(reopened, most_causes, progress, choices)
             if largest_excess(again[0].comparison, again[1].best) < INSTEAD * left_fitted:
                 return again
     if best.cause_values or adequacy(held_out, best.held_out) >= MISFIT_LEVEL:
@@ -310,7 +342,7 @@ def search_causes(
     reopened = comparison.fitting_more()
     if reopened is None:
         return space, result
-    again = _search_as_expected(reopened, most_causes, progress)
+    again = _search_as_expected(reopened, most_causes, progress, choices)
     return again if again[1].best.cause_values else (space, result)
 
 
@@ -318,12 +350,12 @@ def _search_as_expected(
     comparison: Comparison,
     most_causes: int,
     progress: Callable[[str], None],
-    without: tuple[str, str] | None = None,
+    choices: Sequence[Candidate],
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Repeat the search until the best model leaves no more than the expected model error."""
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     while True:
-        space = CauseSearch(comparison.expecting(expected), most_causes, progress, without)
+        space = CauseSearch(comparison.expecting(expected), most_causes, progress, choices)
         result = search(space, space.before)
         left = excess_error(space.comparison, result.best)
         if left < max(2 * expected, relative_noise(space.comparison, True)):
@@ -368,6 +400,11 @@ def _around(
     return causes[:place], causes[place], causes[place + 1 :]
 
 
+def _is_last(outcome: FittedBuilding) -> bool:
+    """Whether the newest cause is one that must leave far less than others."""
+    return outcome.cause_values[-1][0].last
+
+
 def _rank(outcomes: Sequence[FittedBuilding]) -> list[FittedBuilding]:
     if not outcomes:
         return []
@@ -393,8 +430,10 @@ def _left_along(residual: Sequence[NDArray], trial: Sequence[NDArray]) -> float:
     return float(before @ before) - float(before @ change) ** 2 / length
 
 
-def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding:
+def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding | None:
     """The best cause, in a form of fewer numbers if the data do not tell it from the best form."""
+    if not accepted:
+        return None
     best = accepted[0]
     n, cause = best.n_independent, best.cause_values[-1][0]
     alike = [
@@ -417,9 +456,13 @@ def _best_of_each(
     return list(best.values())[:RIVALS_TRIED]
 
 
-def _near(best: FittedBuilding, others: Sequence[FittedBuilding]) -> list[FittedBuilding]:
+def _near(
+    current: FittedBuilding, best: FittedBuilding, others: Sequence[FittedBuilding]
+) -> list[FittedBuilding]:
     """Models that the data do not tell from the best, one for each other cause."""
-    n = best.n_independent
+    n, allowance = best.n_independent, STRONG_EVIDENCE
+    if best.at_bound:  # it only acts like the right one, and none need have the exact form
+        allowance += n * np.log1p(NEARLY_RIGHT**2 * current.cost / best.cost)
     worse = [(one.causes[-1], one.criterion(n) - best.criterion(n)) for one in others]
-    near = rivals(best.causes[-1], worse, STRONG_EVIDENCE)
+    near = rivals(best.causes[-1], worse, allowance)
     return [next(one for one in others if one.causes[-1] == name) for name in near]

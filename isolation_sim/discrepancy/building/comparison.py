@@ -139,15 +139,16 @@ class Comparison:
         self, result: CauseValues, record: BuildingRecord, end: int | None = None
     ) -> NDArray:
         """Measured less predicted, (n, n_channels), in the channels' units."""
-        model = with_causes(self.model, result)
         end = len(record) if end is None else end
         # most of what changes between two calls is a sensor's error, which needs no simulation
-        key = (record.name, end, *((c, v) for c, v in result if not c.of_sensor))
+        moved = tuple((c, v) for c, v in result if not c.of_sensor)
+        key = (record.name, end, *moved)
         if key not in self._cache:
             if len(self._cache) * record.values.nbytes > _CACHED_BYTES:
                 self._cache.clear()
-            self._cache[key] = _simulated(model, record, end)
-        return record.values[:end] - model.sensed(record, self._cache[key])
+            self._cache[key] = _simulated(with_causes(self.model, moved), record, end)
+        sensors = with_causes(self.model, ((c, v) for c, v in result if c.of_sensor))
+        return record.values[:end] - sensors.sensed(record, self._cache[key])
 
     def with_best_current(self) -> Comparison:
         """Compare again if a current that jumps and rests is nearer as it is held."""
@@ -248,7 +249,7 @@ class Comparison:
                 jacobian[:, k] = (residuals(moved) - at) / step
             return at, jacobian
 
-        optimum = levenberg_marquardt(problem, start, lower, upper, most, 1e-6, eager=False)
+        optimum = levenberg_marquardt(problem, start, lower, upper, most, 1e-6, secants=True)
         return self.evaluate(put(optimum.x), optimum)
 
     def _weighted_residuals(

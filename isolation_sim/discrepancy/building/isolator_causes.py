@@ -12,7 +12,7 @@ from ...effects import Effect
 from ...effects.effect import in_sentence
 from ...identification.characteristic_scales import characteristic_scale
 from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values
-from .isolator_effects import ISOLATOR_EFFECTS, LAST_EFFECTS
+from .isolator_effects import IMPACT, ISOLATOR_EFFECTS, LAST_EFFECTS
 from .model import BuildingModel, force_scales, total_force_scale
 from .record import BuildingRecord
 
@@ -109,6 +109,8 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     scales = _Scales(force / newton, deformation / metre, _highest_current(records), newton, metre)
     for name, effect in ISOLATOR_EFFECTS.items():
         yield _around_the_law(name, effect, scales)
+    yield _around_the_law("moat_impact", IMPACT, scales, form="elastic", damping=0.0)
+    yield _around_the_law("moat_impact", IMPACT, scales, form="linear", exponent=1.0)
     if any(law.directions > 1 for law in model.nominal.group_laws):
         return
     for name, effect in LAST_EFFECTS.items():
@@ -135,14 +137,23 @@ class _Scales(NamedTuple):
         return characteristic_scale(unit, self.newton, self.metre, 1.0)
 
 
-def _around_the_law(name: str, effect: Effect, scales: _Scales, last: bool = False) -> Candidate:
+def _around_the_law(
+    name: str,
+    effect: Effect,
+    scales: _Scales,
+    last: bool = False,
+    form: str = "",
+    **fixed: float,
+) -> Candidate:
+    """An effect around the isolators' law, in its own form or in one with fixed numbers."""
+    free = [q for q in effect.parameters if q.name not in fixed]
+
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
-        numbers = dict(zip(effect.parameter_names, values, strict=True))
-        return replace(model, effects={**model.effects, effect: numbers})
+        numbers = dict(zip((q.name for q in free), values, strict=True))
+        return replace(model, effects={**model.effects, effect: numbers | fixed})
 
     parameters = [
-        Parameter(q.name, q.unit, q.lower, q.upper, factor=scales.factor(q.unit))
-        for q in effect.parameters
+        Parameter(q.name, q.unit, q.lower, q.upper, factor=scales.factor(q.unit)) for q in free
     ]
     # an effect that does too much in full begins weakly
     starts = tuple(
@@ -150,15 +161,16 @@ def _around_the_law(name: str, effect: Effect, scales: _Scales, last: bool = Fal
             q.starts[min(k, len(q.starts) - 1)]
             * (1.0 if q.unit in ("s", "1") else scales.size(q.unit))
             * (share if q.strength else 1.0)
-            for q in effect.parameters
+            for q in free
         )
         for share in (1.0, _WEAK)
-        for k in range(max(len(q.starts) for q in effect.parameters))
+        for k in range(max(len(q.starts) for q in free))
     )  # fmt: skip
     says = ", ".join(f"{q.name} {{{q.name}:.3g}} {q.unit}" for q in parameters)
     return Candidate(
         name, "", tuple(parameters), starts, apply,
-        f"{in_sentence(effect.title)} in the isolation layer ({says})", form=effect.form, last=last,
+        f"{in_sentence(effect.title)} in the isolation layer ({says})", form=form or effect.form,
+        last=last,
     )  # fmt: skip
 
 

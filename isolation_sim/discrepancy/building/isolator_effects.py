@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...effects import Effect, EffectInPlan, EffectParameter, Signals, effect
+from ...effects.followers import positive, raised
 
 _SPEED = 0.1
 """m/s: velocity at which a damper's force is reported."""
@@ -47,6 +48,41 @@ DAMPER = Effect(
     plan=EffectInPlan(force=_plan_power_force),
 )
 
+
+def _impact_force(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Wall that dissipates: elastic contact, more on closing than on opening, never pulling."""
+    k, gap, n, damping = parameters
+    side, w = np.sign(signals.x), gap / 10
+    elastic = k * w * raised(positive(np.fabs(signals.x) - gap) / w, n)
+    return elastic * positive(1 + damping * signals.v * side) * side
+
+
+def _plan_impact_force(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Walls on all four sides."""
+    x, y = (signals._replace(x=x, v=v) for x, v in zip(signals.x, signals.v, strict=True))
+    return _impact_force(x, states, parameters), _impact_force(y, states, parameters)
+
+
+IMPACT = Effect(
+    cause="end_stop",
+    form="dissipating",
+    title="Impact on a wall",
+    parameters=(
+        *effect("end_stop", "power").parameters,
+        EffectParameter(
+            "damping",
+            "s/m",
+            "increase of the force, over itself, per closing velocity",
+            lower=0.0,
+            upper=1e3,
+            starts=(1.0,),
+        ),
+    ),
+    force=_impact_force,
+    source="Hunt and Crossley (1975)",
+    plan=EffectInPlan(force=_plan_impact_force),
+)
+
 ISOLATOR_EFFECTS: dict[str, Effect] = {
     # by the mean square: smooth, so that a run costs little more than without
     "isolator_amplitude_softening": effect("amplitude_softening", "mean_square"),
@@ -54,7 +90,7 @@ ISOLATOR_EFFECTS: dict[str, Effect] = {
     "coulomb_friction": effect("coulomb_friction"),
     # found by its place, so that a saved device finds it again
     "extra_isolator_damping": effect(f"{__name__}:DAMPER"),
-    "moat_impact": effect("end_stop", "power"),
+    "moat_impact": effect(f"{__name__}:IMPACT"),
 }
 """By the name of the cause in a building, in the order in which they act."""
 LAST_EFFECTS: dict[str, Effect] = {

@@ -68,6 +68,8 @@ class BuildingModel:
     biases: Mapping[str, NDArray] = field(default_factory=dict)
     gains: Mapping[str, float] = field(default_factory=dict)  # Shown over true motion, by channel
     delays: Mapping[str, float] = field(default_factory=dict)  # How late a channel is, s
+    # How much later it is every second, s, by a clock of another rate
+    drifts: Mapping[str, float] = field(default_factory=dict)
     exchanged: tuple[tuple[str, str], ...] = ()  # Channels that show each other's motion
 
     @property
@@ -182,13 +184,16 @@ class BuildingModel:
 
     def sensed(self, record: BuildingRecord, motion: NDArray) -> NDArray:
         """What the sensors of a record show of a simulated motion, (n, n_channels)."""
-        from scipy.ndimage import shift
+        from scipy.ndimage import map_coordinates, shift
 
         shown, channels = motion.copy(), record.channels
         for pair in self.exchanged:
             first, second = (channels.index(name) for name in pair)
             shown[:, [first, second]] = shown[:, [second, first]]
         for k, name in enumerate(channels):
+            if name in self.drifts:
+                samples = np.arange(len(shown)) * (1 - self.drifts[name])
+                shown[:, k] = map_coordinates(shown[:, k], [samples], mode="nearest")
             if name in self.delays:
                 shown[:, k] = shift(shown[:, k], self.delays[name] / record.dt, mode="nearest")
             if name in self.gains:

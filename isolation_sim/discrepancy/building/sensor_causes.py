@@ -84,6 +84,19 @@ def _delays(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
             f"{place} {verb} {{delay:.3g}} s late against the ground motion",
         )  # fmt: skip
 
+        def drift(model: BuildingModel, values: Values, names=names, apply=apply) -> BuildingModel:
+            drifts = dict.fromkeys(names, values[1])
+            return replace(apply(model, values), drifts={**model.drifts, **drifts})
+
+        if len(names) > 1:
+            yield Candidate(
+                "sensor_delay", place,
+                (Parameter("delay", "s", -1.0, 1.0), Parameter("drift", "1", -0.01, 0.01)),
+                ((0.0, 1e-3), (0.0, -1e-3)), drift,
+                f"{place} {verb} {{delay:.3g}} s late at first, and {{drift:.3g}} s more every "
+                "second, against the ground motion", form="clock_drift",
+            )  # fmt: skip
+
 
 def _exchanges(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
     """Two accelerometers along one direction are exchanged."""

@@ -16,9 +16,18 @@ from scipy.signal import butter, sosfiltfilt
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.adapters.building import intervals
-from isolation_sim.discrepancy.building.cause_search import CauseSearch, adequacy, search_causes
+from isolation_sim.discrepancy.building.cause_search import (
+    CauseSearch,
+    _near,
+    adequacy,
+    search_causes,
+)
 from isolation_sim.discrepancy.building.causes import candidates
-from isolation_sim.discrepancy.building.comparison import compare_records, with_causes
+from isolation_sim.discrepancy.building.comparison import (
+    FittedBuilding,
+    compare_records,
+    with_causes,
+)
 from isolation_sim.discrepancy.building.errors import excess_error
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
@@ -280,6 +289,60 @@ def test_a_storey_that_yields_is_named_with_its_strength(isolated):
     (cause,) = diagnosis.causes
     assert (cause.name, cause.place) == ("storey_yielding", "storey4")
     assert cause.parameters["yield_shear"].value == pytest.approx(0.2 * peak, rel=0.01)
+
+
+def test_a_clock_of_another_rate_is_named(isolated):
+    drifts = dict.fromkeys(CHANNELS, 1.5e-3)
+    record = _record(isolated, lambda m: replace(m, drifts=drifts), seed=12)
+    cause = diagnose_building(record, isolated).causes[0]
+    assert (cause.name, cause.place) == ("sensor_delay", "all channels")
+    assert cause.form == "clock_drift" and cause.share > 0.99
+    assert cause.parameters["drift"].value == pytest.approx(1.5e-3, rel=0.05)
+
+
+def test_a_contact_with_a_wall_that_dissipates_is_named(isolated):
+    quiet = _record(isolated, noise=0.0)
+    gap = 0.9 * float(np.abs(quiet.displacement("")).max())
+    model = building_model(isolated, [quiet])
+    wall = next(
+        c for c in candidates(model, [quiet]) if (c.name, c.form) == ("moat_impact", "linear")
+    )
+    record = _record(isolated, lambda m: with_causes(m, ((wall, (1e8, gap, 10.0)),)), seed=13)
+    diagnosis = diagnose_building(record, isolated)
+    (cause,) = diagnosis.causes
+    assert cause.name == "moat_impact" and not cause.acts_like
+    assert cause.parameters["gap"].value == pytest.approx(gap, rel=0.03)
+
+
+def test_a_cause_tried_last_is_only_a_rival_where_it_is_ranked_below(isolated, monkeypatch):
+    record = _record(isolated, _heavier(0.15), seed=7)
+    model = building_model(isolated, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    space = CauseSearch(compare_records(model, [record]))
+    monkeypatch.setattr(space, "_is_significant", lambda current, one: True)
+    simple, flexible = (
+        space.comparison.evaluate(((listed[name], listed[name].starts[0]),))
+        for name in ("base_mass_error", "self_heating")
+    )
+    assert space.choose(space.before, [flexible, simple]) is flexible
+    assert space.choose(space.before, [simple, flexible]) is simple
+    assert space.choose(space.before, [flexible]) is flexible
+    assert space.choose(space.before, []) is None
+
+
+def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
+    """It only acts like the right one, whose form need not be exact either."""
+    record = _record(isolated)
+    listed = {c.name: c for c in candidates(building_model(isolated, [record]), [record])}
+
+    def outcome(name, value, size):
+        parts = (np.full((500, 4, 2), size),)
+        return FittedBuilding(((listed[name], (value,)),), parts, parts)
+
+    nominal = FittedBuilding((), (np.full((500, 4, 2), 10.0),), ())
+    other = outcome("isolator_force_error", 0.1, 1.01)
+    for value, rivals in ((0.1, []), (5.0, [other])):
+        assert _near(nominal, outcome("base_mass_error", value, 1.0), [other]) == rivals
 
 
 def test_a_cause_that_corrects_next_to_nothing_is_dropped(isolated):
