@@ -104,3 +104,8 @@ def test_adequate_on_the_fitted_data_alone_is_said():
         found = Diagnosis("tests", "law", "adequate", 0.01, error, error, (), 0.0, (), None, ())
         lines = [line for line in shown(found) if isinstance(line, str)]
         assert words in lines[1]
+
+
+def test_the_place_of_a_controller_is_not_written_as_words():
+    assert as_written("clipped_lqr") == "clipped LQR"
+    assert as_written("my_control.py:StaticOutput") == "my_control.py:StaticOutput"
