@@ -13,6 +13,6 @@ _SPECIAL = re.compile(rf"\b({'|'.join(_SPELLINGS)})\b")
 
 def as_written(name: str) -> str:
     """A registered name in words: passive off, clipped LQR, MPC; a place as it is."""
-    if ":" in name:
+    if re.search(r":\w", name):
         return name
     return _SPECIAL.sub(lambda match: _SPELLINGS[match[0]], name.replace("_", " "))
