@@ -114,3 +114,15 @@ def selected_criteria(criteria: Sequence[str | Criterion]) -> tuple[Criterion, .
 def known_criterion(name: str) -> Criterion | None:
     """The criterion of a name, if it was selected in this process or a package declares it."""
     return _SELECTED.get(name) or CRITERIA.get(name)
+
+
+def saved_criterion(name: str, label: str, better: Any) -> Criterion:
+    """The criterion of a saved result, with its label; without its function where unknown."""
+
+    def of(run: Any) -> float:
+        raise InputError(
+            f"criterion {name} is of a saved result; expected: the one of your program"
+        )
+
+    one = known_criterion(name) or Criterion(name, label, of, better)
+    return _SELECTED.setdefault(name, one)
