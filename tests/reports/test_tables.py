@@ -120,6 +120,12 @@ def test_criteria_have_one_label_in_all_tables():
     assert title_of("normalised_peak_drift") == "normalised peak drift"
 
 
+def test_criteria_of_jerk_and_of_mean_squares_have_a_unit():
+    for name, line in {"jerk_m_s3": "jerk, m/s³", "square_m2_s4": "square, m²/s⁴"}.items():
+        ((label, _),) = criteria_lines({"off": {name: 1.0}}, {"off": {}})["Further"]
+        assert label == line
+
+
 def test_large_numbers_have_no_exponent():
     assert [number_text(n) for n in (10970.0, 1.0, 0.0012)] == ["10970", "1.000", "1.2e-03"]
 
