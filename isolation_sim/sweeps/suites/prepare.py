@@ -64,7 +64,8 @@ def prepare(
     step("reading records")
     records, changes = _scale(section, rule, period, section.records(), step, workers)
     records = [_pad(record, section.quiet_after_s) for record in records]
-    motions, written = [], {}
+    motions = []
+    written: dict[str, Record] = {}
     for record, change in zip(records, changes, strict=True):
         for name, components in _shaking(section, isolated, record):
             files = [f"{MOTIONS}/{file_name(name)}_{k + 1}.csv" for k in range(len(components))]
