@@ -76,6 +76,7 @@ class ClippedLQR(BrysonsRule):
 
     name = "clipped_lqr"
     title = "Clipped LQR"
+    observed_by = "clipped_lqg"
     source = "Dyke et al. 1996 (clipped optimal control); Bryson and Ho 1975 (weights)"
 
     presets: ClassVar = {

@@ -63,6 +63,8 @@ class Controller:
     predicts_switching : bool
         Whether it predicts by the isolators' own switching rule. By default the nominal model of
         others has the instantaneous rule: they compute the current for a force.
+    observed_by : str
+        The controller that does the same with an observer; empty for none.
     report : object or None
         What its decisions were like in the last run, for those that count something; printed as
         ``str`` after a run.
@@ -93,6 +95,7 @@ class Controller:
     period: float | None = None
     preview_time: float = 0.0
     predicts_switching: ClassVar[bool] = False
+    observed_by: ClassVar[str] = ""
     report: Any = None
     __signature__: ClassVar[Signature]
     """Signature for editors: every setting with its type, unit and default."""
@@ -233,17 +236,19 @@ class Controller:
         Returns
         -------
         list of str
-            One line each, without its name. By default one where it could have an observer, by the
-            setting ``filter``, and takes displacements or velocities with noise or delay instead.
+            One line each, without its name. By default one where an observer is available, by the
+            setting ``filter`` or in the controller `observed_by`, and it takes displacements or
+            velocities with noise or delay instead.
         """
         motion = ("_displacement_m", "_velocity_m_s")
         measured = any(name.endswith(motion) for name in context.outputs)
         degraded = any(context.delays) or any(sensors.noise.values())
-        if getattr(self, "filter", None) != "none" or not (measured and degraded):
+        remedy = 'filter="kalman"' if getattr(self, "filter", "") == "none" else self.observed_by
+        if not (remedy and measured and degraded):
             return []
         return [
             "it takes displacements and velocities as they are measured, with noise or delay, and "
-            'may be worse than no current; filter="kalman" estimates them by an observer'
+            f"may be worse than no current; {remedy} estimates them by an observer"
         ]
 
     def current(self, t: float, measurement: Any) -> Any:

@@ -15,6 +15,37 @@ from isolation_sim.search_range import SearchRange
 
 
 @dataclass(frozen=True)
+class Number:
+    """Accepts numbers."""
+
+    at_least: float = -np.inf  # Lowest number accepted
+    above: float = -np.inf  # Number above which all are accepted; -inf for no such bound
+    infinite: bool = False  # Whether infinity is accepted
+
+    kind = float
+    """Type of the expected values."""
+
+    def __call__(self, value: Any) -> float:
+        """Return the number, or raise ValueError or TypeError."""
+        if isinstance(value, (str, bool)):
+            raise TypeError(value)
+        number = float(value)
+        bounded = number >= self.at_least and (number > self.above or self.above == -np.inf)
+        if not bounded or not (np.isfinite(number) or (self.infinite and number == np.inf)):
+            raise ValueError(value)
+        return number
+
+    def __str__(self) -> str:
+        if self.above > -np.inf:
+            text = f"a number above {self.above:g}"
+        elif self.at_least > -np.inf:
+            text = f"a number, {self.at_least:g} or more"
+        else:
+            text = "a number"
+        return text + (" or inf" if self.infinite else "")
+
+
+@dataclass(frozen=True)
 class Setting:
     """One setting of a controller."""
 
@@ -52,7 +83,7 @@ class Setting:
 def setting(
     default: Any,
     meaning: str,
-    accepts: Callable[[Any], Any],
+    accepts: Callable[[Any], Any] = Number(),
     unit: str = "",
     search: SearchRange | None = None,
 ) -> Any:
@@ -65,7 +96,7 @@ def setting(
     meaning : str
         Short description.
     accepts : callable
-        Such as ``Number(above=0)``.
+        Such as ``Number(above=0)``; any finite number by default.
     unit : str
         SI unit.
     search : SearchRange, optional
@@ -77,37 +108,6 @@ def setting(
         Typed as anything, so that the attribute can carry its own annotation.
     """
     return Setting(default, meaning, accepts, unit, search)
-
-
-@dataclass(frozen=True)
-class Number:
-    """Accepts numbers."""
-
-    at_least: float = -np.inf  # Lowest number accepted
-    above: float = -np.inf  # Number above which all are accepted; -inf for no such bound
-    infinite: bool = False  # Whether infinity is accepted
-
-    kind = float
-    """Type of the expected values."""
-
-    def __call__(self, value: Any) -> float:
-        """Return the number, or raise ValueError or TypeError."""
-        if isinstance(value, (str, bool)):
-            raise TypeError(value)
-        number = float(value)
-        bounded = number >= self.at_least and (number > self.above or self.above == -np.inf)
-        if not bounded or not (np.isfinite(number) or (self.infinite and number == np.inf)):
-            raise ValueError(value)
-        return number
-
-    def __str__(self) -> str:
-        if self.above > -np.inf:
-            text = f"a number above {self.above:g}"
-        elif self.at_least > -np.inf:
-            text = f"a number, {self.at_least:g} or more"
-        else:
-            text = "a number"
-        return text + (" or inf" if self.infinite else "")
 
 
 @dataclass(frozen=True)

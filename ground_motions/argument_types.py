@@ -20,7 +20,7 @@ _HINTS = {
     "Control": "controller(name), or an instance of a subclass of controllers.Controller",
     "Device": "a Device, such as law(name)",
     "IsolatedStructure": "an IsolatedStructure, such as structure.on(device)",
-    "Record": "a Record, such as read_record(path)",
+    "Record": "a Record, such as ground_motions.read(path) or Record(acceleration, dt)",
 }
 """Expected objects by the name of their class, where the name alone is not clear."""
 
@@ -160,8 +160,10 @@ def _is_array(origin: Any) -> bool:
 
 
 def _misfit_inside(place: str, values: Any, kind: Any) -> tuple[str, Any, Any] | None:
-    """The first element of a list that is of another kind."""
+    """The first element of a list that is of another kind, or an array of such elements."""
     inner = [each for each in get_args(kind) if each is not ...]
+    if inner and type(values).__name__ == "ndarray" and values.size:
+        return _misfit(place, values[0], inner[0]) and (place, values, kind)
     if not isinstance(values, list | tuple) or not inner:
         return None
     if get_origin(kind) is tuple and ... not in get_args(kind):

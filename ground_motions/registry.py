@@ -142,10 +142,6 @@ class Registry(Mapping[str, T]):
             return name
         return "" if name in self._registered else self._entry(name).place
 
-    def loaded(self) -> tuple[T, ...]:
-        """Return what was loaded or registered in this process."""
-        return (*self._loaded.values(), *self._registered.values())
-
     def only_here(self) -> tuple[str, ...]:
         """Names that were registered in this process, which no other process knows."""
         return tuple(self._registered)

@@ -161,6 +161,12 @@ def check_building(
         yield from _failure_rows(isolated, settings, simulate, controllers, coils)
 
 
+def _force_text(force: float) -> str:
+    """A force in kN, in four digits or more."""
+    digits = ".0f" if force >= 1e6 else ".4g"
+    return f"{1e-3 * force:{digits}} kN"
+
+
 def _effective_rows(
     isolated: IsolatedStructure, case: str, estimate: EffectiveProperties
 ) -> Iterator[CheckRow]:
@@ -192,9 +198,7 @@ def _effective_rows(
         f"{estimate.restoring:.3g}", f"at least {LEAST_RESTORING:g}",
         estimate.restoring >= LEAST_RESTORING,
     )  # fmt: skip
-    yield CheckRow(
-        group, "base shear V_b = k_M D_M", case, "17.5.4.1", f"{1e-3 * estimate.shear:.4g} kN"
-    )
+    yield CheckRow(group, "base shear V_b = k_M D_M", case, "17.5.4.1", _force_text(estimate.shear))
 
 
 def _history_rows(
@@ -219,9 +223,7 @@ def _history_rows(
             yield CheckRow(
                 group, "largest isolator displacement", case, "17.6.4", f"{1e3 * peaks[-1]:.4g} mm"
             )
-            yield CheckRow(
-                group, "largest base shear", case, "17.6.4", f"{1e-3 * shears[-1]:.4g} kN"
-            )
+            yield CheckRow(group, "largest base shear", case, "17.6.4", _force_text(shears[-1]))
             yield CheckRow(
                 group, f"residual displacement {settings.quiet:g} s after the motion", case, "",
                 f"{1e3 * residual_displacement(run):.3g} mm",
@@ -233,7 +235,7 @@ def _history_rows(
         )  # fmt: skip
         yield CheckRow(
             group, "design shear: the largest, at least 0.9 V_b", label, "17.6.4.1",
-            f"{1e-3 * max(*shears, least['shear']):.4g} kN",
+            _force_text(max(*shears, least["shear"])),
         )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from ground_motions.argument_types import shown
 from ground_motions.registry import Registry
 
 from .errors import InputError
@@ -79,7 +80,8 @@ class Criterion:
             return float(result)
         except (TypeError, ValueError):
             raise InputError(
-                f"criterion {self.name} of run {run.controller} is {result!r}; expected: a number"
+                f"criterion {self.name} of run {run.controller} is {shown(result)}; "
+                "expected: a number"
             ) from None
 
 
@@ -92,6 +94,9 @@ CRITERIA: Registry[Criterion] = Registry(
 )
 """Criteria that can be selected beside the peaks and RMS values, by name or by place."""
 
+_SELECTED: dict[str, Criterion] = {}
+"""The criteria that were selected in this process, for the labels of tables."""
+
 
 def selected_criteria(criteria: Sequence[str | Criterion]) -> tuple[Criterion, ...]:
     """Criteria by names, places or themselves; refuses two of one name."""
@@ -102,11 +107,22 @@ def selected_criteria(criteria: Sequence[str | Criterion]) -> tuple[Criterion, .
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"criterion {name} is selected twice; expected: once")
+    _SELECTED.update(zip(names, result, strict=True))
     return result
 
 
 def known_criterion(name: str) -> Criterion | None:
-    """The criterion of a name, if it was loaded in this process or a package declares it."""
-    if name in CRITERIA:
-        return CRITERIA[name]
-    return next((one for one in CRITERIA.loaded() if one.name == name), None)
+    """The criterion of a name, if it was selected in this process or a package declares it."""
+    return _SELECTED.get(name) or CRITERIA.get(name)
+
+
+def saved_criterion(name: str, label: str, better: Any) -> Criterion:
+    """The criterion of a saved result, with its label; without its function where unknown."""
+
+    def of(run: Any) -> float:
+        raise InputError(
+            f"criterion {name} is of a saved result; expected: the one of your program"
+        )
+
+    one = known_criterion(name) or Criterion(name, label, of, better)
+    return _SELECTED.setdefault(name, one)

@@ -12,5 +12,7 @@ _SPECIAL = re.compile(rf"\b({'|'.join(_SPELLINGS)})\b")
 
 
 def as_written(name: str) -> str:
-    """A registered name in words: passive off, clipped LQR, MPC."""
+    """A registered name in words: passive off, clipped LQR, MPC; a place as it is."""
+    if re.search(r":\w", name):
+        return name
     return _SPECIAL.sub(lambda match: _SPELLINGS[match[0]], name.replace("_", " "))

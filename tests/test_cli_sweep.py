@@ -60,14 +60,14 @@ def test_a_plan_is_announced_run_and_shown(plan, capsys):
         "--force",
     )  # fmt: skip
     assert code == 0
-    assert "plan: medians over 6 cases" in out and "lowest rms drift" in out
+    assert "plan: medians over 6 cases" in out and "lowest RMS storey drift" in out
     assert command(capsys, "sweep", "show", "results/plan", "--quiet")[:2] == (0, "")
     names = ("comparison", "map")
     for name in names:
         for ending in ("svg", "png"):
             assert (plan.parent / f"results/plan/figures/{name}.{ending}").stat().st_size > 5000
     assert "report: results/plan/report.html" in out
-    assert "rms drift" in (plan.parent / "results/plan/report.html").read_text()
+    assert "RMS storey drift" in (plan.parent / "results/plan/report.html").read_text()
     assert "report.html" in (plan.parent / "results/plan/README.txt").read_text()
     assert (plan.parent / "t.csv").read_text().startswith("case,scale,")
 

@@ -11,6 +11,7 @@ import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.cli import main
 from isolation_sim.code_check import (
+    CheckRow,
     commands_until,
     damping_coefficient,
     effective_properties,
@@ -19,6 +20,8 @@ from isolation_sim.code_check import (
 )
 from isolation_sim.errors import InputError
 from isolation_sim.laws import law
+from isolation_sim.reports.code_check import console_table
+from isolation_sim.reports.tables import as_text
 from isolation_sim.structures import shear_building, with_p_delta
 from isolation_sim.structures.isolation_loop import isolation_loop
 
@@ -168,3 +171,15 @@ def test_without_the_section_it_says_so(tmp_path, capsys):
     path.write_text("")
     assert ended(["check", str(path)]) == 2
     assert "no [check] section" in capsys.readouterr().err
+
+
+def test_the_table_keeps_values_and_limits_in_one_line():
+    long = "recentring: F(D_M) - F(D_M / 2), of the weight"
+    row = CheckRow("Group", long, "lower bound, coil off", "17.2.4.4", "0.0491", "at least 0.025",
+                   True)  # fmt: skip
+    lines = as_text(console_table([row], "bi")).splitlines()
+    (first,) = (line for line in lines if "recentring" in line)
+    assert "lower bound, coil off" in first and "at least 0.025" in first
+    assert all(len(line) <= 100 for line in lines)
+    after = lines[lines.index(first) + 1]
+    assert after.startswith("   ")  # indented like the line above

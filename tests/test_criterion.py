@@ -10,7 +10,6 @@ import pytest
 import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim.criteria import is_gain
-from isolation_sim.criterion import CRITERIA
 from isolation_sim.reports.tables import as_text, run_table
 
 TIME = np.arange(0, 4, 0.02)
@@ -86,18 +85,24 @@ def test_a_sliding_base_that_stops_aside_has_a_residual_displacement():
 
 
 @pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
-def test_tables_have_its_label_unit_and_mark(plant, monkeypatch):
-    switches = iso.Criterion("stroke_m", "stroke", lambda run: len(run.controller), "larger")
+def test_tables_have_its_label_unit_and_mark(plant, tmp_path, monkeypatch):
+    switches = iso.Criterion(
+        "stroke_m", "path of a valve", lambda run: len(run.controller), "larger"
+    )
     compared = iso.compare(plant, GROUND, ["passive_off", "on_off"], criteria=[switches])
     assert compared.criteria["on_off"]["stroke_m"] == 6.0
-    monkeypatch.setitem(CRITERIA._registered, "stroke_m", switches)
     assert is_gain("stroke_m") and not is_gain("peak_drift_m")
-    (line,) = (line for line in as_text(compared.table()).splitlines() if "stroke" in line)
-    assert line.split() == ["stroke,", "mm", "11000*", "6000"]
+    (line,) = (line for line in as_text(compared.table()).splitlines() if "valve" in line)
+    assert line.split() == ["path", "of", "a", "valve,", "mm", "11000*", "6000"]
     # of another process, which has not loaded it
-    monkeypatch.delitem(CRITERIA._registered, "stroke_m")
+    compared.save(tmp_path / "saved")
+    monkeypatch.setattr("isolation_sim.criterion._SELECTED", {})
     text = as_text(run_table(compared.runs["on_off"]))
     assert "stroke, mm" in text and not is_gain("stroke_m")
+    saved = iso.load(tmp_path / "saved")
+    assert "path of a valve, mm" in as_text(saved.table()) and is_gain("stroke_m")
+    with pytest.raises(iso.InputError, match="criterion stroke_m is of a saved result"):
+        saved.runs["on_off"].selected[0].of(None)
 
 
 @pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")

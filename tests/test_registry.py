@@ -494,7 +494,7 @@ def test_a_name_of_two_packages_is_an_error_that_names_both(package, site):
         iso.law("cubic")
 
 
-def test_a_package_s_fault_is_told_with_its_name(package, site):
+def test_a_package_s_fault_is_told_with_its_name(package, site, capsys):
     install(site, "broken", "[isolation_sim.controllers]\nlost = guide_parts.nowhere:Lost\n"
                             "alias = guide_parts.outwards:Outwards\n")  # fmt: skip
     forget()
@@ -506,6 +506,13 @@ def test_a_package_s_fault_is_told_with_its_name(package, site):
     )
     with pytest.raises(iso.InputError, match=r"of package broken .* calls itself 'outwards'"):
         iso.controller("alias")
+    # the list has the others
+    capsys.readouterr()
+    with pytest.raises(SystemExit) as end:
+        main(["list", "controllers"])
+    shown = capsys.readouterr()
+    assert not end.value.code and "passive_off" in shown.out and "outwards" in shown.out
+    assert shown.err.count("warning: controller ") == 2 and "Traceback" not in shown.err
 
 
 def test_without_an_installation_the_reason_is_told(monkeypatch):

@@ -297,14 +297,26 @@ CALLS = [
     (lambda: iso.simulate(None, MOTION), "isolated is None; expected: an IsolatedStructure"),
     (
         lambda: iso.simulate(isolated(), "motion.csv"),
-        "ground is 'motion.csv'; expected: a Record, such as read_record",
+        "ground is 'motion.csv'; expected: a Record, such as ground_motions.read(path) or Record(",
     ),
     (lambda: iso.simulate(isolated(), 3.0), "ground is 3.0; expected: a Record"),
     (lambda: iso.simulate(isolated(), [1.0, 2.0]), "ground[0] is 1.0; expected: a Record"),
+    (
+        lambda: iso.simulate(isolated(), MOTION.acceleration),
+        "ground is of type ndarray; expected: a Record",
+    ),
     (lambda: iso.simulate(isolated(), [MOTION, MOTION]), "takes 1 ground motions"),
     (lambda: iso.simulate(isolated(), MOTION, "clipped_lqrr"), "unknown controller"),
     (lambda: iso.simulate(isolated(), MOTION, type(iso.controller("on_off"))), "is the class"),
     (lambda: iso.simulate(isolated(), MOTION, 1.5), "controller is 1.5; expected"),
+    (
+        lambda: (
+            iso.simulate(
+                isolated(), MOTION, criteria=[iso.Criterion("a_m", "a", lambda run: run.time)]
+            ).criteria
+        ),
+        "criterion a_m of run passive_off is of type ndarray; expected: a number",
+    ),
     (lambda: iso.simulate(isolated(), MOTION, None), "controller is None; expected"),
     (lambda: iso.simulate(isolated(), MOTION, tolerance=1.0), "tolerance is 1.0; expected"),
     (lambda: iso.simulate(isolated(), MOTION, tolerance="fine"), "tolerance is 'fine'; expected"),

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated
+import sys
+from collections.abc import Callable, Iterator
+from typing import Annotated, Any
 
 import typer
 
-from ..errors import check_name
+from ground_motions.registry import Registry
+
+from ..errors import InputError, check_name
 from ..io.json_text import json_text
 from .common_options import AsJson, examples
 
@@ -16,11 +19,20 @@ EXAMPLES = examples("isolation-sim list laws", "isolation-sim list controllers -
 Rows = tuple[list[str], list[list[str]]]
 
 
+def _usable(registry: Registry[Any]) -> Iterator[tuple[str, Any]]:
+    """What a registry has, with a warning in place of what cannot be loaded."""
+    for name in registry:
+        try:
+            yield name, registry[name]
+        except InputError as error:
+            print(f"warning: {error}", file=sys.stderr)
+
+
 def _laws() -> Rows:
     from ..laws import LAWS, available_conditions, available_sets
 
     entries = []
-    for name, law in LAWS.items():
+    for name, law in _usable(LAWS):
         parameters = ", ".join(f"{q.name} ({q.unit})" for q in law.parameters)
         sets, conditions = list(available_sets(name)), available_conditions(name)
         if conditions:
@@ -37,7 +49,7 @@ def _sets() -> Rows:
 
     entries = [
         [name, each, law(name, each).source]
-        for name in LAWS
+        for name, _ in _usable(LAWS)
         for each in (*available_sets(name), *available_conditions(name))
     ]
     return ["law", "published set", "source"], entries
@@ -47,7 +59,7 @@ def _controllers() -> Rows:
     from ..registry import CONTROLLERS
 
     entries = []
-    for name, kind in CONTROLLERS.items():
+    for name, kind in _usable(CONTROLLERS):
         settings = ", ".join(
             f"{key} ({setting.unit})" if setting.unit else key
             for key, setting in getattr(kind, "settings", {}).items()
@@ -71,7 +83,7 @@ def _effects() -> Rows:
     from ..effects import EFFECTS
 
     entries = []
-    for cause, forms in EFFECTS.items():
+    for cause, forms in _usable(EFFECTS):
         for form in forms:
             parameters = ", ".join(f"{q.name} ({q.unit})" for q in form.parameters)
             entries.append([cause, form.form, form.title, parameters, form.source])
@@ -89,7 +101,7 @@ def _criteria() -> Rows:
         for each in QUANTITIES
     ]
     entries += [
-        [one.name, one.label, one.better, CRITERIA.place(one.name)] for one in CRITERIA.values()
+        [one.name, one.label, one.better, CRITERIA.place(one.name)] for _, one in _usable(CRITERIA)
     ]
     return ["criterion", "label", "better", "place"], entries
 
@@ -98,7 +110,7 @@ def _readers() -> Rows:
     from ground_motions.readers import READERS
 
     entries = []
-    for name, read in READERS.items():
+    for name, read in _usable(READERS):
         entries.append([name, (read.__doc__ or "").partition("\n")[0], READERS.place(name)])
     return ["reader", "files", "place"], entries
 
@@ -106,7 +118,7 @@ def _readers() -> Rows:
 def _studies() -> Rows:
     from ..registry import STUDIES
 
-    return ["study", "title"], [[name, study.TITLE] for name, study in STUDIES.items()]
+    return ["study", "title"], [[name, study.TITLE] for name, study in _usable(STUDIES)]
 
 
 def _structures() -> Rows:

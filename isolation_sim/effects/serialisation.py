@@ -104,5 +104,5 @@ def device_section(device: Device, *comments: str, places: Mapping[str, str] | N
     document["isolator"] = section
     if code := code_files(name for name in origins if name not in beside):
         document["code"] = tomlkit.item(code)
-        document["code"].comment("SHA-256 of files of code; a change is told")
+        document["code"].comment("SHA-256 of code files; a change is warned of")
     return tomlkit.dumps(document)

@@ -34,7 +34,7 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
 
 LAW = Law(
     name="dahl",
-    title="Dahl friction beside spring and dashpot",
+    title="Dahl friction in parallel with spring and dashpot",
     states=(Quantity("z", "m", "deflection before slip"),),
     parameters=(
         Quantity("k", "N/m", "stiffness", lower=0.0),

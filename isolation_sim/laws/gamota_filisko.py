@@ -45,8 +45,8 @@ LAW = Law(
         Quantity("e2", "m", "extension of spring k2"),
     ),
     parameters=(
-        Quantity("k1", "N/m", "spring beside dashpot c1", lower=0.0),
-        Quantity("c1", "N s/m", "dashpot beside spring k1", lower=0.0, divides=True),
+        Quantity("k1", "N/m", "spring in parallel with dashpot c1", lower=0.0),
+        Quantity("c1", "N s/m", "dashpot in parallel with spring k1", lower=0.0, divides=True),
         Quantity("k2", "N/m", "spring in series", lower=0.0),
         Quantity("F_c", "N", "yield force of the Bingham body", lower=0.0),
         Quantity("c0", "N s/m", "dashpot of the Bingham body", lower=0.0, divides=True),

@@ -20,7 +20,7 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
 
 LAW = Law(
     name="kelvin_voigt",
-    title="Kelvin-Voigt (spring beside dashpot)",
+    title="Kelvin-Voigt (spring and dashpot in parallel)",
     parameters=(
         Quantity("k", "N/m", "stiffness", lower=0.0),
         Quantity("c", "N s/m", "viscous damping", lower=0.0),

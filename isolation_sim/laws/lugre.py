@@ -36,7 +36,7 @@ def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
 
 LAW = Law(
     name="lugre",
-    title="LuGre friction beside spring and dashpot",
+    title="LuGre friction in parallel with spring and dashpot",
     states=(Quantity("y", "1", "bristle deflection over that at slip"),),
     parameters=(
         Quantity("k0", "N/m", "stiffness", lower=0.0),

@@ -50,8 +50,8 @@ LAW = Law(
     title="Standard solid (three parameters)",
     states=(Quantity("y", "m", "extension of spring k1"),),
     parameters=(
-        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
-        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
+        Quantity("c0", "N s/m", "dashpot in parallel with spring k0", lower=0.0, divides=True),
+        Quantity("k0", "N/m", "spring in parallel with dashpot c0", lower=0.0),
         Quantity("k1", "N/m", "spring in series with k0 and c0", lower=0.0),
     ),
     force=force,

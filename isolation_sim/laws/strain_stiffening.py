@@ -97,8 +97,8 @@ LAW = Law(
         Quantity("z", "m", "extension of the strain-stiffening spring"),
     ),
     parameters=(
-        Quantity("c0", "N s/m", "dashpot beside spring k0", lower=0.0, divides=True),
-        Quantity("k0", "N/m", "spring beside dashpot c0", lower=0.0),
+        Quantity("c0", "N s/m", "dashpot in parallel with spring k0", lower=0.0, divides=True),
+        Quantity("k0", "N/m", "spring in parallel with dashpot c0", lower=0.0),
         Quantity(
             "c1", "N s/m", "dashpot in series with the stiffening spring", lower=0.0, divides=True
         ),

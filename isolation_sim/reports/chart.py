@@ -181,11 +181,13 @@ def elements_along(runs: Mapping[str, Run], direction: int) -> list[str]:
     """One element of each kind at the base: isolators, bearings, and walls that are touched."""
     isolated = next(iter(runs.values())).isolated
     walls = [isolated.element_names[e] for e in moat_walls(isolated)]
-    without_contact = {name for name in walls if not touching(runs, name)}
+    left_out = {name for name in walls if not touching(runs, name)}
+    # the third element of a biaxial device is its axial load and has no force
+    left_out |= {isolated.element_names[group[2]] for group in isolated.groups if len(group) > 2}
     kinds: dict[tuple, str] = {}
     for e in np.flatnonzero(isolated.holding[:, direction]).tolist():
         element = isolated.elements[e]
-        if element.name not in without_contact:
+        if element.name not in left_out:
             kinds.setdefault((element.device.law, element.channel), element.name)
     return list(kinds.values())
 

@@ -37,17 +37,21 @@ def verdict(rows: Sequence[CheckRow]) -> str:
 
 def console_table(rows: Sequence[CheckRow], title: str) -> ConsoleTable:
     """Table for the console."""
+    from rich.padding import Padding
     from rich.table import Table as ConsoleTable
 
     table = ConsoleTable(title=title, caption=f"{verdict(rows)}. {STATEMENT}", box=None)
-    for heading in HEADINGS:
-        table.add_column(heading, overflow="fold")
+    subject, case, *others = HEADINGS
+    table.add_column(subject, overflow="fold", ratio=1)
+    table.add_column(case, overflow="fold")
+    for heading in others:
+        table.add_column(heading, no_wrap=True)
     for group, some in groupby(rows, key=lambda row: row.group):
         table.add_section()
         table.add_row(group, style="bold")
         for row in some:
             cells = (as_written(row.case), row.clause, row.value, row.limit, passes_text(row))
-            table.add_row(f"  {row.subject}", *cells)
+            table.add_row(Padding(row.subject, (0, 0, 0, 2)), *cells)
     return table
 
 

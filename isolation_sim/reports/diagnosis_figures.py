@@ -65,7 +65,7 @@ def loops(traces: Sequence[Trace]) -> list[Panel]:
     panels = []
     for trace in traces[:_SHOWN]:
         # the end of a run, where slow effects are fully developed, unless it is quiet
-        shown = _strongest(trace) if over_time(trace) else strong_end(trace.measured)
+        shown = _strongest(trace) if over_time(trace) else strong_end(trace.measured, trace.across)
         lines = {name: (trace.across[shown], getattr(trace, name)[shown]) for name in LOOKS}
         panels.append(Panel(
             _name(trace), _heading(trace.across_label), _heading(trace.label), lines, LOOKS,

@@ -152,7 +152,7 @@ def _in_space(axes: Any, structure: Structure) -> None:
     axes.set_box_aspect((*(high - low + 1.0), z[-1] + tall))
     axes.view_init(elev=38.0, azim=-60.0)
     axes.set(xlabel="x (m)", ylabel="y (m)", zlabel="height over the base (m)")
-    axes.set_title("from above: isolators\nand floors", loc="left", x=-0.5, y=0.8)
+    axes.set_title("isolators and floors in space", loc="left", x=-0.35, y=0.85)
     axes.patch.set_visible(False)
 
 

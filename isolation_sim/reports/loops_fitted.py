@@ -18,8 +18,12 @@ if TYPE_CHECKING:
     from ..identification.fitted import LawEvaluation, RunError
 
 _MOST_PANELS = 18
-SAMPLES = 1200
-"""Largest number of samples of a loop: a few cycles are enough to see, and files stay small."""
+_POINTS = 1200
+"""Largest number of points of a loop: a few cycles are enough to see, and files stay small."""
+_CYCLES = 2
+"""Least number of cycles of a loop, if the run has as many; then with fewer points a cycle."""
+_TURN = 0.3
+"""Part of the range of the motion, from its middle, that both halves of a cycle exceed."""
 _STRONG = 0.5
 """Energy of the last strong samples over that of the strongest ones of a run."""
 
@@ -47,7 +51,7 @@ def loops(errors: Sequence[RunError], motion: str = "displacement") -> list[Pane
     # each on its own axes, since small loops may have the largest relative errors
     for error in errors:
         run = error.run
-        shown = strong_end(run.force)
+        shown = strong_end(run.force, run.displacement)
         abscissa = 1e3 * getattr(run, motion)[shown]
         forces = zip(LOOKS, (run.force, error.force), strict=True)
         lines = {name: (abscissa, scale * force[shown]) for name, force in forces}
@@ -57,10 +61,18 @@ def loops(errors: Sequence[RunError], motion: str = "displacement") -> list[Pane
     return panels
 
 
-def strong_end(signal: NDArray) -> slice:
-    """The last samples of a run that are strong: an earthquake ends quietly."""
-    length = min(len(signal), SAMPLES)
+def strong_end(signal: NDArray, motion: NDArray) -> slice:
+    """The last samples of a run that are strong, since an earthquake ends quietly."""
+    length = min(len(signal), max(_POINTS, _CYCLES * _samples_per_cycle(motion)))
     total = np.append(0.0, np.cumsum(signal**2))
     energy = total[length:] - total[:-length]
     start = int(np.flatnonzero(energy >= _STRONG * np.max(energy))[-1])
-    return slice(start, start + length)
+    return slice(start, start + length, -(-length // _POINTS))
+
+
+def _samples_per_cycle(motion: NDArray) -> int:
+    """Median number of samples of a cycle; all samples of a run of fewer than two cycles."""
+    centred = motion - (np.max(motion) + np.min(motion)) / 2
+    turned = np.flatnonzero(np.abs(centred) > _TURN * np.max(np.abs(centred)))
+    rises = turned[1:][np.diff(np.sign(centred[turned])) > 0]
+    return int(np.ceil(np.median(np.diff(rises)))) if len(rises) > 1 else len(motion)

@@ -8,9 +8,8 @@ import pandas as pd
 
 from ..errors import check_name
 from ..written_names import as_written
-from .sweep_figures import title_of
 from .sweep_tables import heading
-from .tables import TextTable
+from .tables import RATIOS, TextTable, is_reference, number_text, title_of
 from .units import unit_of
 
 if TYPE_CHECKING:
@@ -20,7 +19,11 @@ if TYPE_CHECKING:
 def statistics_table(suite: Suite, controller: str) -> TextTable:
     """Statistics of every criterion with a controller."""
     rows = []
-    for name, row in suite.statistics.loc[controller].iterrows():
+    statistics = suite.statistics.loc[controller]
+    reference = is_reference(statistics["mean"])
+    for name, row in statistics.iterrows():
+        if reference and str(name) in RATIOS:
+            continue
         unit, factor = unit_of(str(name))
         governing = "" if pd.isna(row["governing"]) else str(row["governing"])
         numbers = [
@@ -34,7 +37,7 @@ def statistics_table(suite: Suite, controller: str) -> TextTable:
 
 
 def _number(value: float, factor: float) -> str:
-    return "" if pd.isna(value) else f"{value * factor:.4g}"
+    return "" if pd.isna(value) else number_text(value * factor)
 
 
 def records_table(suite: Suite, criterion: str) -> TextTable:
@@ -54,7 +57,7 @@ def records_table(suite: Suite, criterion: str) -> TextTable:
                 cells.append(str(run["status"]))
             else:
                 mark = "†" if governing[label] == motion else " "
-                cells.append(f"{run[criterion] * factor:.4g}{mark}")
+                cells.append(f"{number_text(run[criterion] * factor)}{mark}")
         rows.append((str(motion), *cells))
     title = f"{heading(criterion)}, one row per motion"
     headings = ("motion", *map(as_written, suite.controllers))

@@ -22,6 +22,7 @@ from .style import (
     point_looks,
     style,
 )
+from .tables import title_of
 from .units import split_unit, unit_of
 
 if TYPE_CHECKING:
@@ -275,16 +276,3 @@ def sensitivity(sweep: Sweep, criterion: str, controller: str | None) -> Figure:
         axes.grid(axis="y", visible=False)
         legend(figure, axes, "outside upper center")
     return figure
-
-
-def title_of(criterion: str) -> str:
-    """Return a criterion's name in words, without the unit."""
-    parts = criterion.split("_")
-    return " ".join(parts[: -_unit_parts(criterion)] if _unit_parts(criterion) else parts)
-
-
-def _unit_parts(name: str) -> int:
-    """Count the parts of a criterion's name, between underscores, that form the unit."""
-    if name.endswith("_ratio"):
-        return 0
-    return 2 if name.endswith(("_m_s2", "_m_s")) else 1 if unit_of(name)[0] else 0

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..criteria import is_gain
 from ..written_names import as_written
-from .sweep_figures import title_of
-from .tables import TextTable, mark_best
+from .tables import RATIOS, TextTable, is_reference, mark_best, number_text, title_of
 from .units import unit_of
 
 if TYPE_CHECKING:
@@ -33,8 +32,9 @@ def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:
     """Median of every peak and RMS value, and of J1 to J9, as text."""
     medians = sweep.table.groupby("controller", sort=False)[list(sweep.criteria)].median()
     rows = []
+    alone = len(sweep.controllers) == 1 and is_reference(medians.iloc[0])
     for name in sweep.criteria:
-        if name.startswith(("energy_", "normalised_")):
+        if name.startswith(("energy_", "normalised_")) or (alone and name in RATIOS):
             continue
         unit, factor = unit_of(name)
         values = [float(value) * factor for value in medians[name]]
@@ -57,7 +57,7 @@ def best_table(sweep: Sweep, criterion: str, count: int) -> TextTable:
     """Runs with the best criterion."""
     _, factor = unit_of(criterion)
     rows = [
-        [str(row["case"]), f"{row[criterion] * factor:.4g}", as_written(row["controller"]),
+        [str(row["case"]), number_text(row[criterion] * factor), as_written(row["controller"]),
          *(value_text(row[name]) for name in sweep.parameters)]
         for _, row in sweep.best(criterion, count).iterrows()
     ]  # fmt: skip

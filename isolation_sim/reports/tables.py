@@ -60,6 +60,28 @@ _GROUPS = {
 }
 
 
+_LABELS = (
+    {f"{key}_{each.name}": f"{word} {each.label}"
+     for key, word in (("peak", "peak"), ("rms", "RMS")) for each in QUANTITIES}
+    | {row.key: row.label for row in _GROUPS["Benchmark"]}
+)  # fmt: skip
+
+
+RATIOS = frozenset(row.key for row in _GROUPS["Benchmark"])
+"""Criteria that refer to the run without current, J1 to J9."""
+
+
+def title_of(criterion: str) -> str:
+    """A criterion in words, without its unit, as in the table of a run."""
+    if criterion in _LABELS:
+        return _LABELS[criterion]
+    one = known_criterion(criterion)
+    if one is not None:
+        return one.label
+    # a ratio, or of a result that another process saved
+    return criterion.removesuffix(f"_{ending_of(criterion)}").replace("_", " ")
+
+
 class WideTable:
     """A table that is split into parts, one below the other, to fit the console's width."""
 
@@ -243,6 +265,8 @@ def criteria_lines(
     for group, rows in _GROUPS.items():
         if group == _FURTHER:
             rows = _further_rows(criteria)
+        if group == "Benchmark" and len(values) == 1 and is_reference(values[0]):
+            continue
         lines = []
         for row in rows:
             if not any(row.key in v for v in values):
@@ -268,13 +292,14 @@ def _further_rows(criteria: Mapping[str, Mapping[str, float]]) -> list[Row]:
         if name in listed or name.startswith("normalised_"):
             continue
         one = known_criterion(name)
-        if one is None:  # of a result that another process saved
-            label = name.removesuffix(f"_{ending_of(name)}").replace("_", " ")
-            result.append(Row(name, label, None))
-        else:
-            better = {"smaller": min, "larger": max, "neither": None}[one.better]
-            result.append(Row(name, one.label, better))
+        better = {"smaller": min, "larger": max, "neither": None}
+        result.append(Row(name, title_of(name), None if one is None else better[one.better]))
     return result
+
+
+def is_reference(criteria: Any) -> bool:
+    """Whether criteria by name are those of the run to which J1 to J9 refer."""
+    return all(criteria.get(f"J{k}") == 1.0 for k in (1, 2, 3, 4, 5, 7, 8))
 
 
 def run_table(run: Run) -> WideTable:
@@ -310,21 +335,22 @@ def mark_best(
     bounds: Sequence[bool] = (),
 ) -> list[tuple[str, bool]]:
     """Text of each number of a row, and whether it is the best."""
-    texts = [_text(number) for number in numbers]
+    texts = [number_text(number) for number in numbers]
     bounds = bounds or [False] * len(numbers)
     known = [
         number
         for number, bound in zip(numbers, bounds, strict=True)
         if number is not None and number == number and not bound
     ]
-    mark = _text(best(known)) if best and known else None
+    mark = number_text(best(known)) if best and known else None
     # equal values: none is the best
     if len(set(texts)) == 1:
         mark = None
     return [(text, text == mark and not bound) for text, bound in zip(texts, bounds, strict=True)]
 
 
-def _text(number: float | None) -> str:
+def number_text(number: float | None) -> str:
+    """A number in four digits; large ones without exponent, small ones with it."""
     if number is None:
         return "-"
     small = number != 0 and abs(number) < 0.01

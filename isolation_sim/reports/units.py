@@ -4,6 +4,8 @@ from __future__ import annotations
 
 UNITS = {
     "drift_ratio": ("%", 1e2),
+    "m2_s4": ("m²/s⁴", 1.0),
+    "m_s3": ("m/s³", 1.0),
     "m_s2": ("m/s²", 1.0),
     "m_s": ("m/s", 1.0),
     "s": ("s", 1.0),

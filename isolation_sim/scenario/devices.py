@@ -231,9 +231,9 @@ class Isolator(_Device):
         for key in ("length_scale", "force_scale"):
             if getattr(self, key) is None and not self.law.endswith(".fmu"):
                 raise InputError(
-                    f"{key} is missing; expected: a number above 0 (only the reference building "
-                    "has a default), or in place of both scales target_period_s or "
-                    "effective_period_s"
+                    f"{key} is missing; expected: a number above 0, such as 1 for parameters of "
+                    "full-size isolators (only the reference building has a default), or in place "
+                    "of both scales target_period_s or effective_period_s"
                 )
         return self.device()
 

@@ -46,7 +46,7 @@ def toml_text(scenario: Section, comments: bool) -> str:
     own = code_files(names_in(scenario.model_dump(mode="json")))
     if own:
         lines = [_line(path, digest) for path, digest in own.items()]
-        blocks.append(["# SHA-256 of files of code; a change is told", "[code]", *lines])
+        blocks.append(["# SHA-256 of code files; a change is warned of", "[code]", *lines])
     return "\n".join(line for block in blocks for line in block).rstrip("\n") + "\n"
 
 

@@ -14,6 +14,7 @@ from ground_motions import Record, ResponseSpectrum
 from ground_motions.argument_types import checked
 
 from ..archive import FILE, save_archive
+from ..criterion import saved_criterion
 from ..errors import InputError, check_name
 from ..io.netcdf import write_netcdf
 from ..io.results_folder import files_into
@@ -95,7 +96,14 @@ class Run(Printed, Trajectory):
 
     def __getstate__(self) -> dict[str, Any]:
         """Data for all reports, without the simulation's working memory."""
-        return {name: getattr(self, name) for name in _SAVED}
+        labels = [[one.name, one.label, one.better] for one in self.selected]
+        return {name: getattr(self, name) for name in _SAVED} | {"labels": labels}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        saved = dict(state)
+        labels = saved.pop("labels", ())
+        vars(self).update(saved)
+        self.selected = tuple(saved_criterion(*each) for each in labels)
 
     def __repr__(self) -> str:
         motion = ", ".join(record.name for record in self.records)

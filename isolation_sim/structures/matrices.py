@@ -85,6 +85,13 @@ def from_matrices(
     PlausibilityWarning
         If the first mode on a fixed base has a damping ratio above 1, as with C and K exchanged, or
         if rigid motion has a stiffness or damping, as with a spring between base and ground.
+
+    Notes
+    -----
+    Matrices of a building on a fixed base, in displacements relative to it, get a base of mass
+    ``m_b`` by ``T = np.hstack([-r, np.eye(n)])`` with ``r = np.ones((n, 1))`` in one direction:
+    ``C`` and ``K`` become ``T.T @ C @ T`` and ``T.T @ K @ T``, and ``M`` becomes
+    ``scipy.linalg.block_diag(m_b, M)``.
     """
     n = _size(mass)
     bases = tuple(int(i) for i in numbers("base", base).ravel())

@@ -54,7 +54,8 @@ def implausible_matrices(structure: Any) -> tuple[str, ...]:
                     f"{structure.name}: rigid motion along {name} has a {what} of "
                     f"{rigid @ each @ rigid:.3g} {unit}, at {structure.names[dof]} "
                     f"{held[dof]:.3g} {unit}; expected: none without the isolators; check the "
-                    f"{what} for parts to the ground, and influence"
+                    f"{what} for parts to the ground (matrices of a fixed-base building lack the "
+                    "base's row and column), and influence"
                 )
     return tuple(lines)
 

@@ -110,7 +110,10 @@ def _few_enough(count: float, subject: str) -> None:
 
 
 def _shown(values: Sequence[Any]) -> tuple[str, ...] | None:
-    """Names of values that do not fit in a table; None for other values."""
+    """Names of values that do not fit in a table, and of files; None for other values."""
+    if values and all(isinstance(value, str) and Path(value).is_absolute() for value in values):
+        names = tuple(Path(value).stem for value in values)
+        return names if len(set(names)) == len(set(values)) else None
     if all(isinstance(value, bool | int | float | str) for value in values):
         return None
     return tuple(map(_name_of, values))

@@ -14,6 +14,7 @@ from ground_motions.argument_types import checked
 from ground_motions.registry import code_files
 
 from ..errors import InputError, check_name
+from ..io.results_folder import write_contents
 from ..registry import CONTROLLERS, controller
 from ..scenario import Scenario
 from ..scenario.job import Job
@@ -139,6 +140,10 @@ def tune(
     progress("constant currents", 0)
     with Processes(processors(workers)) as processes:
         trials = Trials(scenario, tuned_on, weights, processes)
+        if out is not None:
+            tuning.save_state(out)
+            # marks the folder as results, even if the search is killed
+            write_contents(Path(out), f"Tuning of {tuning.controller}")
 
         def evaluate(candidates: Sequence[Settings], on: Trials = trials) -> NDArray:
             return on.scores([Candidate(name, held | each) for each in candidates])

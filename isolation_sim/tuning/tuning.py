@@ -323,7 +323,7 @@ class Tuning(Printed):
 
 
 def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -> Tuning:
-    """Begin a tuning, or continue the one in a folder."""
+    """A new tuning, or the one in a folder to continue; nothing is written."""
     # convert by JSON, to compare with the saved content
     new = Tuning(json.loads(json.dumps(content)))
     if folder is None:
@@ -341,9 +341,6 @@ def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -
                 )
         return Tuning(stored.content, stored.trials)
     check_free(folder, resumable=there.exists())
-    new.save_state(folder)
-    # marks the folder as results, even if the search is killed
-    write_contents(folder, f"Tuning of {new.controller}")
     return new
 
 

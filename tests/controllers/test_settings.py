@@ -119,3 +119,13 @@ def test_accepted_and_refused(accepts, good, bad):
     for value in bad:
         with pytest.raises((TypeError, ValueError)):
             accepts(value)
+
+
+def test_a_setting_accepts_numbers_by_default():
+    class Plain(Controller):
+        name = "plain"
+        gain: float = setting(2.0, "gain")
+
+    assert Plain(gain=3).gain == 3.0
+    with pytest.raises(InputError, match=r"plain: gain is 'large'; expected: a number$"):
+        Plain(gain="large")

@@ -255,6 +255,8 @@ def test_an_observer_is_recommended_under_noise_or_delay(isolated, record):
         assert not cautions(sensors, filter="kalman")
     assert not cautions(Sensors())
     assert not simulate(isolated, record, Outwards(), sensors=noise).cautions
+    (line,) = simulate(isolated, record, iso.controller("clipped_lqr"), sensors=noise).cautions
+    assert line.endswith("clipped_lqg estimates them by an observer")
     with pytest.warns(iso.ControllerWarning, match="as they are measured, with noise or delay"):
         run = iso.simulate(isolated, record, Observing(), sensors=noise)
     assert any(run.cautions[0] in line for line in run.warnings())

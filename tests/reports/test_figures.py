@@ -263,9 +263,18 @@ def test_loops_of_a_fit(count):
 def test_the_loop_of_an_earthquake_is_not_its_quiet_end():
     time = np.arange(4000) / 100
     sine, quake = np.sin(6 * time), np.exp(-((time - 10) ** 2) / 20) * np.sin(6 * time)
-    assert strong_end(sine) == slice(2800, 4000)
-    assert strong_end(sine[:500]) == slice(0, 500)
-    assert np.max(np.abs(quake[strong_end(quake)])) > 0.9
+    assert strong_end(sine, sine) == slice(2800, 4000, 1)
+    assert strong_end(sine[:500], sine[:500]) == slice(0, 500, 1)
+    assert np.max(np.abs(quake[strong_end(quake, quake)])) > 0.9
+
+
+@pytest.mark.parametrize("count", [2100, 4300, 10_000])
+def test_the_loop_of_a_slow_test_is_closed(count):
+    time = np.arange(count) / 1000  # cycles of 2000 samples
+    sine = np.sin(np.pi * time) + 0.01 * np.random.default_rng(0).standard_normal(count)
+    shown = strong_end(sine, sine)
+    assert shown.stop - shown.start >= min(3990, count)
+    assert len(sine[shown]) <= 1200
 
 
 def test_no_value_of_a_contour_is_cut_off():
@@ -369,6 +378,10 @@ def test_the_building_from_above_has_every_floor_and_isolator():
     drawn = structure_drawing(building.on(iso.law("strain_stiffening"), biaxial=True))
     side, plan, space = drawn.axes
     assert (side.get_title(loc="left"), plan.get_xlabel()) == ("from the side", "x (m)")
+    titles = {title for axes in drawn.axes if (title := axes.get_title(loc="left"))}
+    boxes = [box for text, box in drawn_texts(drawn) if text in titles]
+    assert len(boxes) == 3
+    assert all(box.x0 >= 0 and box.x1 <= drawn.bbox.x1 for box in boxes)
     assert len(space.collections) == 4  # floors and base
     assert len(space.lines) == 4 + len(building.isolator_positions)  # columns and isolators
 

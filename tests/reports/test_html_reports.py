@@ -7,7 +7,9 @@ import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
+from isolation_sim.reports.chart import elements_along
 from isolation_sim.reports.html.run_report import criteria_table, run_report
+from isolation_sim.structures import load_change_rows, plan_building
 from isolation_sim.written_names import as_written
 
 MOST = 6_000_000
@@ -186,3 +188,15 @@ def test_columns_and_numbers_of_the_criteria(mixed):
         1e3 * ratio, rel=1e-3
     )
     assert not any("e+" in cell.text for row in table.rows for cell in row.cells)
+
+
+@pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
+def test_axial_loads_of_bearings_have_no_loop():
+    building = plan_building([2e5], [3e8], [3e8], base_mass=3e5, plan=(20.0, 12.0), heights=[3.5])
+    sliding = {"W": 5e6, "R": 2.0, "mu_max": 0.06, "mu_min": 0.03, "a": 50.0, "u_y": 1e-3}
+    bearings = iso.law("friction_pendulum", sliding | {"n": 2.0, "tau": 1.0})
+    loads = load_change_rows(building, overturning=True)
+    isolated = building.on(bearings, biaxial=True, load_changes=loads)
+    pulse = Record(np.sin(np.arange(100) / 10), 0.02, name="pulse")
+    run = iso.simulate(isolated, [pulse, pulse])
+    assert elements_along({"passive off": run}, 0) == ["isolator1_x"]

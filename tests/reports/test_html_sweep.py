@@ -80,7 +80,7 @@ def test_the_report_says_what_came_of_the_sweep(swept):
     best = good.loc[good["rms_drift_m"].idxmin()]
     for told in (
         "12 runs: 6 cases under 2 controllers; 4 failed.",
-        f"The lowest rms drift, {1e3 * best['rms_drift_m']:.4g} mm, is that of "
+        f"The lowest RMS storey drift, {1e3 * best['rms_drift_m']:.4g} mm, is that of "
         f"{as_written(best['controller'])} in case {best['case']} (scale {best['scale']:.5g}",
         "diverged", "table.npz", "--csv",
     ):  # fmt: skip
@@ -103,7 +103,7 @@ def test_controllers_that_print_alike_are_equally_good(swept):
     rows = page.sections[1].blocks[0].rows
     marks = {row.label: [cell.mark for cell in row.cells] for row in rows}
     # nothing to choose where all print alike; J6 is 1 for every isolated building
-    assert marks["peak drift, mm"] == marks["J6"] == ["", ""]
+    assert marks["peak storey drift, mm"] == marks["J6 control device / base shear"] == ["", ""]
     assert sorted(marks["peak base displacement, mm"]) == ["", "best"]
 
 
@@ -160,7 +160,7 @@ def test_the_report_is_operated(swept, opened, until, tmp_path, cut_off):
     page.locator(".explorer [data-field='1']").select_option("0.5")
     assert table.count() == 2
 
-    page.locator("[data-role=criterion]").select_option("rms drift, mm")
+    page.locator("[data-role=criterion]").select_option("RMS storey drift, mm")
     own = good[(good["controller"] == "on_off") & (good["scale"] == 0.5)]
     shown = table.locator("td:nth-child(5)").all_inner_texts()
     np.testing.assert_allclose(np.array(shown, float), 1e3 * np.sort(own["rms_drift_m"]), rtol=1e-3)

@@ -6,7 +6,8 @@ import pytest
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval
 from isolation_sim.discrepancy.interval import percent
 from isolation_sim.reports.diagnosis import causes_table, shown
-from isolation_sim.reports.tables import TextTable, as_text
+from isolation_sim.reports.tables import TextTable, as_text, criteria_lines, number_text, title_of
+from isolation_sim.written_names import as_written
 
 HEADINGS = ("run", "simulation.computation_delay_s", "95 % interval", "error, %", "what it is",
             "unit")  # fmt: skip
@@ -104,3 +105,32 @@ def test_adequate_on_the_fitted_data_alone_is_said():
         found = Diagnosis("tests", "law", "adequate", 0.01, error, error, (), 0.0, (), None, ())
         lines = [line for line in shown(found) if isinstance(line, str)]
         assert words in lines[1]
+
+
+def test_the_place_of_a_controller_is_not_written_as_words():
+    assert as_written("clipped_lqr") == "clipped LQR"
+    assert as_written("my_control.py:StaticOutput") == "my_control.py:StaticOutput"
+
+
+def test_criteria_have_one_label_in_all_tables():
+    assert title_of("peak_drift_m") == "peak storey drift"
+    assert title_of("rms_superstructure_acceleration_m_s2") == "RMS floor accel. above base"
+    assert title_of("J5") == "J5 peak floor acceleration"
+    assert title_of("isolator_travel_m") == "travel of the isolators"
+    assert title_of("normalised_peak_drift") == "normalised peak drift"
+
+
+def test_criteria_of_jerk_and_of_mean_squares_have_a_unit():
+    for name, line in {"jerk_m_s3": "jerk, m/s³", "square_m2_s4": "square, m²/s⁴"}.items():
+        ((label, _),) = criteria_lines({"off": {name: 1.0}}, {"off": {}})["Further"]
+        assert label == line
+
+
+def test_large_numbers_have_no_exponent():
+    assert [number_text(n) for n in (10970.0, 1.0, 0.0012)] == ["10970", "1.000", "1.2e-03"]
+
+
+def test_one_run_has_no_ratios_to_itself():
+    ones = {f"J{k}": 1.0 for k in range(1, 9)}
+    assert "Benchmark" not in criteria_lines({"off": ones}, {"off": {}})
+    assert "Benchmark" in criteria_lines({"off": ones, "on": ones}, {"off": {}, "on": {}})

@@ -75,6 +75,7 @@ def test_warnings_of_single_runs_are_counted(suite):
     assert suite.warnings() == suite.sweep.warnings() and suite.warnings()
     assert all(f"warning: {line}" in str(suite).replace("\n", " ") for line in suite.warnings())
     page = (suite.folder / "report.html").read_text()
+    assert "The scenario file: building" in page and "[[controller]]" in page
     assert all(f"Warning: {line.partition(';')[0]}" in page for line in suite.warnings())
 
 
@@ -232,6 +233,17 @@ def test_two_directions_are_shaken_together(tmp_path):
     second = read_csv(tmp_path / "out" / motion["files"][1])
     assert isinstance(second, Record)
     np.testing.assert_array_equal(second.acceleration, 0.5 * ground.acceleration)
+    # what is refused leaves no file, and no record before it
+    other = write_csv(ground, tmp_path / "other.csv")
+    fine = write_csv(ground.resampled(ground.dt / 2), tmp_path / "fine.csv")
+    for last, said in (
+        ([str(other)], r"has 1 horizontal component; expected: 2, .*files = .*one_H1"),
+        ([str(other), str(fine)], "record other: steps of its components: given "),
+    ):
+        given = {"ground": {"files": [list(map(str, files)), last], "scaling": "none"}}
+        with pytest.raises(InputError, match=said):
+            prepare(Scenario.model_validate(given).ground[0], plan, tmp_path / "refused")
+        assert not (tmp_path / "refused").exists()
 
 
 @pytest.mark.parametrize("scaling", ["none", "matched"])

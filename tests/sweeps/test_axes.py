@@ -118,6 +118,15 @@ def test_tables_are_shown_by_their_names():
     assert points_of(vary=[named])[:, 0].tolist() == ["a", "b"]
 
 
+def test_files_are_shown_without_their_folder(tmp_path):
+    shown = {}
+    for files in (("a.AT2", "b.AT2"), ("one/a.AT2", "two/a.AT2")):
+        values = [str(tmp_path / file) for file in files]
+        points = points_of(vary=[{"field": "ground.file", "label": "record", "values": values}])
+        shown[files] = points[:, 0].tolist() == ["a", "b"], points[:, 0].tolist() == values
+    assert [*shown.values()] == [(True, False), (False, True)]
+
+
 def test_a_quantity_twice_is_refused():
     entry = {"field": "isolator.count", "values": [1.0]}
     with pytest.raises(InputError, match=r"isolator\.count is varied twice"):

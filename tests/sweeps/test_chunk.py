@@ -48,6 +48,25 @@ def test_an_estimate_fills_the_vector_lanes(monkeypatch):
     assert run.estimate(design_of(vary=vary)).seconds < 2 * (240 * 0.002 + 2 * 0.4)
 
 
+def test_compilation_does_not_count_in_an_estimate(monkeypatch):
+    """It would make the chunks so small that vector lanes are empty."""
+    now, compiled = [0.0], set()
+
+    def fake(chunk):
+        n = len(chunk.cases)
+        kernel = n > 1  # in vector lanes or not
+        now[0] += 0.002 * n + (0 if kernel in compiled else 20.0)
+        compiled.add(kernel)
+        return Finished(0, bytes(n), n, 0)
+
+    monkeypatch.setattr(Chunk, "run", fake)
+    monkeypatch.setattr(run.time, "perf_counter", lambda: now[0])
+    vary = [{"field": "isolator.count", "low": 0.5, "high": 1.5, "count": 1000}]
+    found = run.estimate(design_of(vary=vary))
+    assert found.seconds == pytest.approx(1000 * 0.002)
+    assert found.cases_per_chunk == run.MOST_CASES
+
+
 def test_a_row_is_the_single_run_of_its_case(mixed, together):
     """Everything that `isolation-sim run` reports, with the same bits."""
     assert len(together) == 108 and (together["status"] == "ok").all()

@@ -65,8 +65,10 @@ def test_the_best_take_most_energy_out(mixed):
     vars(found)["table"] = mixed.table.assign(J9=np.linspace(0.5, 0.9, len(mixed.table)))
     good = found.table[found.table["status"] == "ok"]
     assert found.best("J9", 2)["J9"].tolist() == sorted(good["J9"], reverse=True)[:2]
-    assert as_text(best_table(found, "J9", 2)).startswith("highest J9\n")
-    assert as_text(best_table(mixed, "rms_drift_m", 2)).startswith("lowest rms drift\n")
+    assert as_text(best_table(found, "J9", 2)).startswith(
+        "highest J9 control work / input energy\n"
+    )
+    assert as_text(best_table(mixed, "rms_drift_m", 2)).startswith("lowest RMS storey drift\n")
 
 
 def test_the_best_list_has_a_result_once(tmp_path):

@@ -198,6 +198,7 @@ def test_input_that_cannot_be_used_is_refused_in_a_line(words, told, tmp_path, m
     shown = capsys.readouterr()
     assert stop.value.code == 2
     assert told in shown.err and shown.err.count("\n") == 1 and "Traceback" not in shown.err
+    assert not (tmp_path / "results").exists()  # the mended command finds a free folder
 
 
 def test_wrong_types_are_refused_with_what_is_accepted(strong):

@@ -10,7 +10,7 @@ import numpy as np
 from ...effects.serialisation import device_code
 from ...identification.fitted import Fit
 from ..fit_tables import errors_table, parameters_table, runs_table
-from ..loops_fitted import LOOKS, SAMPLES, loops
+from ..loops_fitted import LOOKS, loops
 from ..references import of_device
 from .page import (
     Block,
@@ -91,8 +91,8 @@ def _results(evaluation: LawEvaluation, verdict: tuple[str, ...], table: Table) 
     return [
         Section("Verdict", first),
         Section("Loops", [
-            Prose((f"The last {SAMPLES} samples of each run at most, each run on its own "
-                   f"axes. The title gives the error.{some}",)),
+            Prose(("The last strong cycles of each run, each run on its own axes. The title gives "
+                   f"the error.{some}",)),
             LineChoice(LOOKS, "Lines of all charts"),
             *_loops(shown),
         ]),

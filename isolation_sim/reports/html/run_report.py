@@ -116,12 +116,13 @@ def criteria_table(comparison: Comparison) -> Table:
             Row(label, tuple(Cell(text, "best" if best else "") for text, best in cells))
             for label, cells in lines
         ]
+    several = len(comparison.runs) > 1
     against = f" J1 to J9 refer to {comparison.reference}." if comparison.reference else ""
     return Table(
         caption="Criteria and energies of each run, with units",
         headings=("Quantity", *comparison.runs, *baseline),
         rows=tuple(rows),
-        note=("* best of the row." * (len(comparison.runs) > 1) + against).strip(),
+        note=f"* best of the row.{against}" if several else "",
     )
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ...sweeps.suites.result import SCENARIO
 from ...written_names import as_written
 from ..style import BAND
 from ..suite_figures import spectra_key, spectra_panel
 from ..suite_tables import motions_text, records_table, statistics_table, verdict
 from ..sweep_tables import heading
-from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table
+from .page import Block, Cell, Facts, Key, Listing, Page, Prose, Row, Section, Table
 from .panels import panel_chart
 from .run_report import versions
 from .sweep_report import warnings_of
@@ -59,7 +60,9 @@ def suite_report(suite: Suite) -> Page:
                 "Controllers": ", ".join(map(as_written, suite.controllers)),
                 "All numbers": "runs.csv and statistics.csv, in SI units",
                 "Versions": versions(),
-            })
+            }),
+            Listing("The scenario file: building, isolators, records and target",
+                    (suite.folder / SCENARIO).read_text(encoding="utf-8")),
         ]),
     ]  # fmt: skip
     sections = [Section(title, blocks) for title, blocks in parts if blocks]

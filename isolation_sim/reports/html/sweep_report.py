@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from ...criteria import is_gain
 from ...errors import InputError, check_name
 from ...written_names import as_written
-from ..sweep_figures import title_of
 from ..sweep_tables import median_rows, sensitivity_table, value_text
+from ..tables import title_of
 from ..units import unit_of
 from .charts import looks
 from .explorer import explorer

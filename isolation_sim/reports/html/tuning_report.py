@@ -10,7 +10,7 @@ import numpy as np
 from ...written_names import as_written
 from ..chart import Panel
 from ..style import Look
-from ..sweep_figures import title_of
+from ..tables import title_of
 from ..tuning_tables import gains_table, settings_table
 from .page import (
     Block,

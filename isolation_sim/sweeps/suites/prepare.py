@@ -64,13 +64,12 @@ def prepare(
     step("reading records")
     records, changes = _scale(section, rule, period, section.records(), step, workers)
     records = [_pad(record, section.quiet_after_s) for record in records]
-    (folder / MOTIONS).mkdir(parents=True, exist_ok=True)
     motions = []
+    written: dict[str, Record] = {}
     for record, change in zip(records, changes, strict=True):
         for name, components in _shaking(section, isolated, record):
             files = [f"{MOTIONS}/{file_name(name)}_{k + 1}.csv" for k in range(len(components))]
-            for each, file in zip(components, files, strict=True):
-                write_csv(each, folder / file)
+            written |= dict(zip(files, components, strict=True))
             motions.append({"name": name, "record": record.name, "files": files, **change[name]})
     step("spectra")
     index = {
@@ -81,6 +80,10 @@ def prepare(
         "motions": motions,
         "spectra": _spectra(section, rule, period, records),
     }
+    # after all that can be refused, so that nothing is left of a suite that cannot begin
+    (folder / MOTIONS).mkdir(parents=True, exist_ok=True)
+    for file, each in written.items():
+        write_csv(each, folder / file)
     write_text(json_text(index, indent=1), folder / INDEX)
     return index
 
@@ -248,23 +251,28 @@ def _shaking(
             for k in target[section.components]
             if k < len(record.components)
         ]
-    if len(directions) != len(record.components):
+    count = len(record.components)
+    if len(directions) != count:
         raise InputError(
-            f"record {record.name} has {len(record.components)} horizontal components; expected: "
-            f"{len(directions)}, one per direction of the structure ({', '.join(directions)})"
+            f"record {record.name} has {count} horizontal component{'s' * (count != 1)}; expected: "
+            f"{len(directions)}, one per direction of the structure ({', '.join(directions)}), "
+            'such as files = [["one_H1.AT2", "one_H2.AT2"], ...]'
         )
     if not structure.vertical:
-        return [(record.name, _as_long(record.components))]
+        return [(record.name, _as_long(record.name, *record.components))]
     if record.vertical is None:
         raise InputError(
             f"record {record.name} has no vertical component; expected with vertical_period_s: one "
             "in the PEER download, or as the third file of a record in files"
         )
-    return [(record.name, _as_long((*record.components, record.vertical)))]
+    return [(record.name, _as_long(record.name, *record.components, record.vertical))]
 
 
-def _as_long(components: tuple[Record, ...]) -> tuple[Record, ...]:
+def _as_long(name: str, *components: Record) -> tuple[Record, ...]:
     """Components padded with zeros to one length; those of PEER often differ by some samples."""
+    if len({each.dt for each in components}) > 1:
+        steps = ", ".join(f"{each.dt:g}" for each in components)
+        raise InputError(f"record {name}: steps of its components", f"{steps} s", "one step")
     longest = max(len(each) for each in components)
     return tuple(each.padded(after=(longest - len(each)) * each.dt) for each in components)
 

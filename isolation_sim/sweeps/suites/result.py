@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-SWEEP = "sweep"
+SCENARIO, SWEEP = "scenario.toml", "sweep"
+"""File of the scenario, folder of the runs."""
 STATISTICS = ("mean", "median", "percentile_84", "maximum")
 """Statistics over the motions of a suite."""
 

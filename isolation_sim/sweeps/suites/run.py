@@ -16,12 +16,11 @@ from ...scenario.job import with_place
 from ...scenario.suite import RecordSuite
 from ...workers import processors
 from .prepare import INDEX, MOTIONS, prepare
-from .result import SWEEP, Suite
+from .result import SCENARIO, SWEEP, Suite
 
 if TYPE_CHECKING:
     from ..run import Estimate
 
-SCENARIO = "scenario.toml"
 MOTION = "motion"
 FILES = (SCENARIO, INDEX, MOTIONS, SWEEP)
 """Files and folders of a suite, finished or not."""
