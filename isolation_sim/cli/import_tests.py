@@ -45,7 +45,8 @@ def import_tests(
     unit: Annotated[
         list[str] | None,
         typer.Option(
-            help="Unit of a quantity whose heading has none, as displacement=mm; may be repeated."
+            help="Unit of a quantity whose heading has none or a wrong one, as displacement=mm, or "
+            "a multiple, as current='0.1667 A' of a voltage or force='-1 kN'; may be repeated."
         ),
     ] = None,
     current: Annotated[

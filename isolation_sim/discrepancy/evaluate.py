@@ -16,7 +16,7 @@ from ..identification.campaign import Campaign, read_campaign
 from ..identification.data_checks import divergence_note
 from ..identification.fitted import LawEvaluation, RunError
 from ..identification.force_channel import Averaging, averaging_note, find_averaging
-from ..identification.law_fit import NOT_AVERAGED
+from ..identification.law_fit import NOT_AVERAGED, from_off
 from ..identification.measured_runs import MeasuredRuns, measured_runs
 from ..identification.parameterisation import Parameterisation
 from ..identification.run_starts import start_note
@@ -114,7 +114,7 @@ def _notes(device: Device, campaign: Campaign) -> tuple[str, ...]:
     slack = 1e-6 * (high - low) if np.isfinite(high - low) else 0.0
     outside = [
         run.name for run in campaign.runs
-        if run.current.min() < low - slack or run.current.max() > high + slack
+        if from_off(run.current.min(), high) < low - slack or run.current.max() > high + slack
     ]  # fmt: skip
     if outside:
         notes.append(f"current outside {low:g} to {high:g} A in {', '.join(outside)}")

@@ -281,7 +281,7 @@ def _powers(currents: NDArray, values: NDArray) -> NDArray:
 
 def from_off(least: float, most: float) -> float:
     """Lowest current of a law's range, A: 0 where the lowest of the data is nearly 0."""
-    return 0.0 if 0 < least < _NEARLY_OFF * most else least
+    return 0.0 if abs(least) < _NEARLY_OFF * most else least
 
 
 def _is_scaled(scaling: StateScaling, values: Mapping[str, NDArray]) -> bool:

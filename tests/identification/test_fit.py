@@ -302,6 +302,21 @@ def test_the_fitted_device_reproduces_the_runs(campaign_of, held, reference_forc
         np.testing.assert_allclose(error.force, force, atol=1e-5 * np.abs(force).max())
 
 
+@pytest.mark.parametrize("off", [-0.01, 0.01])
+def test_an_offset_of_the_current_sensor_is_no_current(off):
+    time = np.arange(0, 2, 0.01)
+    x, v = 1e-3 * np.sin(6 * time), 6e-3 * np.cos(6 * time)
+    runs = [
+        TestRun(f"{current:g}A", time, x, v, (1e5 + 3e4 * current) * x + 4e3 * v, current + 0 * x)
+        for current in (off, 1.0, 2.0)
+    ]
+    campaign = Campaign("offset", "made", tuple(runs))
+    device = fit(campaign, "kelvin_voigt").device
+    assert device.current_range == (0.0, 2.0)
+    evaluation = iso.evaluate(device, campaign)
+    assert not [note for note in evaluation.notes if "current outside" in note]
+
+
 def test_progress_counts_the_starts(campaign_of, held):
     seen = []
     fitted("linear", campaign_of("linear", 0), held, starts=5, progress=seen.append)

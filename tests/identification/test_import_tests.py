@@ -161,6 +161,23 @@ def test_headings(heading, unit, quantities):
     assert heading_of(heading)[1:3] == (unit, quantities)
 
 
+def test_a_unit_may_be_a_multiple(tmp_path):
+    volts, turned = 6 * CURRENT, -FORCE / 1e3
+    table = np.column_stack([TIME, 1e3 * X, turned, volts])
+    text = "t_s,x_mm,F_kN,U_V\n" + "\n".join(",".join(f"{v:.9g}" for v in row) for row in table)
+    path = written(tmp_path, text, "volts.csv")
+    units = {"force": "-1 kN", "current": f"{1 / 6!r} A"}
+    imported = iso.import_tests(path, columns={"current": "U_V"}, units=units)
+    (run,) = imported.campaign.runs
+    assert run.force == pytest.approx(FORCE, rel=1e-6)
+    assert run.current == pytest.approx(CURRENT, rel=1e-6)
+    assert any("force in -1 kN as given" in note for note in imported.notes)
+    for wrong in ("0 kN", "2 V", "1e kN", "-kN"):
+        told = refused(path, columns={"current": "none"}, units={"force": wrong})
+        assert f"--unit force: given '{wrong}'; expected: N, kN" in told
+        assert "or a multiple such as '-0.5 N'" in told
+
+
 def test_choices_of_the_caller(tmp_path):
     path = written(tmp_path, "a,Load cell (V),b\n" + PLAIN, "2A_0p5mm.csv")
     columns = {"time": "a", "force": 3, "displacement": "Load cell"}

@@ -22,6 +22,8 @@ _SAME = {
     "mm_s2": "mm/s2", "cm_s2": "cm/s2",
 }  # fmt: skip
 _SPELLINGS = {"²": "2", "^": "", "°": "deg", "µ": "u", "μ": "u", "/sec": "/s", " ": ""}
+# "-1 kN" or "0.1667 A": what one in the file is
+_MULTIPLE = re.compile(r"(?P<factor>[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?)\s*(?P<unit>\D.*)", re.I)
 # "[mm]", "(mm)", "{mm}", "<mm>" at the end; what may stand before a unit without brackets
 _BRACKETS = re.compile(r"(?P<name>.*?)\s*[\[({<]\s*(?P<unit>[^\[\](){}<>]*?)\s*[\])}>]\s*")
 _BEFORE_UNIT = re.compile(r"\s+in\s+|\s*[,_/:]\s*|\s+")
@@ -83,6 +85,15 @@ def unit_factor(quantity: str, unit: str) -> float | None:
     return known.get(text) or (known[same[0]] if same else None)
 
 
+def given_factor(quantity: str, unit: str) -> float | None:
+    """As ``unit_factor``, of a unit or a multiple of it that the caller gives."""
+    multiple = _MULTIPLE.fullmatch(unit.strip())
+    if multiple is None:
+        return unit_factor(quantity, unit)
+    one, factor = unit_factor(quantity, multiple["unit"]), float(multiple["factor"])
+    return one * factor if one is not None and factor != 0 else None
+
+
 def is_unit(text: str) -> bool:
     """Whether a cell, as of a row of units, is a unit of a quantity that is read."""
     bare = text.strip("[](){}<> ")
@@ -128,12 +139,13 @@ def find_channels(
     channels, unclear = {}, {}
     for quantity, k in places.items():
         # times are in s unless their heading says otherwise; slow ones are asked for
-        unit = units.get(quantity) or headings[k].unit
-        factor = unit_factor(quantity, unit or ("s" if quantity == "time" else ""))
+        given = units.get(quantity, "")
+        unit = given or headings[k].unit or ("s" if quantity == "time" else "")
+        factor = (given_factor if given else unit_factor)(quantity, unit)
         if factor is None:
             unclear[quantity] = headings[k].text
         else:
-            channels[quantity] = Channel(k, headings[k].text, unit, factor)
+            channels[quantity] = Channel(k, headings[k].text, given or headings[k].unit, factor)
     if unclear:
         texts = ", ".join(f"{text!r} ({quantity})" for quantity, text in unclear.items())
         options = (f"--unit {quantity}=UNIT ({', '.join(UNITS[quantity])})" for quantity in unclear)
@@ -148,8 +160,12 @@ def check_choices(columns: Mapping[str, str], units: Mapping[str, str]) -> None:
             if quantity not in UNITS:
                 raise unknown_name(f"quantity of {option}", quantity, UNITS)
     for quantity, unit in units.items():
-        if unit_factor(quantity, unit) is None:
-            raise InputError(f"--unit {quantity}", repr(unit), ", ".join(UNITS[quantity]))
+        if given_factor(quantity, unit) is None:
+            usual = ", ".join(UNITS[quantity])
+            multiple = f"'-0.5 {next(iter(UNITS[quantity]))}'"
+            raise InputError(
+                f"--unit {quantity}", repr(unit), f"{usual}, or a multiple such as {multiple}"
+            )
 
 
 def columns_named(choice: str, headings: Sequence[Heading]) -> list[int]:

@@ -117,7 +117,9 @@ def import_tests(
         ``force``, ``current``, ``velocity``, ``acceleration``, ``temperature``; ``"none"`` for no
         column. The others are recognised by usual English and German names.
     units : mapping, optional
-        Unit by quantity, for columns whose heading has none or a wrong one.
+        Unit by quantity, for columns whose heading has none or a wrong one, or a multiple of it:
+        ``{"current": "0.1667 A"}`` of the volts of a coil of 6 ohm, ``{"force": "-1 kN"}`` of a
+        load cell with the other sign.
     current : float, optional
         Current of the tests without a column of it, A.
     current_from_name : bool
