@@ -22,7 +22,7 @@ from ..identification.parameterisation import Parameterisation
 from ..identification.run_starts import start_note
 from ..identification.spikes import repaired
 from ..laws import Device
-from .device.carried_history import can_carry_history, carry_history
+from .device.carried_history import can_carry_history, carry_history, has_unknown_starts
 from .device.model import Model
 
 _LESS = 0.7
@@ -71,12 +71,14 @@ def _forces(model: Model, values: NDArray, scale: float) -> tuple[NDArray, str]:
     if not going_on or model.data.past is None:
         return force, ""
     effects = tuple(carry_history(one) if one in going_on else one for one in model.effects)
-    other = scale * replace(model, effects=effects).forces(values, False)[0]
+    data = replace(model.data, force=model.data.force / scale)
+    other = scale * replace(model, effects=effects, data=data).forces(values, False)[0]
     misfits = [float(np.sum((one - model.data.force) ** 2)) for one in (other, force)]
     if not misfits[0] < _LESS * misfits[1]:
         return force, ""
     names = ", ".join(in_sentence(one.cause) for one in going_on)
-    return other, f"{names}: goes on from run to run, which is nearer to the forces"
+    found = " (after rests as each run's forces suggest)" * any(map(has_unknown_starts, effects))
+    return other, f"{names}: goes on from run to run{found}, which is nearer to the forces"
 
 
 def _averaged(

@@ -193,3 +193,35 @@ def _smoother():
         for run in _friction_runs(0).runs
     ]
     return Campaign("smoother", "made", tuple(runs))
+
+
+@pytest.mark.parametrize(
+    ("cause", "numbers", "left"),
+    [
+        ("stress_softening", {"loss": 0.4, "length": 2e-3},
+         lambda k, x: 1 - 0.4 * np.tanh((8e-3 - np.abs(x)) / 2e-3)),
+        ("cyclic_degradation", {"loss": 0.4, "scale": 0.05}, lambda k, x: 0.8 - 0.05 * k),
+        ("self_heating", {"gain": 1.0, "cooling": 5.0}, lambda k, x: 0.8 - 0.05 * k),
+    ],
+)  # fmt: skip
+def test_a_history_scales_with_its_device(cause, numbers, left):
+    base = Device(LAWS["kelvin_voigt"], CurrentDependence.constant({"k": 1e4, "c": 100.0}))
+    small = extend(base, [(effect(cause), numbers)])
+    runs = []
+    for k, size in enumerate((8e-3, 4e-3, 2e-3, 8e-3)):
+        x = size * np.sin(2 * np.pi * TIME)
+        v = np.gradient(x, DT)
+        force = left(k, x) * (1e4 * x + 100 * v)
+        runs.append(TestRun(f"run{k}", TIME, x, v, force, 0 * TIME, velocity_measured=True))
+    large = replace(small, length=2.0, force_scale=3.0)
+    scaled = [
+        replace(run, displacement=2 * run.displacement, velocity=2 * run.velocity,
+                force=3 * run.force)
+        for run in runs
+    ]  # fmt: skip
+    of_small, of_large = (
+        iso.evaluate(device, Campaign("made", "made", tuple(of)))
+        for device, of in ((small, runs), (large, scaled))
+    )
+    assert of_large.error == pytest.approx(of_small.error, rel=1e-6)
+    assert any("goes on from run to run" in note for note in of_small.notes)

@@ -67,7 +67,7 @@ def after_rests(
     """Move the states at the start of each run, (n_runs, 1), by a step to the forces of the run."""
     # ``force``: of the law, N; ``factor``: of the effect that begins with ``first``, (n_samples,)
     assert effect.carried is not None and effect.recovery is not None and data.past is not None
-    time, fresh = effect.recovery(tuple(p)), Past(*(np.zeros(1) for _ in Past._fields))
+    time = effect.recovery(tuple(p))
     before = effect.carried(data.past, tuple(p))[0]  # each run, without recovery
     result, most, so_far = np.zeros_like(first), 0.0, 0.0
     for k, run in enumerate(data.runs):
@@ -78,6 +78,6 @@ def after_rests(
         step = (simulated - data.force[run]) @ slope / max(slope @ slope, 1e-300)
         result[k] = np.clip(first[k] + step, 0.0, most)
         most = max(-float(np.log(max(factor[run][-1], 1e-300))), 0.0)
-        work = fresh._replace(dissipated=data.force[run] @ data.v[run] * data.dt[k])
-        so_far = float(before[k] + effect.carried(work, tuple(p))[0])
+        own = Past(0.0, 0.0, 0.0, 0.0, data.force[run] @ data.v[run] * data.dt[k])
+        so_far = float(before[k] + effect.carried(own, tuple(p))[0])
     return result
