@@ -106,6 +106,7 @@ def _runs(comparison: Comparison, model: BuildingModel, result: CauseValues) -> 
         dt=np.array([segment.record.dt for segment in comparison.fitted]),
         x=x, v=v, a=a, force=force, current=current,
         temperature=np.full(len(x), REFERENCE_TEMPERATURE), fitted=fitted,
+        beside_jump=np.zeros(len(x), bool),
         force_noise=ones, force_corner=np.inf * ones, displacement_noise=nothing, sigma=ones,
         velocity_measured=np.zeros(len(names), dtype=bool), has_temperature=False,
         averaging=nothing, periods=nothing, return_times=nothing[:, np.newaxis],
