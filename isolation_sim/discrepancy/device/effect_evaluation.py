@@ -8,7 +8,7 @@ lag may be far shorter than a sample.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, reduce
 from types import ModuleType
 from typing import Any
 
@@ -26,7 +26,7 @@ from .carried_history import after_rests, first_states, has_unknown_starts
 _KINK = 0.5
 """Change of a state's decay rate times the step, above which its rate has a kink in the step."""
 _STEPS_TO_START = 3
-"""Steps to the unknown state at the start of a run. Convergence: the last one changes it by 1 %."""
+"""Steps to the unknown state at the start of a run. Convergence: the last one changes it by 2 %."""
 HOOKS = ("motion", "current", "factor", "force")
 
 
@@ -172,7 +172,6 @@ def _rosenbrock(effect: Effect, begin: Signals, end: Signals, h: Any, z: list, p
     # which the follower never forgets. Implicit Euler does not.
     decays = [casadi.diag(by_states), casadi.diag(by_states_end)]
     decays += casadi.substitute([decays[1]], [states], [moved])
-    fastest, slowest = casadi.fmin(*decays[:2]), casadi.fmax(*decays[:2])
-    fastest, slowest = casadi.fmin(fastest, decays[2]), casadi.fmax(slowest, decays[2])
+    fastest, slowest = (reduce(extreme, decays) for extreme in (casadi.fmin, casadi.fmax))
     euler = states + h * slope_end / (1 - h * fastest)
     return casadi.vertsplit(casadi.if_else(h * (slowest - fastest) > _KINK, euler, new))
