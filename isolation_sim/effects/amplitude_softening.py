@@ -134,7 +134,7 @@ FORMS = (
             POWER,
             EffectParameter(
                 "by_current", "1/A", "growth of the exponent with the current", lower=0.0,
-                upper=1.0, starts=(0.2,),
+                upper=1.0, starts=(0.2,), plain=(0.0,),
             ),
             KNEE,
             MEMORY,
