@@ -27,6 +27,7 @@ from ...laws.law import Law
 from .. import inference
 from ..decisions import (
     ADEQUATE,
+    BESIDE_REMAINDER,
     CONFUSABLE_GAIN,
     FAR_BETTER,
     LOST,
@@ -94,6 +95,7 @@ class DeviceTests(Problem[FittedModel]):
         self.negligible: list[str] = []
         self.negligible_below = significance
         self.unstable: list[str] = []
+        self.doubtful: list[str] = []
         self.campaign, self.device, self.seed, self.pool = campaign, device, seed, pool
         self.progress = progress
         self.data_name, self.model_name = campaign.name, law.title
@@ -164,28 +166,40 @@ class DeviceTests(Problem[FittedModel]):
             self._extend(best)
             if not best.effects or self._holds():
                 break
-        while best.effects:
-            corrected = [self._corrected(best, k) for k in range(len(best.effects))]
-            explained = self._squared(self.before) - self._squared(self.after)
-            # as a share of the whole force, and on average of each run's own
-            small = np.sqrt(MINOR * np.maximum(explained, 0.0))
-            if self._is_noise(self.after, self.validation_samples):
-                small = np.zeros(2)  # what completes the law is no correction of another's form
-            allowed = np.maximum(max(self.significance, 1e-9), np.minimum(small, MOST_MINOR))
-            beyond = [float(np.max(one / allowed)) for one in corrected]
-            least = int(np.argmin(beyond))
-            if beyond[least] >= 1:
-                break
-            size = float(np.max(corrected[least]))
-            self.negligible.append(
-                f"{best.effects[least].title} corrects {100 * size:.2g} % of the force"
-            )
-            self.negligible_below = float(np.max(allowed))
+        while best.effects and (least := self._superfluous(best)) is not None:
             best = self.space.without(best, least)
             self._extend(best)
         if self._leaves_much():
             self._compare_laws()
         return replace(result, best=best)
+
+    def _superfluous(self, best: FittedModel) -> int | None:
+        """Find an effect that corrects next to nothing, or less than what remains."""
+        corrected = np.array([self._corrected(best, k) for k in range(len(best.effects))])
+        after = self._squared(self.after)
+        explained = np.maximum(self._squared(self.before) - after, 0.0)
+        # as a share of the whole force, and on average of each run's own
+        small = np.sqrt(MINOR * explained)
+        complete = self._is_noise(self.after, self.validation_samples)
+        if complete:
+            small = np.zeros(2)  # what completes the law is no correction of another's form
+        allowed = np.maximum(max(self.significance, 1e-9), np.minimum(small, MOST_MINOR))
+        beyond = np.max(corrected / allowed, axis=1)
+        least = int(np.argmin(beyond))
+        if beyond[least] < 1:
+            size = float(np.max(corrected[least]))
+            self.negligible.append(
+                f"{best.effects[least].title} corrects {100 * size:.2g} % of the force"
+            )
+            self.negligible_below = float(np.max(allowed))
+            return least
+        least = int(np.argmin(corrected[:, 0]))
+        share = explained[0] * corrected[least, 0] ** 2 / np.sum(corrected[:, 0] ** 2)
+        left = after[0] - self._noise_floor(self.validation_samples) ** 2
+        if complete or len(corrected) == 1 or share >= BESIDE_REMAINDER * left:
+            return None
+        self.doubtful.append(best.effects[least].title)
+        return least
 
     def _compare_laws(self) -> LawChoice:
         """All laws on short data, compared once."""
@@ -695,6 +709,11 @@ class DeviceTests(Problem[FittedModel]):
             return Text(
                 "Dropped, since most fits from other runs do not ask for it: "
                 f"{', '.join(self.unstable)}."
+            )
+        if self.doubtful:
+            return Text(
+                "Dropped, since it explains less than what remains unexplained, and may only mend "
+                f"the form of another: {', '.join(self.doubtful)}."
             )
         if self.negligible:
             least = f"less than {100 * self.negligible_below:.2g} % of the force is negligible"
