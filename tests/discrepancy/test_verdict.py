@@ -70,12 +70,12 @@ def test_what_is_found_but_too_small_to_matter_is_negligible():
     assert found.extended.law.effects == ()
 
 
-def test_a_cause_that_explains_less_than_what_remains_is_not_named():
-    def names(**hidden):
-        return sorted(cause.name for cause in judged(friction=0.3, offset=0.03, **hidden).causes)
+def test_a_cause_that_corrects_less_than_what_remains_only_acts_like_one():
+    def labels(**hidden):
+        return sorted(cause.label for cause in judged(friction=0.3, offset=0.03, **hidden).causes)
 
-    assert names() == ["coulomb_friction", "force_offset"]
-    assert names(unrelated=0.06) == ["coulomb_friction"]
+    assert labels() == ["coulomb_friction", "force_offset"]
+    assert labels(unrelated=0.06) == ["acts like force_offset", "coulomb_friction"]
 
 
 def test_explained_means_down_to_the_noise():

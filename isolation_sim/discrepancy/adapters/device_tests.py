@@ -95,7 +95,6 @@ class DeviceTests(Problem[FittedModel]):
         self.negligible: list[str] = []
         self.negligible_below = significance
         self.unstable: list[str] = []
-        self.doubtful: list[str] = []
         self.campaign, self.device, self.seed, self.pool = campaign, device, seed, pool
         self.progress = progress
         self.data_name, self.model_name = campaign.name, law.title
@@ -174,32 +173,32 @@ class DeviceTests(Problem[FittedModel]):
         return replace(result, best=best)
 
     def _superfluous(self, best: FittedModel) -> int | None:
-        """Find an effect that corrects next to nothing, or less than what remains."""
+        """Find an effect that corrects next to nothing."""
         corrected = np.array([self._corrected(best, k) for k in range(len(best.effects))])
-        after = self._squared(self.after)
-        explained = np.maximum(self._squared(self.before) - after, 0.0)
+        explained = np.maximum(self._squared(self.before) - self._squared(self.after), 0.0)
         # as a share of the whole force, and on average of each run's own
         small = np.sqrt(MINOR * explained)
-        complete = self._is_noise(self.after, self.validation_samples)
-        if complete:
+        if self._is_noise(self.after, self.validation_samples):
             small = np.zeros(2)  # what completes the law is no correction of another's form
         allowed = np.maximum(max(self.significance, 1e-9), np.minimum(small, MOST_MINOR))
         beyond = np.max(corrected / allowed, axis=1)
         least = int(np.argmin(beyond))
-        if beyond[least] < 1:
-            size = float(np.max(corrected[least]))
-            self.negligible.append(
-                f"{best.effects[least].title} corrects {100 * size:.2g} % of the force"
-            )
-            self.negligible_below = float(np.max(allowed))
-            return least
-        least = int(np.argmin(corrected[:, 0]))
-        share = explained[0] * corrected[least, 0] ** 2 / np.sum(corrected[:, 0] ** 2)
-        left = after[0] - self._noise_floor(self.validation_samples) ** 2
-        if complete or len(corrected) == 1 or share >= BESIDE_REMAINDER * left:
+        if beyond[least] >= 1:
             return None
-        self.doubtful.append(best.effects[least].title)
+        size = float(np.max(corrected[least]))
+        self.negligible.append(
+            f"{best.effects[least].title} corrects {100 * size:.2g} % of the force"
+        )
+        self.negligible_below = float(np.max(allowed))
         return least
+
+    def _doubtful(self, best: FittedModel) -> NDArray:
+        """Which of several effects correct less than what remains, (n_effects,) bool."""
+        corrected = np.array([self._corrected(best, k)[0] for k in range(len(best.effects))])
+        remains = self._error(self.after) ** 2 - self._noise_floor(self.validation_samples) ** 2
+        if len(corrected) == 1 or self._is_noise(self.after, self.validation_samples):
+            return np.zeros(len(corrected), bool)
+        return corrected**2 < BESIDE_REMAINDER * remains
 
     def _compare_laws(self) -> LawChoice:
         """All laws on short data, compared once."""
@@ -428,6 +427,7 @@ class DeviceTests(Problem[FittedModel]):
         split = inference.shares(costs, final.cost_of(self.validation_samples), explained)
         numbers = intervals(final, self.shifts)
         stable = stability(space, searched, self.seed)
+        doubtful = self._doubtful(searched).tolist()
         causes = []
         for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
             if effect is EACH_RUN:
@@ -447,7 +447,10 @@ class DeviceTests(Problem[FittedModel]):
                         len(space.effects),
                     ),
                     parameters=numbers[k],
-                    evidence=self._evidence(effect, numbers[k], split[k], costs[k]),
+                    evidence=self._evidence(effect, numbers[k], split[k], costs[k])
+                    + doubtful[k]
+                    * " It corrects less than what remains unexplained, and may only "
+                    "mend the form of another.",
                     confusable_with=inference.rivals(
                         effect.cause,
                         [
@@ -461,6 +464,7 @@ class DeviceTests(Problem[FittedModel]):
                         "conditions_left_out": stable[k].conditions,
                         "runs_resampled": stable[k].resamplings,
                     },
+                    doubtful=doubtful[k],
                 )
             )
         return causes
@@ -709,11 +713,6 @@ class DeviceTests(Problem[FittedModel]):
             return Text(
                 "Dropped, since most fits from other runs do not ask for it: "
                 f"{', '.join(self.unstable)}."
-            )
-        if self.doubtful:
-            return Text(
-                "Dropped, since it explains less than what remains unexplained, and may only mend "
-                f"the form of another: {', '.join(self.doubtful)}."
             )
         if self.negligible:
             least = f"less than {100 * self.negligible_below:.2g} % of the force is negligible"
