@@ -74,6 +74,15 @@ def test_the_field_falls_with_a_lag_of_its_own():
         np.testing.assert_allclose(force, 50 * field, atol=1e-3)
 
 
+def test_a_supply_ramps_to_the_wanted_current():
+    device = spring(("current_lag.slew", {"per_ampere": 0.2}), k=(0.0, 1e4))
+    t, x, v = still(0.8)
+    force, _ = respond(device, t, x + 0.005, v, np.full(t.size, 2.0), np.zeros(1), 1e-8)
+    np.testing.assert_allclose(force, 50 * np.minimum(t / 0.2, 2.0), atol=0.6)
+    quick = effect("current_lag", "slew").rates(REST._replace(current=2.0), (1.9,), (0.0,))
+    assert quick[0] == pytest.approx(0.1 / 1e-4)
+
+
 def test_a_device_at_rest_has_its_field():
     device = spring(("current_lag.second_order", {"lag": 1.0}), k=(0.0, 1e4))
     assert device.law.rest(device.parameters_at(1.7)) == (1.7, 1.7)
