@@ -277,6 +277,18 @@ def test_maxwell_arm_relaxes():
     np.testing.assert_allclose(force, 10 * (0.75 * np.exp(-t / 0.2) + 0.25 * np.exp(-t)), atol=1e-6)
 
 
+def test_a_mean_speed_stiffens_by_its_power():
+    numbers = {"exponent": 0.2, "velocity": 1e-3, "window": 2.0}
+    device = spring(("weak_rate_dependence.mean_speed", numbers))
+    t, x, v = sine(5e-3, 2.0, 40)
+    force, (square,) = respond(device, t, x, v, 0.0, tolerance=1e-5)
+    last = t > t[-1] - 0.5
+    rms = 5e-3 * 2 * np.pi * 2.0 / 2**0.5
+    assert np.mean(square[last]) == pytest.approx(rms**2, rel=1e-2)
+    factor = np.dot(force[last], x[last]) / np.dot(x[last], x[last]) / 1e4
+    assert factor == pytest.approx((1 + (rms / 1e-3) ** 2) ** 0.1, rel=5e-3)
+
+
 def test_frequency_raises_the_stiffness_by_its_power():
     device = spring(("weak_rate_dependence.frequency", {"exponent": 0.2, "window": 2.0}))
     for frequency in (0.5, 3.0):
