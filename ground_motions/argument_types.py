@@ -100,16 +100,9 @@ class _Names(dict[str, Any]):
         super().__init__(vars(self.module))
 
     def __missing__(self, name: str) -> Any:
-        for node in ast.walk(parse(inspect.getsource(self.module))):
-            if isinstance(node, ast.ImportFrom):
-                for each in node.names:
-                    if name == (each.asname or each.name):
-                        home = "." * node.level + (node.module or "")
-                        self[name] = getattr(
-                            import_module(home, self.module.__package__), each.name
-                        )
-                        return self[name]
-        raise KeyError(name)
+        home, attribute = _imports(self.module)[name]
+        self[name] = getattr(import_module(home, self.module.__package__), attribute)
+        return self[name]
 
     def kind(self, annotation: Any) -> Any:
         """An annotation's value; `Any` where the sources that it needs are not at hand."""
@@ -119,6 +112,18 @@ class _Names(dict[str, Any]):
             return eval(annotation, {}, self)
         except (NameError, OSError):
             return Any
+
+
+@functools.cache
+def _imports(module: Any) -> dict[str, tuple[str, str]]:
+    """Modules and names that a module's source imports, by the names that they have there."""
+    found: dict[str, tuple[str, str]] = {}
+    for node in ast.walk(parse(inspect.getsource(module))):
+        if isinstance(node, ast.ImportFrom):
+            home = "." * node.level + (node.module or "")
+            for each in node.names:
+                found.setdefault(each.asname or each.name, (home, each.name))
+    return found
 
 
 def _misfit(place: str, value: Any, kind: Any) -> tuple[str, Any, Any] | None:
