@@ -250,8 +250,8 @@ def _fix_layout(figure: Figure) -> None:
     """Remove the layout engine, for which all is drawn once more."""
     import matplotlib
 
-    engines = "figure.autolayout", "figure.constrained_layout.use"
-    with matplotlib.rc_context(dict.fromkeys(engines, False)):
+    none: dict[Any, Any] = {"figure.autolayout": False, "figure.constrained_layout.use": False}
+    with matplotlib.rc_context(none):
         figure.set_layout_engine(None)
 
 
