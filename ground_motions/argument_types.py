@@ -82,14 +82,41 @@ def _with_check(function: Any, module: str) -> Any:
         annotations = function.__annotations__.items()
         return {name: names.kind(text) for name, text in annotations if name != "return"}
 
+    # Arguments and types of which all objects are known to be right, and the others
+    accepted: set[tuple[str, type]] = set()
+    various: set[tuple[str, type]] = set()
+
     @functools.wraps(function)
     def with_check(*args: Any, **kwargs: Any) -> Any:
-        expected = kinds()
         for name, value in (*zip(positional, args, strict=False), *kwargs.items()):
-            refuse_wrong_type(name, value, expected.get(name, Any))
+            case = name, type(value)
+            if case in accepted:
+                continue
+            kind = kinds().get(name, Any)
+            refuse_wrong_type(name, value, kind)
+            if case not in various:
+                (accepted if _is_decided_by_type(case[1], kind) else various).add(case)
         return function(*args, **kwargs)
 
     return with_check
+
+
+def _is_decided_by_type(type_: type, kind: Any) -> bool:
+    """Whether all objects of a type are of a kind if one of them is."""
+    if _depends_on_value(kind) or issubclass(type_, type):
+        return False
+    # a part, or an element of an array, may be of another kind
+    has_parts = hasattr(type_, "__iter__") or hasattr(type_, "__array__")
+    return not has_parts or issubclass(type_, str | Mapping)
+
+
+def _depends_on_value(kind: Any) -> bool:
+    """Whether a kind names values, or members that objects of one type may have or lack."""
+    return (
+        get_origin(kind) is Literal
+        or getattr(kind, "_is_protocol", False)
+        or any(map(_depends_on_value, get_args(kind)))
+    )
 
 
 class _Names(dict[str, Any]):
@@ -100,16 +127,9 @@ class _Names(dict[str, Any]):
         super().__init__(vars(self.module))
 
     def __missing__(self, name: str) -> Any:
-        for node in ast.walk(parse(inspect.getsource(self.module))):
-            if isinstance(node, ast.ImportFrom):
-                for each in node.names:
-                    if name == (each.asname or each.name):
-                        home = "." * node.level + (node.module or "")
-                        self[name] = getattr(
-                            import_module(home, self.module.__package__), each.name
-                        )
-                        return self[name]
-        raise KeyError(name)
+        home, attribute = _imports(self.module)[name]
+        self[name] = getattr(import_module(home, self.module.__package__), attribute)
+        return self[name]
 
     def kind(self, annotation: Any) -> Any:
         """An annotation's value; `Any` where the sources that it needs are not at hand."""
@@ -119,6 +139,18 @@ class _Names(dict[str, Any]):
             return eval(annotation, {}, self)
         except (NameError, OSError):
             return Any
+
+
+@functools.cache
+def _imports(module: Any) -> dict[str, tuple[str, str]]:
+    """Modules and names that a module's source imports, by the names that they have there."""
+    found: dict[str, tuple[str, str]] = {}
+    for node in ast.walk(parse(inspect.getsource(module))):
+        if isinstance(node, ast.ImportFrom):
+            home = "." * node.level + (node.module or "")
+            for each in node.names:
+                found.setdefault(each.asname or each.name, (home, each.name))
+    return found
 
 
 def _misfit(place: str, value: Any, kind: Any) -> tuple[str, Any, Any] | None:

@@ -10,7 +10,6 @@ from functools import cache
 from pathlib import Path
 
 import griffe
-import pytest
 
 from isolation_sim.scenario import Scenario
 from isolation_sim.scenario.writer import _section_types
@@ -19,11 +18,6 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("isolation_sim", "controllers", "ground_motions")
 API = runpy.run_path(str(ROOT / "docs" / "_ext" / "api_pages.py"))
 """The modules that offer names to users are those of the API reference."""
-OFFERED = {
-    (module, name): getattr(importlib.import_module(module), name)
-    for module in API["PACKAGES"]
-    for name in API["offered"](importlib.import_module(module))
-}
 # text that the kernel's generator completes, and the generator of an element's text
 GENERATED = (
     *(
@@ -71,13 +65,29 @@ def _classes(owner: griffe.Module | griffe.Class) -> Iterator[griffe.Class]:
             yield from _classes(member)
 
 
-FUNCTIONS = {
-    function.path: function
-    for package in PACKAGES
-    for function in _functions(_package(package))
-    if not function.path.startswith(GENERATED)
-}
-CLASSES = {c.path: c for package in PACKAGES for c in _classes(_package(package))}
+@cache
+def offered() -> dict[tuple[str, str], object]:
+    """What the modules offer by name."""
+    return {
+        (module, name): getattr(importlib.import_module(module), name)
+        for module in API["PACKAGES"]
+        for name in API["offered"](importlib.import_module(module))
+    }
+
+
+@cache
+def functions() -> dict[str, griffe.Function]:
+    return {
+        function.path: function
+        for package in PACKAGES
+        for function in _functions(_package(package))
+        if not function.path.startswith(GENERATED)
+    }
+
+
+@cache
+def classes() -> dict[str, griffe.Class]:
+    return {c.path: c for package in PACKAGES for c in _classes(_package(package))}
 
 
 def _sections(thing: griffe.Object, kind: str) -> list:
@@ -121,99 +131,104 @@ def _taken(function: griffe.Function) -> dict[str, str]:
     }
 
 
-DETAILED = {
-    path: function
-    for path, function in FUNCTIONS.items()
-    if any(_sections(function, kind) for kind in ("parameters", "returns", "yields", "raises"))
-}
+@cache
+def detailed() -> dict[str, griffe.Function]:
+    """Functions whose docstrings have sections."""
+    return {
+        path: function
+        for path, function in functions().items()
+        if any(_sections(function, kind) for kind in ("parameters", "returns", "yields", "raises"))
+    }
 
 
 def _exported() -> Iterator[str]:
     """Paths of what the packages offer by name, and of the public methods of its classes."""
-    for (_, name), value in OFFERED.items():
+    for (_, name), value in offered().items():
         path = f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', name)}"
-        if path in FUNCTIONS:
+        if path in functions():
             yield path
-        elif path in CLASSES:
-            bases = CLASSES[path].mro()
-            for method in _functions(CLASSES[path]):
-                if not any(f"{base.path}.{method.name}" in DETAILED for base in bases):
+        elif path in classes():
+            bases = classes()[path].mro()
+            for method in _functions(classes()[path]):
+                if not any(f"{base.path}.{method.name}" in detailed() for base in bases):
                     yield method.path
 
 
-EXPORTED = sorted({path for path in _exported() if not path.endswith("__init__")})
+@cache
+def exported() -> list[str]:
+    return sorted({path for path in _exported() if not path.endswith("__init__")})
 
 
-@pytest.mark.parametrize("path", DETAILED)
-def test_parameters_are_those_of_the_signature(path):
-    function = DETAILED[path]
-    assert list(_documented(function, "parameters")) == list(_taken(function))
+def test_parameters_are_those_of_the_signature():
+    assert len(detailed()) > 200
+    for path, function in detailed().items():
+        assert list(_documented(function, "parameters")) == list(_taken(function)), path
 
 
-@pytest.mark.parametrize("path", DETAILED)
-def test_what_is_returned_is_told(path):
-    function = DETAILED[path]
-    if function.returns is None:  # compiled functions have no annotations
-        return
-    returned = str(function.returns)
-    generator = returned.startswith(("Iterator", "Generator"))
-    told = _sections(function, "yields" if generator else "returns")
-    assert bool(told) == (returned != "None")
+def test_what_is_returned_is_told():
+    for path, function in detailed().items():
+        if function.returns is None:  # compiled functions have no annotations
+            continue
+        returned = str(function.returns)
+        generator = returned.startswith(("Iterator", "Generator"))
+        told = _sections(function, "yields" if generator else "returns")
+        assert bool(told) == (returned != "None"), path
 
 
-@pytest.mark.parametrize("path", DETAILED)
-def test_what_is_raised_is_told(path):
-    function = DETAILED[path]
-    # a private helper's errors are its caller's; what a function itself raises is seen here
-    errors = r"(InputError|Diverged)\b"
-    raised = set(re.findall(rf"^\s+raise {errors}", function.source, re.MULTILINE))
-    assert function.docstring is not None
-    text = function.docstring.value
-    assert raised <= set(re.findall(errors, text)) or "or raise" in text
+def test_what_is_raised_is_told():
+    for path, function in detailed().items():
+        # a private helper's errors are its caller's; what a function itself raises is seen here
+        errors = r"(InputError|Diverged)\b"
+        raised = set(re.findall(rf"^\s+raise {errors}", function.source, re.MULTILINE))
+        assert function.docstring is not None
+        text = function.docstring.value
+        assert raised <= set(re.findall(errors, text)) or "or raise" in text, path
 
 
-@pytest.mark.parametrize("path", EXPORTED)
-def test_what_is_exported_is_documented_in_full(path):
-    function = FUNCTIONS[path]
-    assert function.docstring is not None
-    # what only hands keywords on may say where to
-    variadic = {p.name for p in function.parameters if p.kind and "variadic" in p.kind.value}
-    if set(_taken(function)) - variadic:
-        assert path in DETAILED, "has parameters but no section Parameters"
+def test_what_is_exported_is_documented_in_full():
+    assert len(exported()) > 200
+    for path in exported():
+        function = functions()[path]
+        assert function.docstring is not None, path
+        # what only hands keywords on may say where to
+        variadic = {p.name for p in function.parameters if p.kind and "variadic" in p.kind.value}
+        if set(_taken(function)) - variadic:
+            assert path in detailed(), f"{path} has parameters but no section Parameters"
 
 
-@pytest.mark.parametrize("path", [path for path, c in CLASSES.items() if "dataclass" in c.labels])
-def test_fields_of_dataclasses_are_documented(path):
-    kind = CLASSES[path]
-    made = kind.all_members["__init__"]
-    assert isinstance(made, griffe.Function)
-    # a class tells of its own fields; what it inherits is told where it is declared
-    told = [name for one in (kind, *kind.mro()) for what in ("parameters", "attributes")
-            for name in _documented(one, what)]  # fmt: skip
-    if path not in _offered_classes():
-        told += [name for one in (kind, *kind.mro()) for name in _noted(one)]
-    assert set(_taken(made)) <= set(told)
+def test_fields_of_dataclasses_are_documented():
+    for path, kind in classes().items():
+        if "dataclass" not in kind.labels:
+            continue
+        made = kind.all_members["__init__"]
+        assert isinstance(made, griffe.Function)
+        # a class tells of its own fields; what it inherits is told where it is declared
+        told = [name for one in (kind, *kind.mro()) for what in ("parameters", "attributes")
+                for name in _documented(one, what)]  # fmt: skip
+        if path not in _offered_classes():
+            told += [name for one in (kind, *kind.mro()) for name in _noted(one)]
+        assert set(_taken(made)) <= set(told), path
 
 
-@pytest.mark.parametrize(
-    "path", [path for path, c in CLASSES.items() if _sections(c, "parameters")]
-)
-def test_parameters_of_classes_are_those_of_their_constructor(path):
-    made = CLASSES[path].all_members["__init__"]
-    assert isinstance(made, griffe.Function)
-    assert list(_documented(CLASSES[path], "parameters")) == list(_taken(made))
+def test_parameters_of_classes_are_those_of_their_constructor():
+    documented = {path: kind for path, kind in classes().items() if _sections(kind, "parameters")}
+    assert documented
+    for path, kind in documented.items():
+        made = kind.all_members["__init__"]
+        assert isinstance(made, griffe.Function)
+        assert list(_documented(kind, "parameters")) == list(_taken(made)), path
 
 
-@pytest.mark.parametrize("path", sorted({*DETAILED, *CLASSES}))
-def test_physical_numbers_have_units(path):
-    thing = DETAILED.get(path) or CLASSES[path]
-    told = [_documented(thing, kind) for kind in ("parameters", "attributes")]
-    if isinstance(thing, griffe.Class):
-        told.append(_noted(thing))
-    for texts in told:
-        for name, text in texts.items():
-            if PHYSICAL.search(name) and re.search(r"float|array|NDArray", text):
-                assert UNITS.search(text), f"{name}: {text}"
+def test_physical_numbers_have_units():
+    for path in sorted({*detailed(), *classes()}):
+        thing = detailed().get(path) or classes()[path]
+        told = [_documented(thing, kind) for kind in ("parameters", "attributes")]
+        if isinstance(thing, griffe.Class):
+            told.append(_noted(thing))
+        for texts in told:
+            for name, text in texts.items():
+                if PHYSICAL.search(name) and re.search(r"float|array|NDArray", text):
+                    assert UNITS.search(text), f"{path}: {name}: {text}"
 
 
 def test_every_key_of_a_scenario_is_explained():
@@ -226,7 +241,7 @@ def test_every_key_of_a_scenario_is_explained():
 @cache
 def _offered_classes() -> set[str]:
     """Paths of the classes that are offered, and of their bases."""
-    kinds = OFFERED.values()
+    kinds = offered().values()
     return {f"{base.__module__}.{base.__qualname__}" for kind in kinds if isinstance(kind, type)
             for base in kind.__mro__}  # fmt: skip
 
@@ -241,11 +256,11 @@ IMPORTED_BY_PAGES = {
 
 def test_what_is_not_exported_has_no_sections():
     """Its docstring is a line, and its types say the rest."""
-    classes, exported = _offered_classes(), set(EXPORTED)
+    kinds, told = _offered_classes(), set(exported())
     assert [
         path
-        for path, function in DETAILED.items()
-        if path not in exported | IMPORTED_BY_PAGES
+        for path, function in detailed().items()
+        if path not in told | IMPORTED_BY_PAGES
         and function.parent is not None
-        and function.parent.path not in classes
+        and function.parent.path not in kinds
     ] == []

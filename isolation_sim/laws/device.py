@@ -88,17 +88,21 @@ class Device:
         ends = [end for end in (low, high) if np.isfinite(end)] or [0.0]
         currents = np.linspace(ends[0], ends[-1], 9)
         currents = np.append(currents, inner[(inner >= low) & (inner <= high)])
-        for quantity, values in zip(self.law.parameters, self.current.at(currents), strict=True):
-            slack = 1e-9 * np.max(np.abs(values))
-            outside = (values < quantity.lower - slack) | (values > quantity.upper + slack)
-            if quantity.divides:
-                outside |= values == 0
+        values = np.stack(self.current.at(currents)) if self.law.parameters else np.zeros((0, 9))
+        slack = 1e-9 * np.max(np.abs(values), axis=1, keepdims=True)
+        bounds = np.array([(q.lower, q.upper) for q in self.law.parameters]).reshape(-1, 2, 1)
+        divides = np.array([[q.divides] for q in self.law.parameters], bool).reshape(-1, 1)
+        wrong = (values < bounds[:, 0] - slack) | (values > bounds[:, 1] + slack)
+        wrong |= divides & (values == 0)
+        if not wrong.any():
+            return
+        for quantity, own, outside in zip(self.law.parameters, values, wrong, strict=True):
             if np.any(outside):
                 worst = int(np.argmax(outside))
                 at = f" at {currents[worst]:.4g} A" if self.depends_on_current else ""
                 not_zero = quantity.divides and quantity.lower <= 0 <= quantity.upper
                 raise InputError(
-                    f"{self.name}: parameter {quantity.name!r} is {values[worst]:.6g} "
+                    f"{self.name}: parameter {quantity.name!r} is {own[worst]:.6g} "
                     f"{quantity.unit}{at}; expected: "
                     f"{quantity.lower:g} to {quantity.upper:g}{', not 0' * not_zero}"
                 )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Modes:
     """A structure in complex modes: z' = eigenvalues z + columns u, outputs Re(rows z)."""
 

@@ -43,7 +43,7 @@ def modes_for(isolated: IsolatedStructure) -> tuple[Modes, Outputs]:
         low, high = device.current_range
         current = (low + high) / 2 if np.isfinite(high - low) else 0.0
         references.append(_fast_stiffness(device, current))
-    modes = complex_modes(
+    arrays = (
         structure.mass,
         structure.damping,
         structure.stiffness,
@@ -53,7 +53,14 @@ def modes_for(isolated: IsolatedStructure) -> tuple[Modes, Outputs]:
         np.array([e.device.force_scale for e in elements]),
         np.array(references),
     )
+    modes = _complex_modes(*((one.shape, one.astype(float).tobytes()) for one in arrays))
     return modes, outputs_of(isolated, modes)
+
+
+@lru_cache(maxsize=64)
+def _complex_modes(*arrays: tuple[tuple[int, ...], bytes]) -> Modes:
+    """Modes of equal arrays; a fit changes one device in the same structure many times."""
+    return complex_modes(*(np.frombuffer(data).reshape(shape) for shape, data in arrays))
 
 
 def _fast_stiffness(device: Device, current: float) -> float:
@@ -92,12 +99,10 @@ def _scheduled_grid(n_samples: int, dt: float, instants: bytes) -> Grid:
 
 
 @lru_cache(maxsize=32)
-def _cached_tables(
-    shape: Shape, isolated: IsolatedStructure, n_samples: int, dt: float, thread: int
-) -> Tables:
-    """Cached coefficients of runs without events, which depend only on the structure."""
+def _cached_tables(shape: Shape, modes: Modes, n_samples: int, dt: float, thread: int) -> Tables:
+    """Cached coefficients of runs without events, which depend only on the modes."""
     # The kernel fills them during a run, so that threads must not share them.
-    return Tables.empty(shape, [modes_for(isolated)[0]], _scheduled_grid(n_samples, dt, _STEADY))
+    return Tables.empty(shape, [modes], _scheduled_grid(n_samples, dt, _STEADY))
 
 
 def kernel_for(isolated: IsolatedStructure, lanes: int, alike: bool) -> Kernel:
@@ -189,7 +194,7 @@ class Plan:
             self.grid = _scheduled_grid(n, dt, times)
         if alike and steady:
             thread = threading.get_ident()
-            self.tables = _cached_tables(self.kernel.shape, first.isolated, n, dt, thread)
+            self.tables = _cached_tables(self.kernel.shape, self.modes[0], n, dt, thread)
         else:
             self.tables = Tables.empty(
                 self.kernel.shape, self.modes[: self.kernel.shape.table_lanes], self.grid

@@ -48,7 +48,7 @@ class Device:
         return replace(self, coefficients=self.coefficients | {name: tuple(row)})
 
 
-@njit
+@njit(cache=True)
 def _strain_stiffening(x, v, step, p):
     """Li & Li, Eqs 10-14: y stretches k1; z stretches the cubic spring. Runge-Kutta 4."""
     force, power = np.empty_like(x), np.empty_like(x)
@@ -82,7 +82,7 @@ def _strain_stiffening(x, v, step, p):
     return force, power
 
 
-@njit
+@njit(cache=True)
 def _bouc_wen(x, v, step, p):
     """Yu et al., Eqs 19-20, with a hysteretic variable in mm. Runge-Kutta 4."""
     force, power = np.empty_like(x), np.empty_like(x)

@@ -7,7 +7,7 @@ from numba import njit
 from scipy.signal import fftconvolve
 
 
-@njit
+@njit(cache=True)
 def lag(signal, step, tau):
     """First-order lag, exact for a signal linear between points, steady at the start."""
     out = np.empty_like(signal)
@@ -19,7 +19,7 @@ def lag(signal, step, tau):
     return out
 
 
-@njit
+@njit(cache=True)
 def play(signal, width):
     """Play (backlash) operator, virgin at zero."""
     out = np.empty_like(signal)
@@ -30,7 +30,7 @@ def play(signal, width):
     return out
 
 
-@njit
+@njit(cache=True)
 def fading_peak(signal, step, tau):
     """Largest absolute value, forgotten over ``tau``: an envelope follower."""
     out = np.empty_like(signal)
@@ -41,7 +41,7 @@ def fading_peak(signal, step, tau):
     return out
 
 
-@njit
+@njit(cache=True)
 def bristle(x, length):
     """Dahl's friction as a share of sliding friction, exact between points."""
     out = np.zeros_like(x)
@@ -51,7 +51,7 @@ def bristle(x, length):
     return out
 
 
-@njit
+@njit(cache=True)
 def stick_slip(x, reach):
     """Elastic up to ``reach``, then sliding (Jenkins element), as a share of sliding friction."""
     out = np.zeros_like(x)
@@ -60,7 +60,7 @@ def stick_slip(x, reach):
     return out
 
 
-@njit
+@njit(cache=True)
 def two_nodes(power, step, heat, inner, cooling, outer):
     """Temperature rise of rubber beside steel plates that lose heat to the room.
 

@@ -71,7 +71,7 @@ def test_a_butterworth_filter_is_named_with_its_delay():
 
 
 def test_backlash_is_named_first_with_its_gap():
-    found = diagnose(rig(as_it_is, loose), "hyperbolic_tangent", threads=1)
+    found = diagnose(rig(as_it_is, loose), "hyperbolic_tangent", tiers="causes", threads=1)
     assert found.causes[0].name == "linkage_backlash"
     assert found.causes[0].parameters["gap"].value == pytest.approx(5e-4, rel=0.15)
     assert found.error_after.held_out < 0.5 * found.error_before.held_out

@@ -218,6 +218,7 @@ def _modules(kernel: Kernel) -> list[ModuleType]:
 
 
 def _is_available(module: ModuleType) -> bool:
+    if not COMPILED or module.__name__ in _used:
+        return True
     path = Path(str(module.__file__))
-    cached = (path.parent / "__pycache__").glob(f"{path.stem}.*.nbc")
-    return not COMPILED or module.__name__ in _used or any(cached)
+    return any((path.parent / "__pycache__").glob(f"{path.stem}.*.nbc"))
