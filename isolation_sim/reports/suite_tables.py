@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from ..errors import check_name
-from ..written_names import as_written
+from ..written_names import as_written, number_text
 from .sweep_tables import heading
-from .tables import RATIOS, TextTable, is_reference, number_text, title_of
+from .tables import RATIOS, TextTable, is_reference, title_of
 from .units import unit_of
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..criteria import is_gain
-from ..written_names import as_written
-from .tables import RATIOS, TextTable, is_reference, mark_best, number_text, title_of
+from ..written_names import as_written, number_text
+from .tables import RATIOS, TextTable, is_reference, mark_best, title_of
 from .units import unit_of
 
 if TYPE_CHECKING:
