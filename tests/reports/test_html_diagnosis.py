@@ -8,11 +8,28 @@ import pytest
 import isolation_sim as iso
 from isolation_sim.discrepancy.consequence import Consequence, Performance
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval, Step, Trace
+from isolation_sim.discrepancy.tiers.result import Ladder, Rung
 from isolation_sim.effects import effect, extend
+from isolation_sim.reports.diagnosis import markdown
 from isolation_sim.reports.diagnosis_figures import STRONGEST, errors, loops
 from isolation_sim.reports.html.diagnosis_report import diagnosis_report, equations
 
 MOST = 6_000_000
+
+
+@pytest.mark.parametrize("where", ["choice", "ladder"])
+def test_another_law_that_is_far_better_is_told_before_the_verdict(diagnosis, where):
+    said = "Another law is better: Spencer."
+    told = replace(
+        diagnosis,
+        **{"details": {"law_choice": {"text": said, "wrong_family": True, "laws": []}}}
+        if where == "choice"
+        else {"ladder": Ladder((Rung("law", 0.1, 0.1, 0.1),), better_law=said)},
+    )
+    verdict = diagnosis_report(told).sections[0].blocks[0].paragraphs[0]
+    assert verdict == said
+    for text, first in ((told.summary(), "EXPLAINED."), (markdown(told), "**Explained.**")):
+        assert text.count(said) == 1 and text.index(said) < text.index(first)
 
 
 def test_a_noise_floor_far_below_leaves_the_room_to_the_errors(diagnosis):

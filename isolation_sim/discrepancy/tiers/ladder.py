@@ -503,12 +503,12 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     offered = _offered(allowed, ladder.has_generic_terms(), ladder.negligible)
     deciding = {name: _deciding_error(one) for name, one in errors.items()}
     named = min(value for name, value in deciding.items() if name != "learned")
-    attainable, notes = _attainable(deciding, ladder.better_law())
+    attainable, better_law = _attainable(deciding, ladder.better_law())
     noise = ladder.noise_floor(diagnosis)
     floor = min(noise, attainable) if noise > 0 else 0.0
     misfit = max(deciding["law"] ** 2 - floor**2, 1e-300)
     has_learned = "learned" in deciding
-    notes += [
+    notes = [
         f"{_NAMES[one.name]} worse than the law in {', '.join(one.worse)}, and not offered."
         for one in shown_rungs
         if one.worse
@@ -539,6 +539,7 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
         explainable=(named**2 - attainable**2) / misfit if has_learned else float("nan"),
         inexplicable=(attainable**2 - floor**2) / misfit if has_learned else float("nan"),
         notes=tuple(notes),
+        better_law=better_law,
         quantity=ladder.QUANTITY,
     )
     if offered == "law" and diagnosis.causes:
@@ -559,21 +560,21 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
 
 def _attainable(
     deciding: dict[str, float], better: tuple[LawRank, LawRank] | None
-) -> tuple[float, list[str]]:
-    """Least error of the rungs, or that which a better law promises, and then a note."""
+) -> tuple[float, str]:
+    """Least error of the rungs, or that which a better law promises, and then a sentence."""
     least = min(deciding.values())
     if better is None:
-        return least, []
+        return least, ""
     # both on short data, so that only their ratio can be compared with the rungs
     other, own = better
     promised = deciding["law"] * other.left_out / own.left_out
     if promised >= least:
-        return least, []
-    note = (
-        f"{other.title}, another law, leaves {100 * other.left_out:.3g} % on short data, and this "
-        f"one {100 * own.left_out:.3g} %: a greater gain than that of any tier."
+        return least, ""
+    return promised, (
+        f"Another law is better: {other.title} ({other.law}) leaves {100 * other.left_out:.3g} % "
+        f"on short data, and {own.title} {100 * own.left_out:.3g} %: a greater gain than that of "
+        "any tier."
     )
-    return promised, [note]
 
 
 def _replaced_note(diagnosis: Diagnosis, replaced: Collection[str]) -> list[str]:

@@ -23,6 +23,7 @@ from ..consequence import consequence_note, consequence_table
 from ..diagnosis import (
     AGAIN,
     RUNGS,
+    better_law,
     cause_cells,
     cause_text,
     consequence_text,
@@ -67,7 +68,9 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     traces = worst_first(diagnosis.traces)
     code = code_facts(diagnosis.details.get("code", {}))
     parts: list[tuple[str, Sequence[Block]]] = [
-        ("Verdict", [Prose((*data_notes(diagnosis), *_verdict(diagnosis)), "verdict")]),
+        ("Verdict", [
+            Prose((*data_notes(diagnosis), *better_law(diagnosis), *_verdict(diagnosis)), "verdict")
+        ]),
         ("Measured against simulated", [*_measured(traces)]),
         ("Errors by run", [*_where(diagnosis, traces)]),
         ("Steps of the diagnosis", [*_steps(diagnosis)]),
