@@ -88,6 +88,7 @@ if TYPE_CHECKING:
     from .sweeps.result import Sweep as Sweep
     from .sweeps.run import sweep as sweep
     from .sweeps.study import Study as Study
+    from .sweeps.suites.compare import compare_records as compare_records
     from .sweeps.suites.result import Suite as Suite
     from .sweeps.suites.run import run_suite as run_suite
     from .tuning.tune import tune as tune
@@ -151,6 +152,7 @@ _HOMES = {
     "available_records": "ground_motions",
     "available_sets": ".laws",
     "compare": ".api",
+    "compare_records": ".sweeps.suites.compare",
     "controller": ".registry",
     "diagnose": ".api",
     "el_centro_1940": "ground_motions",

@@ -12,6 +12,7 @@ from ground_motions.argument_types import checked
 from .criterion import Criterion
 from .errors import ControllerWarning, InputError, PlausibilityWarning, TestedRangeWarning, warn
 from .registry import controller as named_controller
+from .registry import named_controllers
 from .simulation.contact import contact_warnings
 from .simulation.control import CoilDriver, Control, Sensors
 from .simulation.plausibility import end_warnings
@@ -128,6 +129,8 @@ def compare(
 ) -> Comparison:
     """Simulate several controllers on one plant under one ground motion.
 
+    For several records see `isolation_sim.compare_records`.
+
     Parameters
     ----------
     isolated : IsolatedStructure
@@ -170,17 +173,7 @@ def compare(
     from .simulation.run import fixed_base_run
     from .simulation.run import simulate as run
 
-    if isinstance(controllers, Mapping):
-        named = {name: _controller(each) for name, each in controllers.items()}
-    else:
-        built = [_controller(each) for each in controllers]
-        named = {each.name: each for each in built}
-        if len(named) < len(built):
-            names = ", ".join(each.name for each in built)
-            raise InputError(
-                f"controllers are {names}; expected: different names, or a mapping of names to "
-                "controllers"
-            )
+    named = named_controllers(controllers)
     result = simulated(
         named,
         lambda name: run(

@@ -22,7 +22,7 @@ def controllers_table(sweep: Sweep) -> TextTable:
         for name, unit, cells in median_rows(sweep)
     ]
     return TextTable(
-        f"{sweep.plan.name}: medians over {cases} cases{state}",
+        f"{sweep.name}: medians over {cases} cases{state}",
         ("", "unit", *map(as_written, sweep.controllers)), rows, keys=2,
         caption="* best of the row" * (len(sweep.controllers) > 1),
     )  # fmt: skip

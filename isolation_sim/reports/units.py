@@ -45,7 +45,7 @@ def split_unit(key: str) -> tuple[str, str]:
     return key, "-" if key.endswith(_WITHOUT_UNIT) else ""
 
 
-_STATISTICS = ("mean", "median", "percentile_84", "maximum", "design")
+_STATISTICS = ("mean", "standard_deviation", "median", "percentile_84", "maximum", "design")
 """Columns of a suite's statistics in the unit of the row's criterion."""
 
 
