@@ -593,7 +593,10 @@ def _without_imitations(diagnosis: D, replaced: Collection[str]) -> tuple[D, lis
     labels = ", ".join(one.label for one in imitated)
     remaining = tuple(one for one in diagnosis.causes if one not in imitated)
     note = f"Not named, since only an imitation of the equation: {labels}."
-    return replace(diagnosis, causes=remaining, next_test=None), [note]
+    plan = diagnosis.test_plan
+    if plan is not None:
+        plan = replace(plan, tests=tuple(test for test in plan.tests if not test.tells))
+    return replace(diagnosis, causes=remaining, next_test=None, test_plan=plan), [note]
 
 
 def _only_imitated(deciding: dict[str, float], floor: float) -> bool:
