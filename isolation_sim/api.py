@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from ground_motions import Record
 from ground_motions.argument_types import checked
@@ -115,7 +115,11 @@ def simulate(
 @checked
 def compare(
     isolated: IsolatedStructure,
-    ground: Record | Sequence[Record],
+    ground: Annotated[
+        Record | Sequence[Record],
+        "a Record, such as ground_motions.read(path), or a list with one per direction; "
+        "compare_records takes several records",
+    ],
     controllers: Sequence[str | Control] | Mapping[str, str | Control],
     *,
     nominal: IsolatedStructure | None = None,

@@ -38,6 +38,11 @@ def plan_tests(source: Diagnosis | Campaign | str | Path) -> TestPlan:
     if isinstance(source, str | Path):
         folder = Path(source)
         saved = (folder / FILE).is_file()
+        if not saved and not (folder / "campaign.toml").is_file():
+            raise InputError(
+                f"{folder}: neither a saved diagnosis nor a campaign; expected: a folder of "
+                "diagnose, or one with campaign.toml"
+            )
         source = load_archive(folder / FILE) if saved else read_campaign(folder)
     if isinstance(source, Campaign):
         tests, notes = missing_conditions(source.runs)

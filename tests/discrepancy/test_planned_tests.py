@@ -99,7 +99,7 @@ def test_a_plan_prints_rivals_first_with_steps_and_rests():
 
 
 def test_what_has_no_plan_is_refused(tmp_path):
-    with pytest.raises(iso.InputError):
+    with pytest.raises(iso.InputError, match="neither a saved diagnosis nor a campaign"):
         iso.plan_tests(tmp_path / "missing")
     with pytest.raises(iso.InputError, match="source is 3; expected: a Diagnosis or a Campaign"):
         iso.plan_tests(3)

@@ -261,7 +261,7 @@ def _shaking(
         raise InputError(
             f"record {record.name} has {count} horizontal component{'s' * (count != 1)}; expected: "
             f"{len(directions)}, one per direction of the structure ({', '.join(directions)}), "
-            'such as files = [["one_H1.AT2", "one_H2.AT2"], ...]'
+            'such as files = [["one_H1.AT2", "one_H2.AT2"], ...], or a pair of records in Python'
         )
     if not structure.vertical:
         return [(record.name, _as_long(record.name, *record.components))]
