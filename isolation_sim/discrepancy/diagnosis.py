@@ -56,6 +56,8 @@ class Cause:
         computed.
     place : str
         Storey, floor or channel of it in a building; empty where there is only one.
+    doubtful : bool
+        Whether it is one of several and corrects less than what all of them leave.
     """
 
     name: str
@@ -67,11 +69,12 @@ class Cause:
     form: str = ""
     stability: Mapping[str, float] = field(default_factory=dict)
     place: str = ""
+    doubtful: bool = False
 
     @property
     def acts_like(self) -> bool:
-        """Whether something else may act like this cause: a parameter lies at its bound."""
-        return any(one.at_bound for one in self.parameters.values())
+        """Whether something else may act like it: a parameter at its bound, or ``doubtful``."""
+        return self.doubtful or any(one.at_bound for one in self.parameters.values())
 
     @property
     def label(self) -> str:

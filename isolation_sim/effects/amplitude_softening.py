@@ -7,6 +7,8 @@ Forms:
     power_by_current (1 + A / A_c)^-n(1 + m I): the field's part softens more, or less
     mean_square      Kraus' factor with the amplitude from a moving mean square
     instantaneous    Kraus' factor with |x| in place of the amplitude
+    network          1 - d (1 - s), s' = (1 - s) / memory - |v| s / length: the filler's network
+                     breaks with the motion and is built again, as in thixotropy
 
 A is sensed from the motion: a peak of |x| is followed at once (2 ms) and forgotten over the time
 `memory`, or A = sqrt(2 <x^2>) with the mean over `memory`.
@@ -49,6 +51,22 @@ def instantaneous(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
     loss, half, m = parameters
     return 1 - loss * hill(np.fabs(signals.x), half, m)
+
+
+def network(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    return 1 - parameters[0] * (1 - states[0])
+
+
+def rates_network(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Recovery, less what the motion breaks."""
+    _, length, memory = parameters
+    return ((1 - states[0]) / memory - np.fabs(signals.v) / length * states[0],)
+
+
+def start_network(signals: Signals, parameters: tuple) -> tuple:
+    """Whole after a rest."""
+    return (1.0,)
 
 
 def rates_peak(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -134,7 +152,7 @@ FORMS = (
             POWER,
             EffectParameter(
                 "by_current", "1/A", "growth of the exponent with the current", lower=0.0,
-                upper=1.0, starts=(0.2,),
+                upper=1.0, starts=(0.2,), plain=(0.0,),
             ),
             KNEE,
             MEMORY,
@@ -165,5 +183,23 @@ FORMS = (
         parameters=(LOSS, HALF, EXPONENT),
         factor=instantaneous,
         source="Kraus (1984), deformation in place of amplitude",
+    ),
+    Effect(
+        cause="amplitude_softening",
+        form="network",
+        title="Amplitude softening (Payne), a network that breaks and recovers",
+        parameters=(
+            LOSS,
+            EffectParameter(
+                "length", "m", "path over which the network breaks", lower=1e-6, upper=100.0,
+                divides=True, starts=(0.3, 2.0),
+            ),
+            MEMORY,
+        ),
+        states=(Quantity("whole", "1", "share of the network that is whole"),),
+        start=start_network,
+        rates=rates_network,
+        factor=network,
+        source="Moore (1959), structure kinetics; Payne (1965), filler network",
     ),
 )  # fmt: skip

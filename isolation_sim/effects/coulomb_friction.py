@@ -99,7 +99,7 @@ FORMS = (
             LEVEL,
             EffectParameter(
                 "rise", "1", "static over sliding friction, minus one", lower=0.0, upper=2.0,
-                starts=(0.3,),
+                starts=(0.3,), plain=(0.0,),
             ),
             EffectParameter(
                 "velocity", "m/s", "velocity range of the rise", lower=1e-5, divides=True,

@@ -125,11 +125,11 @@ FORMS = (
             LAG,
             EffectParameter(
                 "slow_part", "1", "part of the field that follows slowly", lower=0.0, upper=0.9,
-                starts=(0.3,),
+                starts=(0.3,), plain=(0.0,),
             ),
             EffectParameter(
                 "slower_by", "s", "time constant of the slow part above that of the quick one",
-                lower=0.0, upper=20.0, starts=(0.2, 1.0),
+                lower=0.0, upper=20.0, starts=(0.2, 1.0), plain=(0.0,),
             ),
         ),
         states=(

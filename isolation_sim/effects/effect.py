@@ -89,12 +89,16 @@ class EffectParameter(Quantity):
     difference : float
         Relative step of differences by it. A contact that begins between two samples asks for
         a larger one.
+    plain : tuple of float
+        Bounds at which the effect is a plainer one of the same cause, such as an exponent of 1: a
+        fit that ends there is as sound as inside.
     """
 
     strength: bool = False
     starts: tuple[float, ...] = (1.0,)
     least: float = 0.0
     difference: float = 1e-4
+    plain: tuple[float, ...] = ()
 
 
 class EffectInPlan(NamedTuple):

@@ -100,8 +100,9 @@ def _gap(name: str, meaning: str, *starts: float) -> EffectParameter:
 
 def _exponent(*starts: float) -> EffectParameter:
     return EffectParameter(
-        "exponent", "1", "exponent of the overrun", lower=1.0, upper=6.0, starts=starts
-    )
+        "exponent", "1", "exponent of the overrun", lower=1.0, upper=6.0, starts=starts,
+        plain=(1.0,),
+    )  # fmt: skip
 
 
 GAP = _gap("gap", "deformation at which it begins", 0.5, 0.7, 0.9)

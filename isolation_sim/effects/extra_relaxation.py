@@ -73,7 +73,8 @@ FORMS = (
         parameters=(
             STIFFNESS,
             EffectParameter(
-                "share", "1", "fraction of the second arm", lower=0.0, upper=1.0, starts=(0.5,)
+                "share", "1", "fraction of the second arm", lower=0.0, upper=1.0, starts=(0.5,),
+                plain=(0.0, 1.0),
             ),
             _time("time", "of relaxation of the first arm", 0.05, 0.3),
             _time("second_time", "of relaxation of the second arm", 1.0, 10.0),

@@ -73,7 +73,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "decrease", "1", "decrease of the slope beyond the knee", lower=0.0, upper=1.0,
-                strength=True, starts=(0.5,),
+                strength=True, starts=(0.5,), plain=(1.0,),
             ),
             EffectParameter(
                 "current", "A", "current at the knee", lower=1e-3, upper=1e3, divides=True,

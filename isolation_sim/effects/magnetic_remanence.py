@@ -70,7 +70,7 @@ def carried_largest(past: Past, parameters: tuple) -> tuple:
 
 SHARE = EffectParameter(
     "share", "1", "fraction of the remanent field", lower=0.0, upper=1.0, strength=True,
-    starts=(0.1, 0.4),
+    starts=(0.1, 0.4), plain=(1.0,),
 )  # fmt: skip
 
 FORMS = (

@@ -1,5 +1,6 @@
 """Values at the bound of their range: asked for by the data, or only left open."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -61,3 +62,13 @@ def test_a_bound_counts_where_the_gain_depends_on_it(data, values, needed):
     one = searched(data, values)
     gain = float(np.sum((data / 1e-2) ** 2)) - one.cost
     assert needs_bound(one, 0, gain) == needed
+
+
+def test_a_plain_bound_does_not_count():
+    loss, scale = EFFECT.parameters
+    data = 1.4 * (1 - np.exp(-T / 0.3))
+    one = searched(data, (1.0, 0.15))
+    plain = SimpleNamespace(parameters=(replace(loss, plain=(1.0,)), scale))
+    assert not needs_bound(SimpleNamespace(**{**vars(one), "effects": (plain,)}), 0, 1e3)
+    other = SimpleNamespace(parameters=(replace(loss, plain=(0.0,)), scale))
+    assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1e3)

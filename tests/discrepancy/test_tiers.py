@@ -314,11 +314,11 @@ def test_a_rung_that_loses_somewhere_is_not_offered():
     errors = {
         "law": Rung("law", 0.1, 0.1, 0.1),
         "causes": Rung("causes", 0.05, 0.05, 0.05),
-        "equation": Rung("equation", 0.02, 0.02, 0.02, ("run, 1.5 times its motion",)),
+        "equation": Rung("equation", 0.02, 0.02, 0.02, beyond=("run, 1.5 times its motion",)),
         "learned": Rung("learned", 0.04, 0.04, 0.049),
     }
     assert _offered(errors, generic=False) == "causes"
-    errors["equation"] = Rung("equation", 0.02, 0.06, 0.02, (), ("causes",))
+    errors["equation"] = Rung("equation", 0.02, 0.06, 0.02, worse_than=("causes",))
     assert _offered(errors, generic=False) == "causes"
     errors["equation"] = Rung("equation", 0.06, 0.06, 0.06)
     assert _offered(errors, generic=False) == "causes"
@@ -373,6 +373,42 @@ def test_causes_that_only_imitated_an_equation_are_not_named(diagnosis):
     assert note.endswith("equation: amplitude_softening.")
     # a wrong parameter that was given is no effect, and stays
     assert _without_imitations(blamed, (OUTSIDE,)) == (blamed, [])
+
+
+@pytest.mark.parametrize(
+    ("left", "where", "named"),
+    [
+        (0.05, {"worse": ("up to 2 mm",)}, False),  # a quarter of the misfit
+        (0.025, {"worse": ("up to 2 mm",)}, True),
+        (0.05, {"beyond": ("run, 1.5 times its motion",)}, True),
+        (0.05, {}, True),
+    ],
+)
+def test_causes_that_leave_much_and_lose_somewhere_are_not_named(diagnosis, left, where, named):
+    from isolation_sim.discrepancy.diagnosis import Cause
+    from isolation_sim.discrepancy.tiers.ladder import climb
+    from isolation_sim.discrepancy.tiers.result import Rung
+
+    rungs = {
+        "law": Rung("law", 0.1, 0.1, 0.1),
+        "causes": Rung("causes", left, left, left, **where),
+    }
+    rung = SimpleNamespace(chosen=())
+    tiers = SimpleNamespace(
+        law=rung, causes=rung, superseded=(), negligible=0.002, NO_EQUATION="None.",
+        QUANTITY="force", progress=lambda text: None, equation=lambda: None,
+        errors=lambda name, rung, good: rungs[name], has_generic_terms=lambda: False,
+        better_law=lambda: None, noise_floor=lambda diagnosis: 0.01, text=lambda rung: "",
+    )  # fmt: skip
+    blamed = replace(
+        diagnosis, causes=(Cause("end_stop", 0.7, 0.0, {}, ""),), verdict="partly_explained"
+    )
+    found = climb(tiers, blamed, "equation")
+    assert [cause.name for cause in found.causes] == ["end_stop"] * named
+    assert found.verdict == ("partly_explained" if named else "unexplained")
+    assert any("much left: end_stop" in note for note in found.ladder.notes) != named
+    if not named:
+        assert found.error_after == found.error_before and found.extended is found.judged
 
 
 def test_a_term_that_is_a_cause_of_the_catalogue_says_so(campaign):

@@ -16,7 +16,7 @@ from isolation_sim.identification.run_table import TestRun
 N, DT, NOISE = 800, 0.005, 0.005
 
 
-def campaign(offset=0.0, unrelated=0.0, held_out_size=6e-3):
+def campaign(offset=0.0, unrelated=0.0, friction=0.0, held_out_size=6e-3):
     """A spring and a dashpot with noise, and shares of the force that they do not have."""
     random = np.random.default_rng(5)
     slow = butter(4, [0.5, 3.0], "bandpass", fs=1 / DT, output="sos")
@@ -29,6 +29,7 @@ def campaign(offset=0.0, unrelated=0.0, held_out_size=6e-3):
         rms = 100.0  # about the force of them all
         wandering = sosfiltfilt(slow, random.standard_normal(N))
         force += rms * (offset + unrelated * wandering / np.std(wandering))
+        force += rms * friction * np.tanh(v / 2e-3)
         force += NOISE * rms * random.standard_normal(N)
         runs.append(TestRun(f"run{k}", time, x, v, force, np.zeros(N), hold_out=k == 2))
     return Campaign("made", "made", tuple(runs))
@@ -67,6 +68,14 @@ def test_what_is_found_but_too_small_to_matter_is_negligible():
     assert found.verdict == "adequate" and not found.causes
     assert "less than 3 % of the force is negligible" in found.steps[-1].text
     assert found.extended.law.effects == ()
+
+
+def test_a_cause_that_corrects_less_than_what_remains_only_acts_like_one():
+    def labels(**hidden):
+        return sorted(cause.label for cause in judged(friction=0.3, offset=0.03, **hidden).causes)
+
+    assert labels() == ["coulomb_friction", "force_offset"]
+    assert labels(unrelated=0.06) == ["acts like force_offset", "coulomb_friction"]
 
 
 def test_explained_means_down_to_the_noise():

@@ -157,6 +157,19 @@ def test_half_of_the_loss_at_the_half_amplitude(form):
     assert factor == pytest.approx(0.7, abs=0.01)
 
 
+def test_a_network_breaks_to_its_equilibrium_and_recovers():
+    numbers = {"loss": 0.5, "length": 4e-3, "memory": 0.8}
+    device = spring(("amplitude_softening.network", numbers))
+    t = np.linspace(0, 6, 6001)
+    x = 0.01 * np.minimum(t, 4.0)  # at a constant speed, then held
+    v = np.where(t < 4.0, 0.01, 0.0)
+    force, (whole,) = respond(device, t, x, v, 0.0, tolerance=1e-6)
+    moving = 1 / (1 + 0.8 * 0.01 / 4e-3)
+    at = np.searchsorted(t, [3.99, 5.0])
+    np.testing.assert_allclose(whole[at], [moving, 1 - (1 - moving) * np.exp(-1 / 0.8)], rtol=5e-3)
+    np.testing.assert_allclose(force[at], 1e4 * x[at] * (1 - 0.5 * (1 - whole[at])), rtol=1e-5)
+
+
 def test_amplitude_is_forgotten():
     numbers = {"exponent": 0.5, "half": 1e-3, "memory": 0.5}
     device = spring(("amplitude_softening.power", numbers))

@@ -27,6 +27,7 @@ from ...laws.law import Law
 from .. import inference
 from ..decisions import (
     ADEQUATE,
+    BESIDE_REMAINDER,
     CONFUSABLE_GAIN,
     FAR_BETTER,
     LOST,
@@ -165,28 +166,40 @@ class DeviceTests(Problem[FittedModel]):
             self._extend(best)
             if not best.effects or self._holds():
                 break
-        while best.effects:
-            corrected = [self._corrected(best, k) for k in range(len(best.effects))]
-            explained = self._squared(self.before) - self._squared(self.after)
-            # as a share of the whole force, and on average of each run's own
-            small = np.sqrt(MINOR * np.maximum(explained, 0.0))
-            if self._is_noise(self.after, self.validation_samples):
-                small = np.zeros(2)  # what completes the law is no correction of another's form
-            allowed = np.maximum(max(self.significance, 1e-9), np.minimum(small, MOST_MINOR))
-            beyond = [float(np.max(one / allowed)) for one in corrected]
-            least = int(np.argmin(beyond))
-            if beyond[least] >= 1:
-                break
-            size = float(np.max(corrected[least]))
-            self.negligible.append(
-                f"{best.effects[least].title} corrects {100 * size:.2g} % of the force"
-            )
-            self.negligible_below = float(np.max(allowed))
+        while best.effects and (least := self._superfluous(best)) is not None:
             best = self.space.without(best, least)
             self._extend(best)
         if self._leaves_much():
             self._compare_laws()
         return replace(result, best=best)
+
+    def _superfluous(self, best: FittedModel) -> int | None:
+        """Find an effect that corrects next to nothing."""
+        corrected = np.array([self._corrected(best, k) for k in range(len(best.effects))])
+        explained = np.maximum(self._squared(self.before) - self._squared(self.after), 0.0)
+        # as a share of the whole force, and on average of each run's own
+        small = np.sqrt(MINOR * explained)
+        if self._is_noise(self.after, self.validation_samples):
+            small = np.zeros(2)  # what completes the law is no correction of another's form
+        allowed = np.maximum(max(self.significance, 1e-9), np.minimum(small, MOST_MINOR))
+        beyond = np.max(corrected / allowed, axis=1)
+        least = int(np.argmin(beyond))
+        if beyond[least] >= 1:
+            return None
+        size = float(np.max(corrected[least]))
+        self.negligible.append(
+            f"{best.effects[least].title} corrects {100 * size:.2g} % of the force"
+        )
+        self.negligible_below = float(np.max(allowed))
+        return least
+
+    def _doubtful(self, best: FittedModel) -> NDArray:
+        """Which of several effects correct less than what remains, (n_effects,) bool."""
+        corrected = np.array([self._corrected(best, k)[0] for k in range(len(best.effects))])
+        remains = self._error(self.after) ** 2 - self._noise_floor(self.validation_samples) ** 2
+        if len(corrected) == 1 or self._is_noise(self.after, self.validation_samples):
+            return np.zeros(len(corrected), bool)
+        return corrected**2 < BESIDE_REMAINDER * remains
 
     def _compare_laws(self) -> LawChoice:
         """All laws on short data, compared once."""
@@ -415,6 +428,7 @@ class DeviceTests(Problem[FittedModel]):
         split = inference.shares(costs, final.cost_of(self.validation_samples), explained)
         numbers = intervals(final, self.shifts)
         stable = stability(space, searched, self.seed)
+        doubtful = self._doubtful(searched).tolist()
         causes = []
         for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
             if effect is EACH_RUN:
@@ -434,7 +448,10 @@ class DeviceTests(Problem[FittedModel]):
                         len(space.effects),
                     ),
                     parameters=numbers[k],
-                    evidence=self._evidence(effect, numbers[k], split[k], costs[k]),
+                    evidence=self._evidence(effect, numbers[k], split[k], costs[k])
+                    + doubtful[k]
+                    * " It corrects less than what remains unexplained, and may only "
+                    "mend the form of another.",
                     confusable_with=inference.rivals(
                         effect.cause,
                         [
@@ -448,6 +465,7 @@ class DeviceTests(Problem[FittedModel]):
                         "conditions_left_out": stable[k].conditions,
                         "runs_resampled": stable[k].resamplings,
                     },
+                    doubtful=doubtful[k],
                 )
             )
         return causes

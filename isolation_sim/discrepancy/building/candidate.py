@@ -29,6 +29,8 @@ class Parameter:
     logarithmic: bool = False
     # Reported number over the fitted one; for what is fitted in a device's own scale
     factor: float = 1.0
+    # Bounds at which the cause is a plainer one of the same name
+    plain: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

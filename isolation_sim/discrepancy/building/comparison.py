@@ -345,9 +345,12 @@ def values_of(parameters: Sequence[Parameter], x: NDArray) -> list[float]:
 
 
 def is_at_bound(parameter: Parameter, value: float) -> bool:
-    """Whether a value lies at a bound of its range."""
-    ends = [value, parameter.lower, parameter.upper]
-    return at_bound(*coordinates([parameter] * 3, ends).tolist())
+    """Whether a value lies at a bound of its range at which the cause is no plainer one."""
+    at, lower, upper = coordinates(
+        [parameter] * 3, [value, parameter.lower, parameter.upper]
+    ).tolist()
+    nearest = parameter.lower if at - lower < upper - at else parameter.upper
+    return at_bound(at, lower, upper) and nearest not in parameter.plain
 
 
 def _simulated(model: BuildingModel, record: BuildingRecord, end: int) -> NDArray:

@@ -153,7 +153,8 @@ def _around_the_law(
         return replace(model, effects={**model.effects, effect: numbers | fixed})
 
     parameters = [
-        Parameter(q.name, q.unit, q.lower, q.upper, factor=scales.factor(q.unit)) for q in free
+        Parameter(q.name, q.unit, q.lower, q.upper, factor=scales.factor(q.unit), plain=q.plain)
+        for q in free
     ]
     # an effect that does too much in full begins weakly
     starts = tuple(

@@ -158,7 +158,7 @@ def _yielding(place: str, number: int, row: int, stiffness: float, peak: float) 
     return Candidate(
         "storey_yielding", place,
         (Parameter("yield_shear", "N", 0.1 * peak, 10 * peak, logarithmic=True),
-         Parameter("hardening_ratio", "1", 0.0, 0.95)),
+         Parameter("hardening_ratio", "1", 0.0, 0.95, plain=(0.0,))),
         tuple((share * peak, 0.1) for share in (0.7, 0.4, 0.2)), apply,
         f"{place} yields at {{yield_shear:.3g}} N, with {{hardening_ratio:.2f}} of its stiffness "
         "beyond", numbers=(("storey", number),), late=True,

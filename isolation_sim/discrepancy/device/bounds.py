@@ -18,17 +18,23 @@ def needs_bound(searched: FittedModel, place: int, gain: float) -> bool:
     effect, model = searched.effects[place], searched.model
     for k, quantity in enumerate(effect.parameters, model.slices()[place].start):
         lower, upper = model.lower(quantity), quantity.upper
-        if not at_bound(float(searched.values[k]), lower, upper):
+        value = float(searched.values[k])
+        if not at_bound(value, lower, upper) or _nearest(value, lower, upper) in quantity.plain:
             continue
-        value = _inside(float(searched.values[k]), lower, upper)
+        value = _inside(value, lower, upper)
         if _cost_at(searched, k, value) - searched.cost > BOUND_NEEDED * gain:
             return True
     return False
 
 
+def _nearest(value: float, lower: float, upper: float) -> float:
+    """The bound nearest to a value."""
+    return lower if value - lower < upper - value else upper
+
+
 def _inside(value: float, lower: float, upper: float) -> float:
     """A value a share of the range away from the bound at which it lies."""
-    from_below = value - lower < upper - value
+    from_below = _nearest(value, lower, upper) == lower
     if lower > 0 and upper > 100 * lower:
         return value * (1 + OFF_BOUND) if from_below else value / (1 + OFF_BOUND)
     if not np.isfinite(upper - lower):

@@ -249,6 +249,10 @@ class BuildingTiers(Tiers[_Rung]):
         return replace(
             result,
             worse=self._losses(rung),
+            beyond=tuple(
+                f"{record.name}, {BEYOND_TESTS:g} times its ground motion"
+                for record in self.comparison.records if self._gives_energy(rung, record)
+            ),
             worse_than=tuple(
                 one.name for one in below
                 if not left <= most * max(one.held_out**2 - floor**2, 0.0)
@@ -256,7 +260,7 @@ class BuildingTiers(Tiers[_Rung]):
         )  # fmt: skip
 
     def _losses(self, rung: _Rung) -> tuple[str, ...]:
-        """Held-out times in which a rung loses, and records beyond which it runs away."""
+        """Held-out times in which a rung loses."""
         comparison, result = self.comparison, []
         every = zip(
             comparison.held_out, rung.outcome.held_out, self.law.outcome.held_out, strict=True
@@ -266,9 +270,6 @@ class BuildingTiers(Tiers[_Rung]):
             for half, loses in zip(("first", "second"), worse, strict=True):
                 if loses:
                     result.append(f"the {half} half of {segment.record.name} (held out)")
-        for record in comparison.records:
-            if self._gives_energy(rung, record):
-                result.append(f"{record.name}, {BEYOND_TESTS:g} times its ground motion")
         return tuple(result)
 
     def _gives_energy(self, rung: _Rung, record: BuildingRecord) -> bool:

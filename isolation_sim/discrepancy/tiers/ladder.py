@@ -31,6 +31,7 @@ from ..decisions import (
     EQUATION_SIGNIFICANT,
     IMITATION,
     LOST,
+    MUCH_LEFT,
     NEARLY_ALL,
     NEGLIGIBLE_LOSS,
     REMAINS,
@@ -39,7 +40,7 @@ from ..decisions import (
 from ..device.carried_history import of_device
 from ..device.generic_terms import OUTSIDE
 from ..device.model import FittedModel, Model, fit_model
-from ..diagnosis import Diagnosis, Errors
+from ..diagnosis import Cause, Diagnosis, Errors
 from ..inference import at_bound, gain_interval, half_widths
 from ..interval import Interval
 from ..verdict import Verdict
@@ -228,7 +229,7 @@ class Climb(Tiers[_Rung]):
             model, text = self._extended(start.model, chosen, None)
             values = np.insert(own, at, np.concatenate(numbers))
             rung = self._rung(self._fitted(model, values, 1e-5), chosen, stability, text)
-            good = not self.losses(rung, self.law)
+            good = not (self.losses(rung, self.law) or self._beyond(rung, self.law))
             # fewer terms are kept where they predict nearly as well, or where chance fits the more
             if good and (
                 best is None
@@ -339,11 +340,19 @@ class Climb(Tiers[_Rung]):
         return (
             *_lost(rung.left_out, against.left_out, self.data, least),
             *(f"{name} (held out)" for name in _lost(after, before, held, least)),
-            *(name for name in self._beyond(rung) if name not in self._beyond(against)),
         )
 
-    def _beyond(self, rung: _Rung) -> tuple[str, ...]:
-        """Tests beyond whose range a rung runs away or gives energy back."""
+    def _beyond(self, rung: _Rung, against: _Rung) -> tuple[str, ...]:
+        """Tests beyond whose range a rung, unlike another, runs away or gives energy back."""
+        bad = self._bad_beyond(rung)
+        if bad:
+            bad -= self._bad_beyond(against)
+        return tuple(
+            f"{name}, {BEYOND_TESTS:g} times its motion" for name in self.data.names if name in bad
+        )
+
+    def _bad_beyond(self, rung: _Rung) -> set[str]:
+        """Names of the tests beyond whose range a rung runs away or gives energy back."""
         factor, data = BEYOND_TESTS, self.data
         larger = replace(data, x=factor * data.x, v=factor * data.v, a=factor * data.a)
         # an instrument's delay turns the loops of fast motion, but gives no energy
@@ -351,11 +360,10 @@ class Climb(Tiers[_Rung]):
         model = replace(model, data=larger)
         force = model.resolve_steps(values).forces(values, False)[0]
         bounded = data.bounded(force)
-        bad = [
+        return {
             name for name, run in zip(data.names, data.runs, strict=True)
             if not np.array_equal(force[run], bounded[run]) or force[run] @ larger.v[run] < 0
-        ]  # fmt: skip
-        return tuple(f"{name}, {factor:g} times its motion" for name in bad)
+        }  # fmt: skip
 
     def errors(self, name: str, rung: _Rung, below: Sequence[Rung] = ()) -> Rung:
         """Errors of a rung, and where it loses against the law or the rungs below it."""
@@ -372,6 +380,7 @@ class Climb(Tiers[_Rung]):
         return replace(
             result,
             worse=self.losses(rung, self.law),
+            beyond=self._beyond(rung, self.law),
             worse_than=tuple(
                 one.name for one in below if _loses(result, one, self.problem.significance)
             ),
@@ -509,15 +518,19 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     misfit = max(deciding["law"] ** 2 - floor**2, 1e-300)
     has_learned = "learned" in deciding
     notes = [
-        f"{_NAMES[one.name]} worse than the law in {', '.join(one.worse)}, and not offered."
+        f"{_NAMES[one.name]} worse than the law in {', '.join(where)}, and not offered."
         for one in shown_rungs
-        if one.worse
+        if (where := one.worse + one.beyond)
     ]
     notes += [
         ladder.WORSE_THAN.format(_NAMES[one.name], " and the ".join(one.worse_than))
         for one in shown_rungs
-        if one.worse_than and not one.worse
+        if one.worse_than and not (one.worse or one.beyond)
     ]
+    blamed = bool(diagnosis.causes)
+    if errors["causes"].worse and deciding["causes"] ** 2 - floor**2 > MUCH_LEFT * misfit:
+        diagnosis, said = _without_losing(diagnosis)
+        notes += said
     best = rungs[offered]
     replaced = ladder.replaced_causes(best) if best.chosen else ()
     if replaced:
@@ -542,7 +555,7 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
         better_law=better_law,
         quantity=ladder.QUANTITY,
     )
-    if offered == "law" and diagnosis.causes:
+    if offered == "law" and blamed:
         return _withheld(diagnosis, result)
     if offered == "law" or (offered == "causes" and not has_learned):
         return replace(diagnosis, ladder=result)
@@ -593,10 +606,25 @@ def _without_imitations(diagnosis: D, replaced: Collection[str]) -> tuple[D, lis
     labels = ", ".join(one.label for one in imitated)
     remaining = tuple(one for one in diagnosis.causes if one not in imitated)
     note = f"Not named, since only an imitation of the equation: {labels}."
+    return _only(diagnosis, remaining), [note]
+
+
+def _without_losing(diagnosis: D) -> tuple[D, list[str]]:
+    """A diagnosis without its causes, which lose somewhere and leave much, and a note of them."""
+    labels = ", ".join(one.label for one in diagnosis.causes if one.name != OUTSIDE)
+    if not labels:
+        return diagnosis, []
+    remaining = tuple(one for one in diagnosis.causes if one.name == OUTSIDE)
+    note = f"Not named, since worse than the law somewhere, with much left: {labels}."
+    return _only(diagnosis, remaining), [note]
+
+
+def _only(diagnosis: D, causes: tuple[Cause, ...]) -> D:
+    """A diagnosis with some of its causes, without the tests that tell causes apart."""
     plan = diagnosis.test_plan
     if plan is not None:
         plan = replace(plan, tests=tuple(test for test in plan.tests if not test.tells))
-    return replace(diagnosis, causes=remaining, next_test=None, test_plan=plan), [note]
+    return replace(diagnosis, causes=causes, next_test=None, test_plan=plan)
 
 
 def _only_imitated(deciding: dict[str, float], floor: float) -> bool:
@@ -618,11 +646,12 @@ def _dissipation(share: float) -> str:
 def _withheld(diagnosis: D, ladder: Ladder) -> D:
     """A diagnosis whose causes lose somewhere: they stay named, but the law is not extended."""
     note = "No tier is offered: the extended law is the law without its causes."
+    verdict = "partly_explained" if diagnosis.verdict == "explained" else diagnosis.verdict
     return replace(
         diagnosis,
         ladder=replace(ladder, notes=(*ladder.notes, note)),
         gain=None,
-        verdict="partly_explained" if diagnosis.verdict == "explained" else diagnosis.verdict,
+        verdict=verdict if diagnosis.causes else "unexplained",
         error_after=diagnosis.error_before,
         extended=diagnosis.judged,
         traces=tuple(replace(one, after=one.before) for one in diagnosis.traces),

@@ -23,13 +23,15 @@ class Rung:
     left_out: float  # The same of each condition, predicted by the model fitted without it, pooled
     # Conditions left out, and runs held out, on which the model loses against the law
     worse: tuple[str, ...] = ()
+    # Tests beyond whose range, at a larger motion, it runs away or gives energy back
+    beyond: tuple[str, ...] = ()
     # Models before it that predict all that was left out, or all that was held out, better
     worse_than: tuple[str, ...] = ()
 
     @property
     def loses(self) -> bool:
         """Whether it loses anywhere, so that it is not offered."""
-        return bool(self.worse or self.worse_than)
+        return bool(self.worse or self.beyond or self.worse_than)
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ class Ladder:
                 {
                     "name": one.name, "fit": number(one.fit), "held_out": number(one.held_out),
                     "left_out": number(one.left_out), "worse": list(one.worse),
-                    "worse_than": list(one.worse_than),
+                    "beyond": list(one.beyond), "worse_than": list(one.worse_than),
                 }
                 for one in self.rungs
             ],
