@@ -178,6 +178,9 @@ class TestPlan(Printed):
         write_table(records, path)
         return Path(path)
 
+    def __repr__(self) -> str:
+        return f"TestPlan({self.name!r}, {len(self.tests)} tests)"
+
     def _shown(self) -> Iterator[Any]:
         if self.tests:
             yield render("planned_tests:plan_table", self)
