@@ -70,6 +70,11 @@ class Sweep(Printed):
         """Name of the plan."""
         return str(self._manifest.get("name") or self.plan.name)
 
+    @property
+    def sampled(self) -> bool:
+        """Whether quantities were sampled, so that there are sensitivities."""
+        return "plan" in self._manifest and self.plan.sample is not None
+
     @cached_property
     def table(self) -> pandas.DataFrame:
         """One row per finished run.

@@ -88,6 +88,7 @@ def test_it_is_saved_loaded_and_drawn(suite, tmp_path):
         suite.save(tmp_path / "kept")
     with pytest.raises(InputError, match="made of Python objects, without a plan"):
         _ = found.sweep.plan
+    assert "Sensitivity" not in found.sweep.to_html(tmp_path / "a.html").read_text()
 
 
 def test_a_suite_that_is_not_saved_leaves_no_files(plant):

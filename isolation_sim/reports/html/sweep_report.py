@@ -118,7 +118,7 @@ def _medians(sweep: Sweep) -> Table:
 
 
 def _sensitivity(sweep: Sweep, criterion: str) -> Iterator[Block]:
-    if not sweep.finished or sweep.plan.sample is None:
+    if not sweep.finished or not sweep.sampled:
         return
     for label in sweep.controllers:
         try:
