@@ -6,6 +6,7 @@ Forms:
     second_order     two such lags of lag / 2 one after the other, so that the field starts gently
     rise_and_fall    first order, with a lag of its own while the field falls
     two_stages       a part of the field lags by lag, the slow part by lag + slower_by
+    slew             the supply changes the current by 1 / per_ampere in a second at most
 
 Time constants below 0.3 ms approach 0.1 ms instead of 0.
 """
@@ -16,10 +17,12 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Signals
-from .followers import time_constant
+from .followers import RISE, time_constant
 
 SHORTEST = 1e-4
 """s: a shorter lag makes no difference to a structure, and would only make the steps small."""
+_QUICK = 1e-3
+"""s/A: a supply that is quicker follows the wanted current more closely than within ``RISE``."""
 
 
 def current(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -69,6 +72,14 @@ def rates_two(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     lag, _, slow = parameters
     quick_rate = (signals.current - states[0]) / time_constant(lag, SHORTEST)
     return quick_rate, (signals.current - states[1]) / time_constant(lag + slow, SHORTEST)
+
+
+def rates_slew(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """A short lag whose rate is limited."""
+    (per_ampere,) = parameters
+    lag = SHORTEST + RISE * per_ampere / (per_ampere + _QUICK)
+    rate = (signals.current - states[0]) / lag
+    return (rate / np.sqrt(1 + (rate * per_ampere) ** 2),)
 
 
 LAG = EffectParameter(
@@ -140,5 +151,21 @@ FORMS = (
         current=current_two,
         rates=rates_two,
         source="R-L coil beside eddy currents in the core",
+    ),
+    Effect(
+        cause="current_lag",
+        form="slew",
+        title="Current lag of a supply of limited slew rate",
+        parameters=(
+            EffectParameter(
+                "per_ampere", "s/A", "time in which the supply changes the current by 1 A",
+                lower=0.0, strength=True, starts=(0.3, 1.0, 3.0),
+            ),
+        ),
+        states=(FIELD,),
+        start=start,
+        current=current,
+        rates=rates_slew,
+        source="slew rate of a current source",
     ),
 )  # fmt: skip

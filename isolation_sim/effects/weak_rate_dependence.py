@@ -5,6 +5,7 @@ Forms:
     spring_pot     adds a fractional spring-pot, k (i f / 1 Hz)^a, from 0.02 to 50 Hz
     frequency      factor (f / 1 Hz)^n,   f from the moving mean squares of velocity and deformation
     power          factor (1 + (v / v0)^2)^(n / 2)
+    mean_speed     the same with the moving mean square of v
     logarithmic    factor 1 + a ln(1 + (v / v0)^2) / 2
     thinning       adds a viscosity that thins with the rate, c v (1 + (v / v0)^2)^((n - 1) / 2)
 """
@@ -51,6 +52,17 @@ def power(signals: Signals, states: tuple, parameters: tuple) -> Any:
     return (1 + (signals.v / velocity) ** 2) ** (n / 2)
 
 
+def mean_speed(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force over that of slow motion."""
+    n, velocity, _ = parameters
+    return (1 + positive(states[0]) / velocity**2) ** (n / 2)
+
+
+def rates_mean_speed(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Moving mean of the square."""
+    return ((signals.v**2 - states[0]) / parameters[-1],)
+
+
 def logarithmic(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Force over that of slow motion."""
     rise, velocity = parameters
@@ -67,6 +79,10 @@ VELOCITY = EffectParameter(
     "velocity", "m/s", "velocity of the onset of rate dependence", lower=1e-7, divides=True,
     starts=(0.02, 0.1, 0.5),
 )  # fmt: skip
+WINDOW = EffectParameter(
+    "window", "s", "averaging time", lower=0.02, upper=100.0, divides=True, starts=(0.3, 1.0)
+)
+V_SQUARE = Quantity("v_square", "m^2/s^2", "moving mean square of the velocity")
 _K, _A = SPRING_POT.parameters
 
 FORMS = (
@@ -98,14 +114,11 @@ FORMS = (
                 "exponent", "1", "power of the frequency", lower=-0.5, upper=1.0, strength=True,
                 starts=(0.05,),
             ),
-            EffectParameter(
-                "window", "s", "averaging time of the frequency", lower=0.02, upper=100.0,
-                divides=True, starts=(0.3, 1.0),
-            ),
+            WINDOW,
         ),
         states=(
             Quantity("x_square", "m^2", "moving mean square of the deformation"),
-            Quantity("v_square", "m^2/s^2", "moving mean square of the velocity"),
+            V_SQUARE,
         ),
         rates=rates_frequency,
         factor=frequency,
@@ -124,6 +137,24 @@ FORMS = (
         ),
         factor=power,
         source="Carreau (1972)",
+    ),
+    Effect(
+        cause="weak_rate_dependence",
+        form="mean_speed",
+        title="Weak rate dependence, power of the mean speed",
+        parameters=(
+            # with a negative one it would be a softening by amplitude
+            EffectParameter(
+                "exponent", "1", "power of the RMS velocity", lower=0.0, upper=1.0, strength=True,
+                starts=(0.05,),
+            ),
+            VELOCITY,
+            WINDOW,
+        ),
+        states=(V_SQUARE,),
+        rates=rates_mean_speed,
+        factor=mean_speed,
+        source="power law of the rate, Carreau (1972), remembered over a time",
     ),
     Effect(
         cause="weak_rate_dependence",

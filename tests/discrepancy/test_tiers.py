@@ -395,7 +395,7 @@ def test_causes_that_leave_much_and_lose_somewhere_are_not_named(diagnosis, left
     }
     rung = SimpleNamespace(chosen=())
     tiers = SimpleNamespace(
-        law=rung, causes=rung, superseded=(), negligible=0.002, NO_EQUATION="None.",
+        law=rung, causes=rung, superseded=(), negligible=0.002, NO_EQUATION="None.", WORSE_THAN="",
         QUANTITY="force", progress=lambda text: None, equation=lambda: None,
         errors=lambda name, rung, good: rungs[name], has_generic_terms=lambda: False,
         better_law=lambda: None, noise_floor=lambda diagnosis: 0.01, text=lambda rung: "",

@@ -74,6 +74,15 @@ def test_the_field_falls_with_a_lag_of_its_own():
         np.testing.assert_allclose(force, 50 * field, atol=1e-3)
 
 
+def test_a_supply_ramps_to_the_wanted_current():
+    device = spring(("current_lag.slew", {"per_ampere": 0.2}), k=(0.0, 1e4))
+    t, x, v = still(0.8)
+    force, _ = respond(device, t, x + 0.005, v, np.full(t.size, 2.0), np.zeros(1), 1e-8)
+    np.testing.assert_allclose(force, 50 * np.minimum(t / 0.2, 2.0), atol=0.6)
+    quick = effect("current_lag", "slew").rates(REST._replace(current=2.0), (1.9,), (0.0,))
+    assert quick[0] == pytest.approx(0.1 / 1e-4)
+
+
 def test_a_device_at_rest_has_its_field():
     device = spring(("current_lag.second_order", {"lag": 1.0}), k=(0.0, 1e4))
     assert device.law.rest(device.parameters_at(1.7)) == (1.7, 1.7)
@@ -266,6 +275,18 @@ def test_maxwell_arm_relaxes():
     t, x, v = still(2.0)
     force, _ = respond(device, t, x, v, 0.0, (2e-3, 2e-3), 1e-9)
     np.testing.assert_allclose(force, 10 * (0.75 * np.exp(-t / 0.2) + 0.25 * np.exp(-t)), atol=1e-6)
+
+
+def test_a_mean_speed_stiffens_by_its_power():
+    numbers = {"exponent": 0.2, "velocity": 1e-3, "window": 2.0}
+    device = spring(("weak_rate_dependence.mean_speed", numbers))
+    t, x, v = sine(5e-3, 2.0, 40)
+    force, (square,) = respond(device, t, x, v, 0.0, tolerance=1e-5)
+    last = t > t[-1] - 0.5
+    rms = 5e-3 * 2 * np.pi * 2.0 / 2**0.5
+    assert np.mean(square[last]) == pytest.approx(rms**2, rel=1e-2)
+    factor = np.dot(force[last], x[last]) / np.dot(x[last], x[last]) / 1e4
+    assert factor == pytest.approx((1 + (rms / 1e-3) ** 2) ** 0.1, rel=5e-3)
 
 
 def test_frequency_raises_the_stiffness_by_its_power():

@@ -517,16 +517,7 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     floor = min(noise, attainable) if noise > 0 else 0.0
     misfit = max(deciding["law"] ** 2 - floor**2, 1e-300)
     has_learned = "learned" in deciding
-    notes = [
-        f"{_NAMES[one.name]} worse than the law in {', '.join(where)}, and not offered."
-        for one in shown_rungs
-        if (where := one.worse + one.beyond)
-    ]
-    notes += [
-        ladder.WORSE_THAN.format(_NAMES[one.name], " and the ".join(one.worse_than))
-        for one in shown_rungs
-        if one.worse_than and not (one.worse or one.beyond)
-    ]
+    notes = _refusals(shown_rungs, ladder.WORSE_THAN)
     blamed = bool(diagnosis.causes)
     if errors["causes"].worse and deciding["causes"] ** 2 - floor**2 > MUCH_LEFT * misfit:
         diagnosis, said = _without_losing(diagnosis)
@@ -569,6 +560,20 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
         verdict=new_verdict,
         unexplained_share=float(np.clip((deciding[offered] ** 2 - floor**2) / misfit, 0.0, 1.0)),
     )
+
+
+def _refusals(rungs: Sequence[Rung], worse_than: str) -> list[str]:
+    """Why models that lose somewhere are not offered."""
+    losing = [one for one in rungs if one.worse or one.beyond]
+    return [
+        f"{_NAMES[one.name]} worse than the law in {', '.join(one.worse + one.beyond)}, "
+        "and not offered."
+        for one in losing
+    ] + [
+        worse_than.format(_NAMES[one.name], " and the ".join(one.worse_than))
+        for one in rungs
+        if one.worse_than and one not in losing
+    ]
 
 
 def _attainable(
