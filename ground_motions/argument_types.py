@@ -1,4 +1,4 @@
-"""Arguments of exported names against their annotations: a wrong type gives one clear line."""
+"""Arguments of exported names: a wrong name or a wrong type gives one clear line."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from importlib import import_module
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
-from ground_motions.errors import InputError
+from ground_motions.errors import InputError, nearest
 from ground_motions.python_source import parse
 
 T = TypeVar("T", bound=Callable[..., Any])
@@ -41,7 +41,7 @@ _WORDS = {
 
 
 def checked(thing: T) -> T:
-    """Decorate a function or a class: arguments of a wrong type raise `InputError`."""
+    """Decorate a function or a class: refuse unknown arguments, and those of a wrong type."""
     if isinstance(thing, type):
         thing.__init__ = _with_check(thing.__init__, thing.__module__)  # type: ignore[misc]
         return thing
@@ -70,11 +70,14 @@ def shown(value: Any) -> str:
 
 
 def _with_check(function: Any, module: str) -> Any:
+    parameters = inspect.signature(function).parameters.values()
     positional = [
         each.name
-        for each in inspect.signature(function).parameters.values()
+        for each in parameters
         if each.kind in (each.POSITIONAL_ONLY, each.POSITIONAL_OR_KEYWORD)
     ]
+    any_name = any(each.kind is each.VAR_KEYWORD for each in parameters)
+    named = [each.name for each in parameters if each.name != "self"]
 
     @functools.cache
     def kinds() -> dict[str, Any]:
@@ -92,6 +95,10 @@ def _with_check(function: Any, module: str) -> Any:
             case = name, type(value)
             if case in accepted:
                 continue
+            if name not in named and not any_name and name in kwargs:
+                what = function.__qualname__.removesuffix(".__init__")
+                right = nearest(name, named)
+                raise TypeError(f"{what} has no argument {name!r}; expected: {right}")
             kind = kinds().get(name, Any)
             refuse_wrong_type(name, value, kind)
             if case not in various:

@@ -12,6 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import TypeAlias
 
 from ground_motions.argument_types import checked
+from ground_motions.component_names import by_recording
 from ground_motions.errors import InputError, warn
 from ground_motions.readers import READERS, read
 from ground_motions.readers.csv_file import acceleration_columns
@@ -20,6 +21,7 @@ from ground_motions.readers.v2 import channels_of
 from ground_motions.record import Record
 
 _TEXT = {".txt", ".dat"}
+_V2 = {".v2", ".v2c"}
 _KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<sensor>[12]?)", re.IGNORECASE)
 _NAMED = 8  # files in a warning
 _SEARCH_RESULTS = "_SearchResults.csv"
@@ -80,7 +82,7 @@ def read_folder(
     dt: float | None = None,
     column: Columns = None,
 ) -> list[SuiteRecord]:
-    """Read every record in a folder; a warning names the files that are not used.
+    """Read every record in a folder; warnings name the files that are not used, and the pairs.
 
     Parameters
     ----------
@@ -88,7 +90,10 @@ def read_folder(
         Unpacked download of PEER NGA-West2, with its ``_SearchResults.csv``; or files of records,
         each a record of its own, for which there is a reader. The columns of acceleration of a CSV
         file, and the channels of a V2 file, are components; K-NET files that differ in their
-        suffix alone are, too.
+        suffix alone are, too. So are other files of one component whose names differ in their end
+        alone, where these ends are a pair: ``_H1`` and ``_H2``, ``-FN`` and ``-FP``, ``NS`` and
+        ``EW``, ``N`` and ``E``, ``X`` and ``Y``, or azimuths at right angles such as ``-000`` and
+        ``-090``; with ``-UP`` or ``_V`` for the vertical component.
     unit : str, optional
         Unit of text files, which are not used without it, and of CSV files whose headings have
         none.
@@ -127,7 +132,17 @@ def read_folder(
         names = ", ".join(path.name for path in others[:_NAMED])
         more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
         warn(f"{folder}: not used: {names}{more}{hint}", UserWarning)
-    return _unique([_record(*each, unit, dt, column) for each in _group_components(files)])
+    groups = sorted(_group_components(files), key=lambda each: min(each[1]))
+    named = [f"{name} ({', '.join(path.name for path in paths)})" for name, paths in groups
+             if len(paths) > 1 and not _KNET.fullmatch(paths[0].suffix)]  # fmt: skip
+    if named:
+        more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
+        warn(
+            f"{folder}: components of one record, by the ends of their names: "
+            f"{', '.join(named[:_NAMED])}{more}; a list of files in [ground] pairs them otherwise",
+            UserWarning,
+        )
+    return _unique([_record(*each, unit, dt, column) for each in groups])
 
 
 @checked
@@ -179,23 +194,29 @@ def _unique(records: list[SuiteRecord]) -> list[SuiteRecord]:
 
 
 def _group_components(files: list[Path]) -> Iterator[tuple[str, list[Path]]]:
-    """Names and files of records: the components of K-NET and KiK-net together."""
+    """Names and files of records: the components of one recording together."""
     groups: dict[str, dict[str, Path]] = {}
+    single = []
     for path in files:
         match = _KNET.fullmatch(path.suffix)
         if match:
             name = f"{path.stem}_{match['sensor']}" if match["sensor"] else path.stem
             groups.setdefault(name, {})[match["direction"].lower()] = path
+        elif _may_have_several(path):
+            yield path.stem, [path]
         else:
-            groups.setdefault(path.name, {})[path.stem] = path
+            single.append(path)
     for name, group in groups.items():
-        if _KNET.fullmatch(next(iter(group.values())).suffix):
-            horizontal = [group[each] for each in ("ns", "ew") if each in group]
-            vertical = [group["ud"]] if "ud" in group and len(horizontal) != 1 else []
-            yield name, horizontal + vertical
-        else:
-            ((stem, path),) = group.items()
-            yield stem, [path]
+        horizontal = [group[each] for each in ("ns", "ew") if each in group]
+        vertical = [group["ud"]] if "ud" in group and len(horizontal) != 1 else []
+        yield name, horizontal + vertical
+    yield from by_recording(single)
+
+
+def _may_have_several(path: Path) -> bool:
+    """Whether a file can have several components."""
+    suffix = path.suffix.lower()
+    return suffix in _V2 or (suffix == ".csv" and len(acceleration_columns(path)) > 1)
 
 
 def _record(
@@ -272,7 +293,7 @@ def _components(path: Path, unit: str | None, dt: float | None, column: Columns)
             header = table_cells(path)[0][1]
             columns = [each for each in columns if each in header] or [None]
             return [read(path, column=each, unit=unit) for each in columns]
-    elif suffix in (".v2", ".v2c"):
+    elif suffix in _V2:
         present = channels_of(path)
     if len(present) < 2:
         return [read(path)]

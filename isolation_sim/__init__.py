@@ -35,6 +35,8 @@ if TYPE_CHECKING:
         import_building_record as import_building_record,
     )
     from .discrepancy.diagnosis import Diagnosis as Diagnosis
+    from .discrepancy.plan_tests import plan_tests as plan_tests
+    from .discrepancy.planned_tests import TestPlan as TestPlan
     from .errors import AccuracyWarning as AccuracyWarning
     from .errors import ControllerError as ControllerError
     from .errors import ControllerWarning as ControllerWarning
@@ -88,6 +90,7 @@ if TYPE_CHECKING:
     from .sweeps.result import Sweep as Sweep
     from .sweeps.run import sweep as sweep
     from .sweeps.study import Study as Study
+    from .sweeps.suites.compare import compare_records as compare_records
     from .sweeps.suites.result import Suite as Suite
     from .sweeps.suites.run import run_suite as run_suite
     from .tuning.tune import tune as tune
@@ -142,6 +145,7 @@ _HOMES = {
     "Suite": ".sweeps.suites.result",
     "Sweep": ".sweeps.result",
     "SweepPlan": ".sweeps.plan",
+    "TestPlan": ".discrepancy.planned_tests",
     "TestedRangeWarning": ".errors",
     "Tuning": ".tuning.tuning",
     "VectorSimulator": ".simulation.vector_simulator",
@@ -151,6 +155,7 @@ _HOMES = {
     "available_records": "ground_motions",
     "available_sets": ".laws",
     "compare": ".api",
+    "compare_records": ".sweeps.suites.compare",
     "controller": ".registry",
     "diagnose": ".api",
     "el_centro_1940": "ground_motions",
@@ -171,6 +176,7 @@ _HOMES = {
     "measured_force": ".laws",
     "opensees_material": ".export.opensees",
     "passive": ".laws",
+    "plan_tests": ".discrepancy.plan_tests",
     "read_campaign": ".identification.campaign",
     "read_matrices": ".structures",
     "read_record": "ground_motions:read",

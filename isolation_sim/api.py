@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from ground_motions import Record
 from ground_motions.argument_types import checked
@@ -12,6 +12,7 @@ from ground_motions.argument_types import checked
 from .criterion import Criterion
 from .errors import ControllerWarning, InputError, PlausibilityWarning, TestedRangeWarning, warn
 from .registry import controller as named_controller
+from .registry import named_controllers
 from .simulation.contact import contact_warnings
 from .simulation.control import CoilDriver, Control, Sensors
 from .simulation.plausibility import end_warnings
@@ -114,7 +115,11 @@ def simulate(
 @checked
 def compare(
     isolated: IsolatedStructure,
-    ground: Record | Sequence[Record],
+    ground: Annotated[
+        Record | Sequence[Record],
+        "a Record, such as ground_motions.read(path), or a list with one per direction; "
+        "compare_records takes several records",
+    ],
     controllers: Sequence[str | Control] | Mapping[str, str | Control],
     *,
     nominal: IsolatedStructure | None = None,
@@ -127,6 +132,8 @@ def compare(
     fixed_base: bool = False,
 ) -> Comparison:
     """Simulate several controllers on one plant under one ground motion.
+
+    For several records see `isolation_sim.compare_records`.
 
     Parameters
     ----------
@@ -170,17 +177,7 @@ def compare(
     from .simulation.run import fixed_base_run
     from .simulation.run import simulate as run
 
-    if isinstance(controllers, Mapping):
-        named = {name: _controller(each) for name, each in controllers.items()}
-    else:
-        built = [_controller(each) for each in controllers]
-        named = {each.name: each for each in built}
-        if len(named) < len(built):
-            names = ", ".join(each.name for each in built)
-            raise InputError(
-                f"controllers are {names}; expected: different names, or a mapping of names to "
-                "controllers"
-            )
+    named = named_controllers(controllers)
     result = simulated(
         named,
         lambda name: run(

@@ -16,6 +16,7 @@ from .simulation.pieces import refined_outputs
 from .structures import IsolatedStructure
 from .structures.element_groups import isolation_elements
 from .structures.isolation_loop import effective, isolation_loop
+from .written_names import number_text
 
 if TYPE_CHECKING:
     from .simulation.result import Run
@@ -162,9 +163,7 @@ def check_building(
 
 
 def _force_text(force: float) -> str:
-    """A force in kN, in four digits or more."""
-    digits = ".0f" if force >= 1e6 else ".4g"
-    return f"{1e-3 * force:{digits}} kN"
+    return f"{number_text(1e-3 * force)} kN"
 
 
 def _effective_rows(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -12,6 +13,8 @@ from ground_motions.registry import Registry
 from .errors import InputError
 
 BETTER = ("smaller", "larger", "neither")
+_OF_TABLES = re.compile(r"J[1-9]|(normalised|energy)_.*|controller|case|status|reason")
+"""Names of the ratios to a reference, of energies, and of other columns of tables."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,8 @@ class Criterion:
     Raises
     ------
     InputError
-        If the name is no name, or ``of`` or ``better`` cannot be used.
+        If the name is no name or that of a ratio or another column of tables, such as ``"J1"`` or
+        ``"normalised_travel"``, or ``of`` or ``better`` cannot be used.
     """
 
     name: str
@@ -45,6 +49,11 @@ class Criterion:
         if not (isinstance(self.name, str) and self.name.isidentifier()):
             raise InputError(
                 f"name of a criterion is {self.name!r}; expected: such as 'isolator_travel_m'"
+            )
+        if _OF_TABLES.fullmatch(self.name):
+            raise InputError(
+                f"criterion {self.name} is a column of every table; expected: another name, not J1 "
+                "to J9 and not beginning with normalised_ or energy_"
             )
         if not callable(self.of):
             raise InputError(f"{self.name}: of is {self.of!r}; expected: a function of a run")

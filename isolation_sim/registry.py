@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 from ground_motions.argument_types import checked
 from ground_motions.registry import Registry
 
 from .criterion import CRITERIA
+from .errors import InputError
 
 if TYPE_CHECKING:
     from .simulation.control import Control
@@ -86,6 +88,27 @@ def controller(name: str, **settings: Any) -> Control:
         If there is no such controller or setting, or a setting does not accept its value.
     """
     return CONTROLLERS[name](**settings)
+
+
+def named_controllers(
+    controllers: Sequence[str | Control] | Mapping[str, str | Control],
+) -> dict[str, Control]:
+    """Controllers by the names to print; a sequence has their own names."""
+
+    def built(given: str | Control) -> Control:
+        return controller(given) if isinstance(given, str) else given
+
+    if isinstance(controllers, Mapping):
+        return {name: built(each) for name, each in controllers.items()}
+    every = [built(each) for each in controllers]
+    named = {each.name: each for each in every}
+    if len(named) < len(every):
+        names = ", ".join(each.name for each in every)
+        raise InputError(
+            f"controllers are {names}; expected: different names, or a mapping of names to "
+            "controllers"
+        )
+    return named
 
 
 @checked

@@ -1,4 +1,4 @@
-"""Names of controllers in words."""
+"""Names of controllers and numbers as texts."""
 
 from __future__ import annotations
 
@@ -16,3 +16,13 @@ def as_written(name: str) -> str:
     if re.search(r":\w", name):
         return name
     return _SPECIAL.sub(lambda match: _SPELLINGS[match[0]], name.replace("_", " "))
+
+
+def number_text(number: float | None) -> str:
+    """A number in four digits; large ones without exponent, small ones with it."""
+    if number is None:
+        return "-"
+    small = number != 0 and abs(number) < 0.01
+    if 9999.5 <= abs(number) < 1e7:
+        return f"{number:.0f}"
+    return f"{number:.1e}" if small else f"{number:#.4g}".rstrip(".")

@@ -83,6 +83,9 @@ def test_simulate_passes_options_on(isolated, shake):
         iso.simulate(isolated, shake, tolerance=3)
     with pytest.raises(TypeError, match="tolerence"):
         iso.simulate(isolated, shake, tolerence=1e-6)
+    # the key of a scenario file
+    with pytest.raises(TypeError, match=r"CoilDriver has no argument .lag_s.; expected: lag \(did"):
+        iso.CoilDriver(lag_s=0.02)
 
 
 def test_simulate_refuses_an_unknown_controller(isolated, shake):

@@ -125,7 +125,7 @@ def test_commands_named_in_passing_exist():
     command: Any = get_command(app)
     known = set(command.list_commands(None))
     text = "\n".join(TEXTS.values())
-    named = set(re.findall(r"isolation-sim ([a-z]+)\b", text))
+    named = set(re.findall(r"isolation-sim ([a-z]+(?:-[a-z]+)*)\b", text))
     assert named <= known
     modules = set(re.findall(r"python -m (studies[\w.]*)", text))
     assert modules

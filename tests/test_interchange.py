@@ -12,6 +12,7 @@ from isolation_sim.identification.run_table import TestRun
 from isolation_sim.io import interchange
 from isolation_sim.io.columns import columns_bytes
 from isolation_sim.io.netcdf import read_netcdf
+from isolation_sim.reports.units import in_engineering_units
 
 SCENARIO = """
 [ground]
@@ -153,3 +154,51 @@ def test_the_folder_of_a_fit_is_exported_as_fit_exports_it(tmp_path):
         pandas.testing.assert_frame_equal(sheets[1][name], table)
     with pytest.raises(iso.InputError, match="nothing: no such folder"):
         iso.export_results(tmp_path / "nothing", "mat")
+
+
+def test_engineering_units_are_those_of_printed_tables(results, tmp_path):
+    iso.export_results(results, "csv", tmp_path / "csv", "engineering")
+    si, found = (
+        pandas.read_csv(results / "criteria.csv"),
+        pandas.read_csv(tmp_path / "csv/criteria.csv"),
+    )
+    for name, shown, factor in (
+        ("peak_base_displacement_m", "peak_base_displacement_mm", 1e3),
+        ("rms_base_shear_N", "rms_base_shear_kN", 1e-3),
+        ("energy_input_J", "energy_input_kJ", 1e-3),
+        ("peak_floor_acceleration_m_s2", "peak_floor_acceleration_m_s2", 1.0),
+        ("J3", "J3", 1.0),
+    ):
+        np.testing.assert_allclose(found[shown], factor * si[name], rtol=1e-9)
+        assert factor == 1 or name not in found
+    history = pandas.read_csv(tmp_path / "csv/on_off.csv")
+    moved = read_netcdf(results / "on_off.nc")["displacement"].sel(dof="base").values.ravel()
+    np.testing.assert_allclose(history["displacement base (mm)"], 1e3 * moved, rtol=1e-9)
+    code = command(
+        "export", "xlsx", results, "--units", "engineering", "--out", tmp_path / "a.xlsx"
+    )
+    assert code == 0
+    sheet = pandas.read_excel(tmp_path / "a.xlsx", sheet_name="criteria")
+    np.testing.assert_allclose(sheet["rms_drift_mm"], 1e3 * si["rms_drift_m"])
+    with pytest.raises(iso.InputError, match="unknown units 'imperial'"):
+        iso.export_results(results, "csv", tmp_path / "no", "imperial")
+
+
+def test_units_of_single_columns_and_of_statistics():
+    table = pandas.DataFrame({
+        "k_N_per_m": [1.0], "moment_N_m": [1.0], "gap_m": [2], "peak_drift_ratio": [0.01],
+        "note_m": ["x"], "case": [3],
+    })  # fmt: skip
+    (row,) = in_engineering_units(table).to_dict("records")
+    assert row == {
+        "k_N_per_m": 1.0, "moment_N_m": 1.0, "gap_mm": 2e3, "peak_drift_percent": 1.0,
+        "note_m": "x", "case": 3,
+    }  # fmt: skip
+    statistics = pandas.DataFrame(
+        {"criterion": ["peak_drift_m", "J1"], "mean": [0.01, 0.5], "runs": [7, 7]}
+    )
+    rows = in_engineering_units(statistics).to_dict("records")
+    assert rows == [
+        {"criterion": "peak_drift_mm", "mean": 10.0, "runs": 7},
+        {"criterion": "J1", "mean": 0.5, "runs": 7},
+    ]

@@ -306,6 +306,8 @@ CALLS = [
         "ground is of type ndarray; expected: a Record",
     ),
     (lambda: iso.simulate(isolated(), [MOTION, MOTION]), "takes 1 ground motions"),
+    (lambda: iso.compare(isolated(), [MOTION] * 2, ["mpc"]), "or compare_records in Python"),
+    (lambda: iso.compare(isolated(), {"a": MOTION}, ["mpc"]), "compare_records takes several"),
     (lambda: iso.simulate(isolated(), MOTION, "clipped_lqrr"), "unknown controller"),
     (lambda: iso.simulate(isolated(), MOTION, type(iso.controller("on_off"))), "is the class"),
     (lambda: iso.simulate(isolated(), MOTION, 1.5), "controller is 1.5; expected"),

@@ -19,7 +19,7 @@ ABSENT = "*{} was not installed when this page was built: its column is missing.
 QUANTITIES = {
     "base": ("peak base displacement, mm", 1e3),
     "drift": ("peak storey drift, mm", 1e3),
-    "force": ("peak isolator force, kN", 1e-3),
+    "force": ("peak control device force, kN", 1e-3),
 }
 """What both programs of the storey leave, with its heading and factor."""
 STEPS = (1, 10, 40)

@@ -29,6 +29,7 @@ from . import (
     import_tests,
     list_names,
     new,
+    plan_tests,
     run,
     suite,
     sweep,
@@ -100,6 +101,7 @@ app.command("tune", epilog=tune.EXAMPLES)(tune.tune)
 app.command("diagnose", epilog=diagnose.EXAMPLES)(diagnose.diagnose)
 app.command("check", epilog=check.EXAMPLES)(check.check)
 app.command("evaluate", epilog=evaluate.EXAMPLES)(evaluate.evaluate)
+app.command("plan-tests", epilog=plan_tests.EXAMPLES)(plan_tests.plan_tests)
 app.command("cite", epilog=cite.EXAMPLES)(cite.cite)
 app.command("new", epilog=new.EXAMPLES)(new.new)
 app.command("suite", epilog=suite.EXAMPLES)(suite.suite)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, cast
 
 import typer
 
@@ -97,25 +97,47 @@ OutFile = Annotated[
 ]
 
 
+Units = Annotated[
+    str, typer.Option(help="si, or engineering: mm, kN, kJ and % of drift, as in printed tables.")
+]
+
+
 @app.command("mat", epilog=examples("isolation-sim export mat results/main_job"))
-def export_mat(results: Folder, out: OutFile = None, force: Force = False) -> None:
+def export_mat(
+    results: Folder, out: OutFile = None, units: Units = "si", force: Force = False
+) -> None:
     """Write all tables and histories of a results folder to one MATLAB file."""
-    _export(results, "mat", out, force)
+    _export(results, "mat", out, units, force)
 
 
-@app.command("xlsx", epilog=examples("isolation-sim export xlsx results/main_job"))
-def export_xlsx(results: Folder, out: OutFile = None, force: Force = False) -> None:
+@app.command(
+    "xlsx",
+    epilog=examples(
+        "isolation-sim export xlsx results/main_job",
+        "isolation-sim export xlsx results/main_job --units engineering --out tables.xlsx",
+    ),
+)
+def export_xlsx(
+    results: Folder, out: OutFile = None, units: Units = "si", force: Force = False
+) -> None:
     """Write all tables and histories of a results folder to one Excel workbook."""
-    _export(results, "xlsx", out, force)
+    _export(results, "xlsx", out, units, force)
 
 
-@app.command("csv", epilog=examples("isolation-sim export csv results/main_job"))
+@app.command(
+    "csv",
+    epilog=examples(
+        "isolation-sim export csv results/main_job",
+        "isolation-sim export csv results/main_job --units engineering --out tables",
+    ),
+)
 def export_csv(
     results: Folder,
     out: Annotated[
         Path | None,
         typer.Option(help="Folder for the files; results_csv in the folder by default."),
     ] = None,
+    units: Units = "si",
     force: Force = False,
 ) -> None:
     """Write the histories of a results folder, and a sweep's table, to CSV files."""
@@ -124,17 +146,17 @@ def export_csv(
 
     if not force:
         check_free(out or export_place(results, CSV))
-    print(export_results(results, CSV, out))
+    print(export_results(results, CSV, out, cast("Any", units)))
     update_contents(results)
 
 
-def _export(results: Path, form: str, out: Path | None, force: bool) -> None:
+def _export(results: Path, form: str, out: Path | None, units: str, force: bool) -> None:
     from ..io.interchange import export_place, export_results
     from ..io.output_place import check_new_files
     from ..io.results_folder import update_contents
 
     check_new_files(force, out or export_place(results, form))
-    print(export_results(results, form, out))
+    print(export_results(results, form, out, cast("Any", units)))
     update_contents(results)
 
 

@@ -46,7 +46,8 @@ def import_tests(
         list[str] | None,
         typer.Option(
             help="Unit of a quantity whose heading has none or a wrong one, as displacement=mm, or "
-            "a multiple, as current='0.1667 A' of a voltage or force='-1 kN'; may be repeated."
+            "a multiple, as current='0.1667 A' of a voltage or force='-1 kN'; 'b_03:force=-1 kN' "
+            "for the tests that fit a pattern; may be repeated."
         ),
     ] = None,
     current: Annotated[

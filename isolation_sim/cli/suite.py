@@ -56,7 +56,12 @@ def suite(
     """Run all records of a suite with all controllers, and compute the statistics of codes."""
     from ..io.results_folder import file_name
     from ..reports.console import standard_console
-    from ..reports.suite_tables import records_table, statistics_table, verdict
+    from ..reports.suite_tables import (
+        comparison_table,
+        records_table,
+        statistics_table,
+        verdict,
+    )
     from ..scenario import Scenario
     from ..sweeps.suites.run import run_suite
 
@@ -73,19 +78,21 @@ def suite(
         print(_json(result), end="")
     elif not quiet:
         console = standard_console()
+        if len(result.controllers) > 1:
+            console.print(comparison_table(result))
         for label in result.controllers:
             console.print(statistics_table(result, label))
         console.print(records_table(result, criterion))
         for sentence in verdict(result):
             console.print(sentence)
-    failed = result.sweep.failed
-    for _, row in failed.iterrows():
-        print_warning(f"{row['motion']}, {row['controller']}: {row['status']}: {row['reason']}")
+    failures = result.failures()
+    for failure in failures:
+        print_warning(failure)
     for warning in result.warnings():
         print_warning(warning)
     print_results(result.folder, as_json, quiet)
     write_exports(export, Path(result.folder))
-    if len(failed):
+    if failures:
         raise typer.Exit(1)
 
 

@@ -180,7 +180,7 @@ def run_plan(
     report = result.folder / "report.html"
     if not report.exists():
         result.to_html(report)
-        write_contents(result.folder, f"Sweep {result.plan.name}")
+        write_contents(result.folder, f"Sweep {result.name}")
     if as_json:
         print(json_text(_report(result, time.perf_counter() - start)))
     elif not quiet:
@@ -275,7 +275,7 @@ def _print_tables(result: Sweep, criterion: str, best: int, quiet: bool) -> bool
     console.quiet = quiet
     console.print(controllers_table(result))
     console.print(best_table(result, criterion, best))
-    if not result.finished or result.plan.sample is None:
+    if not result.finished or not result.sampled:
         return False
     for label in result.controllers:
         try:
@@ -341,7 +341,7 @@ def _duration_text(seconds: float) -> str:
 
 def _report(result: Sweep, seconds: float) -> dict[str, Any]:
     return {
-        "name": result.plan.name,
+        "name": result.name,
         "folder": str(result.folder),
         "runs": sum(result.counts.values()),
         "status": result.counts,

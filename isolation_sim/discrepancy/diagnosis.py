@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ..laws import Device
     from ..structures import IsolatedStructure
     from .consequence import Consequence
+    from .planned_tests import TestPlan
     from .tiers.result import Ladder
 
 
@@ -275,6 +276,9 @@ class Diagnosis(Printed):
         What looks wrong in the data, such as loops that run the wrong way round.
     held_out_noise_floor : float
         Error that noise alone leaves on the held-out runs; not a number where it is not known.
+    test_plan : TestPlan or None
+        Tests that tell confusable causes apart, and conditions that were not tested; None for data
+        other than a campaign of device tests.
     """
 
     data: str
@@ -297,6 +301,7 @@ class Diagnosis(Printed):
     ladder: Ladder | None = None
     data_notes: tuple[str, ...] = ()
     held_out_noise_floor: float = float("nan")
+    test_plan: TestPlan | None = None
 
     @property
     def meaning(self) -> str:
@@ -356,6 +361,7 @@ class Diagnosis(Printed):
             "unexplained_share": number(self.unexplained_share),
             "depends_on": list(self.depends_on),
             "next_test": self.next_test,
+            "test_plan": self.test_plan.to_dict() if self.test_plan else None,
             "data_notes": list(self.data_notes),
             **({"consequence": self.consequence.to_dict()} if self.consequence else {}),
             **({"ladder": self.ladder.to_dict()} if self.ladder else {}),

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..laws import Device
 from .diagnosis import Cause, Errors, Trace
+from .planned_tests import TestPlan
 from .residuals import Dependence
 from .search import H, Round, SearchResult
 
@@ -76,6 +77,10 @@ class Problem(ABC, Generic[H]):
         self, dependences: Sequence[Dependence], causes: Sequence[Cause], evaluation: Evaluation
     ) -> tuple[str, ...]:
         """Name the variables on which the nominal model's residual depends."""
+
+    def test_plan(self, result: SearchResult[H], causes: Sequence[Cause]) -> TestPlan | None:
+        """Plan the next tests; None for data other than device tests."""
+        return None
 
     def next_test(self, result: SearchResult[H], causes: Sequence[Cause]) -> str | None:
         """Propose the test that would best tell rival causes apart."""

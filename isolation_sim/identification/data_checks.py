@@ -33,6 +33,9 @@ _REVERSED = 0.02
 noted; one without damping gives off none. Convention."""
 _REVERSED_ALONE = 0.1
 """The same of single runs; a late channel alone may turn loops of little damping. Blind."""
+_TURNED = 0.5
+"""Share of the force in phase with the displacement that is noted where it is negative in single
+runs, and positive in the median run. Convention."""
 _TRANSIENT = 3.0
 """Factor on the usual residual of a static function of the motion at both ends of a run.
 Convention; the MR damper's filtered tests reach 3 to 20."""
@@ -267,8 +270,8 @@ def _sampling(runs: Sequence[TestRun]) -> Iterator[str]:
         yield f"sampling intervals differ: {listed} ms"
 
 
-def _reversed_loops(runs: Sequence[TestRun]) -> Iterator[str]:
-    """Runs in which the device gives off energy."""
+def turned_runs(runs: Sequence[TestRun]) -> tuple[list[TestRun], str]:
+    """Runs in which the device gives off energy, or has the others' stiffness with another sign."""
     power = np.array(
         [np.mean(run.force * run.velocity) / _rms(run.force) / _rms(run.velocity) for run in runs]
     )
@@ -277,9 +280,20 @@ def _reversed_loops(runs: Sequence[TestRun]) -> Iterator[str]:
     else:
         wrong = [run for run, one in zip(runs, power, strict=True) if one < -_REVERSED_ALONE]
     if wrong:
+        return wrong, "the loops run the wrong way round, the device gives off energy"
+    moved = ((run.force - run.force.mean(), run.displacement) for run in runs)
+    stiffness = np.array([np.mean(f * x) / _rms(f) / _rms(x) for f, x in moved])
+    if np.median(stiffness) > _TURNED:
+        wrong = [run for run, one in zip(runs, stiffness, strict=True) if one < -_TURNED]
+    return wrong, "the stiffness is negative, and that of the other tests is not"
+
+
+def _reversed_loops(runs: Sequence[TestRun]) -> Iterator[str]:
+    wrong, why = turned_runs(runs)
+    if wrong:
         yield (
-            f"{_names(wrong, runs)}: the loops run the wrong way round, the device gives off "
-            "energy: the sign of force or displacement is turned, or both are swapped"
+            f"{_names(wrong, runs)}: {why}: the sign of force or displacement is turned, or both "
+            "are swapped"
         )
 
 

@@ -49,7 +49,7 @@ class TestRun:
     time : numpy.ndarray, shape (n,), s
     displacement : numpy.ndarray, shape (n,), m
     velocity : numpy.ndarray, shape (n,), m/s
-        As measured, or by `isolation_sim.identification.velocity.differentiate`.
+        As measured, or by `isolation_sim.identification.velocity.smooth`.
     force : numpy.ndarray, shape (n,), N
     current : numpy.ndarray, shape (n,), A
         0 throughout where it was not measured, as of a device without coil.

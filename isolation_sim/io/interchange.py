@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from ground_motions.argument_types import checked
 
 from ..errors import InputError, check_name
+from ..rendering import render
 from .atomic_write import atomic_write
 from .columns import read_columns
 from .netcdf import read_netcdf
@@ -28,7 +29,12 @@ LONGEST_FIELD, LONGEST_SHEET = 63, 31
 
 
 @checked
-def export_results(folder: str | Path, form: str, out: str | Path | None = None) -> Path:
+def export_results(
+    folder: str | Path,
+    form: str,
+    out: str | Path | None = None,
+    units: Literal["si", "engineering"] = "si",
+) -> Path:
     """Write all tables and histories of a results folder to one file, or to CSV files.
 
     Parameters
@@ -45,6 +51,9 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
     out : str or pathlib.Path, optional
         File to write; ``results.mat`` or ``results.xlsx`` in the folder by default. For ``"csv"``
         a folder, ``results_csv`` by default. Existing files are replaced.
+    units : {"si", "engineering"}
+        ``"engineering"``: mm, kN, kJ and percent of drift, as printed tables have them, in place of
+        m, N, J and a ratio; names of columns say so. ``"csv"`` then writes all tables.
 
     Returns
     -------
@@ -59,7 +68,15 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
     """
     check_form(form, EXPORTS)
     folder = Path(folder)
-    patterns = ["table.npz", "*.nc", "histories/*.nc" if form == CSV else "*.csv"]
+    check_name("units", units, ("si", "engineering"))
+    engineering = units == "engineering"
+
+    def convert(part: Any) -> Any:
+        return render("units:in_engineering_units", part) if engineering else part
+
+    patterns = ["table.npz", "*.nc"]
+    patterns += ["histories/*.nc"] * (form == CSV)
+    patterns += ["*.csv"] * (form != CSV or engineering)
     paths = sorted(path for pattern in patterns for path in folder.glob(pattern))
     if not paths:
         what = "holds no results" if folder.is_dir() else "no such folder"
@@ -69,10 +86,10 @@ def export_results(folder: str | Path, form: str, out: str | Path | None = None)
         raise InputError(f"{folder}: {what}; expected: a folder with {kinds}")
     place = export_place(folder, form) if out is None else Path(out)
     if form == CSV:
-        return _write_csv(paths, place)
+        return _write_csv(paths, place, convert)
     parts: dict[str, Any] = {}
     for path in paths:
-        parts[path.stem if path.stem not in parts else path.name] = _read(path)
+        parts[path.stem if path.stem not in parts else path.name] = convert(_read(path))
     return write_parts(parts, form, place)
 
 
@@ -179,11 +196,11 @@ def _write_xlsx(parts: dict[str, Any], path: Path) -> None:
             table.to_excel(book, sheet_name=sheet, index=False)
 
 
-def _write_csv(paths: Iterable[Path], folder: Path) -> Path:
+def _write_csv(paths: Iterable[Path], folder: Path, convert: Callable[[Any], Any]) -> Path:
     """Write each table to a file of its own."""
     folder.mkdir(parents=True, exist_ok=True)
     for path in paths:
-        for axis, table in _flat(_read(path)).items():
+        for axis, table in _flat(convert(_read(path))).items():
             name = f"{path.stem}_{axis}" if axis else path.stem
             with atomic_write(folder / f"{name}.csv") as unfinished:
                 table.to_csv(unfinished, index=False, float_format="%.10g")

@@ -34,11 +34,11 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
     """Tables and sentences of a diagnosis, for a terminal."""
     yield f"{diagnosis.model} against {diagnosis.data}\n"
     yield from data_notes(diagnosis)
-    verdict = f"{diagnosis.verdict.replace('_', ' ').upper()}. {diagnosis.meaning}"
+    yield from better_law(diagnosis)
+    yield f"{diagnosis.verdict.replace('_', ' ').upper()}. {diagnosis.meaning}"
     choice = diagnosis.details.get("law_choice", {})
-    lines = [verdict, *([choice["text"]] if choice else [])]
-    # causes on a law of the wrong family only imitate the right one
-    yield from reversed(lines) if choice.get("wrong_family") else lines
+    if choice and not choice["wrong_family"]:
+        yield choice["text"]
     yield errors_table(diagnosis)
     of_causes = diagnosis.ladder is None or diagnosis.ladder.offered == "causes"
     if isinstance(diagnosis, BuildingDiagnosis) and diagnosis.verdict != "adequate" and of_causes:
@@ -72,6 +72,14 @@ def data_notes(diagnosis: Diagnosis) -> list[str]:
     ]
     further = len(diagnosis.data_notes) - len(notes)
     return notes + ([f"Data: {further} more in the step Data."] if further else [])
+
+
+def better_law(diagnosis: Diagnosis) -> list[str]:
+    """Another law that is far better, told first: causes on the wrong law only imitate it."""
+    choice = diagnosis.details.get("law_choice", {})
+    if choice.get("wrong_family"):
+        return [choice["text"]]
+    return [diagnosis.ladder.better_law] if diagnosis.ladder and diagnosis.ladder.better_law else []
 
 
 def consequence_text(consequence: Consequence) -> list[str]:
@@ -217,6 +225,7 @@ def markdown(diagnosis: Diagnosis) -> str:
     """The diagnosis as a text in Markdown."""
     parts = [
         f"# {diagnosis.model} against {diagnosis.data}",
+        *better_law(diagnosis),
         f"**{diagnosis.verdict.replace('_', ' ').capitalize()}.** {diagnosis.meaning}",
     ]
     if diagnosis.causes:

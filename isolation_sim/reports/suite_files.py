@@ -35,4 +35,6 @@ def write_suite(suite: Suite) -> None:
         with atomic_write(suite.folder / f"{name}.csv") as unfinished:
             table.to_csv(unfinished)
     save(spectra(suite), suite.folder / "figures", "spectra")
+    if len(suite.controllers) > 1:
+        save(suite.plot(), suite.folder / "figures", "comparison")
     suite_report(suite).write(suite.folder / "report.html")

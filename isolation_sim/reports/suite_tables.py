@@ -6,14 +6,48 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from ..criteria import is_gain
 from ..errors import check_name
-from ..written_names import as_written
+from ..written_names import as_written, number_text
 from .sweep_tables import heading
-from .tables import RATIOS, TextTable, is_reference, number_text, title_of
+from .tables import RATIOS, TextTable, is_reference, mark_best, title_of
 from .units import unit_of
 
 if TYPE_CHECKING:
     from ..sweeps.suites.result import Suite
+
+
+def comparison_table(suite: Suite) -> TextTable:
+    """Means and spreads of every criterion, one column per controller."""
+    reference = suite.sweep.reference
+    statistics = suite.statistics
+    rows = []
+    for name in suite.criteria:
+        unit, factor = unit_of(name)
+        of_all = [statistics.loc[(label, name)] for label in suite.controllers]
+        means = mark_best(
+            [float(one["mean"]) * factor for one in of_all], max if is_gain(name) else min
+        )
+        rows.append((title_of(name), unit, *(
+            f"{text}{'*' * best}{_spread(one, factor)}"
+            for (text, best), one in zip(means, of_all, strict=True)
+        )))  # fmt: skip
+    headings = ("criterion", "unit", *map(as_written, suite.controllers))
+    caption = "mean ± standard deviation over the motions; * best mean of the row"
+    if reference is not None:
+        caption += f"; n/N: better than {as_written(reference)} in n of N motions"
+    return TextTable(
+        f"{suite.name}: {motions_text(suite)}", headings, rows, keys=2, caption=caption
+    )
+
+
+def _spread(statistics: pd.Series, factor: float) -> str:
+    """Standard deviation, and in how many motions the controller is better."""
+    deviation, better = statistics["standard_deviation"], statistics["better"]
+    if deviation < 1e-9 * abs(statistics["mean"]):  # round-off
+        deviation = 0.0
+    text = "" if pd.isna(deviation) else f" ± {number_text(deviation * factor)}"
+    return text if pd.isna(better) else f"{text} {better:.0f}/{statistics['runs']:.0f}"
 
 
 def statistics_table(suite: Suite, controller: str) -> TextTable:
@@ -97,7 +131,9 @@ def verdict(suite: Suite) -> list[str]:
                 '1.5 times it: set level = "mce_r" in the target.'
             )
     records = suite.index["n_records"]
-    if statistic is None:
+    if not suite.by_rule:
+        pass
+    elif statistic is None:
         needed = rule.mean_from if rule.maximum_from is None else rule.maximum_from
         sentences.append(
             f"{rule.response_clause}: {needed} records or more are required; the suite has "

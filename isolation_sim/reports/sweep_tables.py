@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..criteria import is_gain
-from ..written_names import as_written
-from .tables import RATIOS, TextTable, is_reference, mark_best, number_text, title_of
+from ..written_names import as_written, number_text
+from .tables import RATIOS, TextTable, is_reference, mark_best, title_of
 from .units import unit_of
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def controllers_table(sweep: Sweep) -> TextTable:
         for name, unit, cells in median_rows(sweep)
     ]
     return TextTable(
-        f"{sweep.plan.name}: medians over {cases} cases{state}",
+        f"{sweep.name}: medians over {cases} cases{state}",
         ("", "unit", *map(as_written, sweep.controllers)), rows, keys=2,
         caption="* best of the row" * (len(sweep.controllers) > 1),
     )  # fmt: skip

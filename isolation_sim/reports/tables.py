@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..criteria import QUANTITIES
 from ..criterion import known_criterion
-from ..written_names import as_written
+from ..written_names import as_written, number_text
 from .units import ending_of, unit_of
 
 if TYPE_CHECKING:
@@ -347,13 +347,3 @@ def mark_best(
     if len(set(texts)) == 1:
         mark = None
     return [(text, text == mark and not bound) for text, bound in zip(texts, bounds, strict=True)]
-
-
-def number_text(number: float | None) -> str:
-    """A number in four digits; large ones without exponent, small ones with it."""
-    if number is None:
-        return "-"
-    small = number != 0 and abs(number) < 0.01
-    if 9999.5 <= abs(number) < 1e7:
-        return f"{number:.0f}"
-    return f"{number:.1e}" if small else f"{number:#.4g}".rstrip(".")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 UNITS = {
     "drift_ratio": ("%", 1e2),
     "m2_s4": ("m²/s⁴", 1.0),
@@ -41,3 +43,48 @@ def split_unit(key: str) -> tuple[str, str]:
         if key.endswith(f"_{ending}"):
             return key.removesuffix(f"_{ending}"), unit
     return key, "-" if key.endswith(_WITHOUT_UNIT) else ""
+
+
+_STATISTICS = ("mean", "standard_deviation", "median", "percentile_84", "maximum", "design")
+"""Columns of a suite's statistics in the unit of the row's criterion."""
+
+
+def in_engineering_units(part: Any) -> Any:
+    """A table or a history with mm, kN, kJ and % in place of m, N, J and a ratio."""
+    import pandas
+
+    if hasattr(part, "data_vars"):
+        return _converted_history(part)
+    columns = {}
+    for name, values in part.items():
+        shown, factor = _printed(str(name))
+        measured = factor != 1 and values.dtype.kind in "fi"
+        columns[shown if measured else name] = factor * values if measured else values
+    result = pandas.DataFrame(columns)
+    if "criterion" in result and len(result):  # the statistics of a suite: a row per criterion
+        names, factors = zip(*map(_printed, map(str, result["criterion"])), strict=True)
+        numbers = [name for name in result if name in _STATISTICS]
+        result[numbers] = result[numbers].mul(list(factors), axis=0)
+        result["criterion"] = names
+    return result
+
+
+def _converted_history(history: Any) -> Any:
+    factors = {unit: (shown, factor) for unit, (shown, factor) in UNITS.items() if factor != 1}
+    changed = {}
+    for name, array in history.variables.items():
+        shown, factor = factors.get(array.attrs.get("units", ""), ("", 1.0))
+        if shown:
+            changed[name] = array.dims, factor * array.values, array.attrs | {"units": shown}
+    return history.assign(changed)
+
+
+def _printed(name: str) -> tuple[str, float]:
+    """Name of a column with its printed unit, and the factor of its values."""
+    ending = ending_of(name)
+    shown, factor = unit_of(name)
+    before = name.removesuffix(f"_{ending}")
+    # a stiffness in N_per_m and a moment in N_m keep their units
+    if factor == 1 or before.endswith(("_per", *(f"_{unit}" for unit in UNITS))):
+        return name, 1.0
+    return f"{before}_{'drift_percent' if shown == '%' else shown}", factor

@@ -262,7 +262,8 @@ def _check_records(
     if len(records) != len(directions):
         raise InputError(
             f"{isolated.structure.name} takes {len(directions)} ground motions "
-            f"({', '.join(directions)}); {len(records)} given"
+            f"({', '.join(directions)}); {len(records)} given; expected: one per direction. "
+            "Several records are for isolation-sim suite, or compare_records in Python"
         )
     first = records[0]
     for record in records[1:]:

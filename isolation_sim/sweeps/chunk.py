@@ -64,7 +64,7 @@ class Chunk:
                 options = {key: value for key, value in row.job.options.items() if key != "nominal"}
                 alike.setdefault(repr(options), []).append(row)
         for group in alike.values():
-            _side_by_side(group)
+            side_by_side(group, threads=1)
         failed = sum(row.status != "ok" for row in rows)
         names = [entry["name"] for entry in self.base["controller"]]
         selection = self.base.get("simulation", {}).get("criteria", ())
@@ -126,7 +126,7 @@ def _alone(row: Row) -> Run | None:
     return run
 
 
-def _side_by_side(rows: Sequence[Row]) -> None:
+def side_by_side(rows: Sequence[Row], threads: int | None) -> None:
     """Run cases with equal driver, sensors and options in vector lanes."""
     cases, options = [], {}
     for row in rows:
@@ -135,7 +135,7 @@ def _side_by_side(rows: Sequence[Row]) -> None:
         nominal = options.pop("nominal", None)
         cases.append(Case(row.job.isolated, row.job.records, row.control, nominal))
     try:
-        batch = run_cases(cases, threads=1, **options)
+        batch = run_cases(cases, threads=threads, **options)
     except Exception:
         # a case that cannot start stops its whole batch: find this case
         for row in rows:

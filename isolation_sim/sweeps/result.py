@@ -58,7 +58,22 @@ class Sweep(Printed):
         """The plan with its scenario."""
         from .plan import SweepPlan
 
+        if "plan" not in self._manifest:
+            raise InputError(
+                f"{self.folder}: made of Python objects, without a plan; expected: a sweep of "
+                "a plan, or a suite of a scenario"
+            )
         return SweepPlan.from_dict(self._manifest["plan"], source=str(self._store.manifest))
+
+    @property
+    def name(self) -> str:
+        """Name of the plan."""
+        return str(self._manifest.get("name") or self.plan.name)
+
+    @property
+    def sampled(self) -> bool:
+        """Whether quantities were sampled, so that there are sensitivities."""
+        return "plan" in self._manifest and self.plan.sample is not None
 
     @cached_property
     def table(self) -> pandas.DataFrame:
@@ -107,9 +122,11 @@ class Sweep(Printed):
         """Label of the controller ``passive_off``, to which ratios refer; None without it."""
         from .rows import place_of_reference
 
-        entries = self.plan.scenario.controller
-        place = place_of_reference(entry.name for entry in entries)
-        return None if place is None else entries[place].shown
+        named = self._manifest.get("controllers") or {
+            entry.shown: entry.name for entry in self.plan.scenario.controller
+        }
+        place = place_of_reference(named.values())
+        return None if place is None else list(named)[place]
 
     @cached_property
     def counts(self) -> dict[str, int]:

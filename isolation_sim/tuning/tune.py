@@ -25,7 +25,7 @@ from .candidate_runs import Candidate
 from .motions import MIXTURE, Motions, MotionSet, motion_set
 from .search import Settings, Trial, search
 from .trials import CRITERIA, Trials
-from .tuning import Evaluation, Tuning, begin
+from .tuning import Evaluation, Tuning, begin, check_place
 
 EVALUATIONS = 400
 _PROFILE = 7
@@ -113,6 +113,7 @@ def tune(
     Python run in several processes, unless they are registered only in this process.
     """
     progress = progress or (lambda what, done: None)
+    check_place(out, resume)
     scenario_file = scenario
     if not isinstance(scenario, Scenario):
         scenario = Scenario() if scenario is None else Scenario.read(scenario)

@@ -322,26 +322,29 @@ class Tuning(Printed):
             ) from None
 
 
+def check_place(folder: str | Path | None, resume: bool) -> None:
+    """Refuse a folder in use, unless its tuning is continued."""
+    if folder is not None:
+        begun = (Path(folder) / _STATE).exists()
+        if not (resume and begun):
+            check_free(Path(folder), resumable=begun)
+
+
 def begin(folder: str | Path | None, content: Mapping[str, Any], resume: bool) -> Tuning:
     """A new tuning, or the one in a folder to continue; nothing is written."""
     # convert by JSON, to compare with the saved content
     new = Tuning(json.loads(json.dumps(content)))
-    if folder is None:
+    if folder is None or not (resume and (there := Path(folder) / _STATE).exists()):
         return new
-    folder = Path(folder)
-    there = folder / _STATE
-    if resume and there.exists():
-        stored = Tuning.read(folder)
-        for key, value in new.content.items():
-            # equal motions and scenarios can have different names
-            if key != "command" and stored.content.get(key) != value:
-                raise InputError(
-                    f"{there}: {key} differs from the tuning begun there; expected: the same "
-                    "arguments and files, or another folder"
-                )
-        return Tuning(stored.content, stored.trials)
-    check_free(folder, resumable=there.exists())
-    return new
+    stored = Tuning.read(folder)
+    for key, value in new.content.items():
+        # equal motions and scenarios can have different names
+        if key != "command" and stored.content.get(key) != value:
+            raise InputError(
+                f"{there}: {key} differs from the tuning begun there; expected: the same "
+                "arguments and files, or another folder"
+            )
+    return Tuning(stored.content, stored.trials)
 
 
 def _sentences(evaluated: Evaluation) -> str:

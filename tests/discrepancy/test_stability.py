@@ -131,15 +131,21 @@ def test_a_test_far_beyond_the_others_is_not_proposed(monkeypatch, size):
 
     def force(fitted, test):
         proposed.append(test)
-        return size * (100 * test.v if fitted.causes == ("a",) else 0 * test.v)
+        return size * (100 * test.v if fitted is one else 0 * test.v)
 
     monkeypatch.setattr(module, "_force", force)
-    one, other = (SimpleNamespace(causes=(cause,)) for cause in "ab")
+    other, one = SimpleNamespace(causes=("b",)), SimpleNamespace(causes=("a", "b"))
     search = SimpleNamespace(rivals=lambda result, place: (None, [other]))
     final = SimpleNamespace(model=SimpleNamespace(data=data))
-    words = module.next_test(final, search, one, {"a": ["b"]})
-    assert (words is not None) is (size == 1)
-    assert words is None or "up to 1.5 times the tested velocity" in words
+    tests = module.rival_tests(final, search, one, {"a": ["b"], "b": ["a"]})
+    assert len(tests) == (size == 1)  # one of the pair
+    if tests:
+        (test,) = tests
+        assert "up to 1.5 times the tested velocity" in test.sentence
+        assert test.tells == ("a", "b") and test.difference > 0
+        row = test.to_dict()
+        fastest = 2e-3 * np.pi * row["amplitude_mm"] * row["frequency_Hz"]
+        assert fastest == pytest.approx(max(np.max(np.abs(t.v)) for t in proposed), rel=0.02)
     assert max(np.max(np.abs(test.v)) for test in proposed) <= 1.5 * np.max(np.abs(data.v))
 
 

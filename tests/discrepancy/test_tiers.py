@@ -349,10 +349,11 @@ def test_a_better_law_promises_its_gain_and_no_other_law_promises_any():
 
     judged = {"law": 0.08, "causes": 0.06}
     other, own = (LawRank(name, name, 2, e, e) for name, e in (("a", 0.02), ("b", 0.05)))
-    least, notes = _attainable(judged, (other, own))
-    assert least == pytest.approx(0.032) and "a, another law, leaves 2 % on short data" in notes[0]
-    assert _attainable({"law": 0.08, "learned": 0.03}, (other, own)) == (0.03, [])
-    assert _attainable(judged, None) == (0.06, [])
+    least, sentence = _attainable(judged, (other, own))
+    assert least == pytest.approx(0.032)
+    assert sentence.startswith("Another law is better: a (a) leaves 2 % on short data")
+    assert _attainable({"law": 0.08, "learned": 0.03}, (other, own)) == (0.03, "")
+    assert _attainable(judged, None) == (0.06, "")
 
 
 def test_causes_that_only_imitated_an_equation_are_not_named(diagnosis):

@@ -1,6 +1,7 @@
 """Suites of records: reading, spectra of pairs, scaling, selection, spectral matching."""
 
 import math
+import warnings
 import zipfile
 
 import numpy as np
@@ -287,6 +288,50 @@ def test_components_of_kiknet_are_one_record(tmp_path):
     assert (deep.name, surface.name) == ("X_1", "X_2")
     assert [each.pga for each in (*deep.components, deep.vertical)] == [1.0, 2.0, 3.0]
     assert [each.pga for each in (*surface.components, surface.vertical)] == [4.0, 5.0, 6.0]
+
+
+@pytest.mark.parametrize(
+    ("stems", "named"),
+    [
+        (("a_H1", "a_H2"), "a: a_H1 a_H2"),
+        (("a-FP", "a-FN", "a-UP"), "a: a-FN a-FP | a-UP"),
+        (("RSN6_IMPVALL.I_I-ELC270", "RSN6_IMPVALL.I_I-ELC180", "RSN6_IMPVALL.I_I-ELC-UP"),
+         "RSN6_IMPVALL.I_I-ELC: RSN6_IMPVALL.I_I-ELC180 RSN6_IMPVALL.I_I-ELC270 | "
+         "RSN6_IMPVALL.I_I-ELC-UP"),
+        (("TAFT-000", "TAFT-090"), "TAFT: TAFT-000 TAFT-090"),
+        (("B_360", "B_090"), "B: B_090 B_360"),
+        (("c_y", "c_x", "d"), "c: c_x c_y, d"),
+        (("e EW", "e NS", "e_N"), "e EW, e NS, e_N"),  # three ends
+        (("f-000", "f-045"), "f-000, f-045"),  # no right angle
+        (("g_001", "g_091", "g_181"), "g_001, g_091, g_181"),  # numbers
+        (("h", "h_H1", "h_H2"), "h, h_H1, h_H2"),  # the pair would have another's name
+        (("i_H1", "j_H2", "k_UP", "l_400", "l_490"), "i_H1, j_H2, k_UP, l_400, l_490"),
+    ],
+)  # fmt: skip
+def test_components_are_paired_by_the_ends_of_their_names(tmp_path, stems, named):
+    text = "PEER\nan event\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 3, DT= .01 SEC\n0 .1 0\n"
+    for stem in stems:
+        (tmp_path / f"{stem}.AT2").write_text(text)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        records = read_folder(tmp_path)
+    found = [
+        " | ".join([" ".join(c.name for c in r.components), *([r.vertical.name] if r.vertical
+                                                             else [])])
+        for r in records
+    ]  # fmt: skip
+    found = [
+        f"{r.name}: {parts}" if len(r.components) > 1 else parts
+        for r, parts in zip(records, found, strict=True)
+    ]
+    assert ", ".join(found) == named
+    told = [str(each.message) for each in caught]
+    pair = named.partition(",")[0]
+    if ":" in named:
+        files = ", ".join(f"{stem}.AT2" for stem in pair.partition(": ")[2].split() if stem != "|")
+        assert f"by the ends of their names: {records[0].name} ({files});" in told[0]
+    else:
+        assert not told
 
 
 def test_a_folder_and_a_list(tmp_path):

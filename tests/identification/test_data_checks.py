@@ -77,6 +77,12 @@ def each(change):
 WRONG = {
     "turned sign": (
         each(lambda r: {"force": -r.force}), "all runs: the loops run the wrong way round"),
+    "one turned sign": (
+        one(lambda r: {"force": -r.force}), "second: the loops run the wrong way round"),
+    "one turned sign without damping": (
+        lambda runs: one(lambda r: {"force": -r.force})(
+            each(lambda r: {"force": 5e4 * r.displacement})(runs)),
+        "second: the stiffness is negative, and that of the other tests is not"),
     "filter": (each(lambda r: {"force": filtered(r.force)}), "transients of a zero-phase filter"),
     "late velocity": (
         one(lambda r: {"velocity": late(r.velocity, 0.012)}),

@@ -325,3 +325,25 @@ def test_a_matrix_with_its_names_units_and_time_beside_it(tmp_path, beside):
     savemat(tmp_path / "a.mat", {"units": units, "names": names, "data": matrix, **beside})
     imported = iso.import_tests(tmp_path, current=2.0)
     assert_is_the_test(imported.campaign.runs[0])
+
+
+def test_a_file_with_a_turned_sign_is_named_with_its_columns_and_turned(tmp_path):
+    for name, sign in (("a", 1), ("b", -1), ("c", 1)):
+        written(tmp_path, HEADING + rows("%.4f,%.6f,%.6f", TIME, 1e3 * X, sign * FORCE / 1e3),
+                f"{name}.csv")  # fmt: skip
+    (note,) = (n for n in iso.import_tests(tmp_path).notes if "turned" in n)
+    assert note == (
+        f"{tmp_path / 'b.csv'}: the stiffness is negative, and that of the other tests is not; "
+        "the sign of 'Force (kN)' or of 'Disp (mm)' is turned: --unit 'b:force=-1 kN' or --unit "
+        "'b:displacement=-1 mm' turns it"
+    )
+    right = iso.import_tests(tmp_path, units={"b:force": "-1 kN", "force": "kN"})
+    np.testing.assert_allclose(right.campaign.runs[1].force, FORCE, atol=1e-3)
+    assert not any("turned" in each for each in right.notes)
+    told = refused(tmp_path, units={"d*:force": "-1 kN"})
+    assert told.startswith("--unit: given 'd*'; expected: ")
+    # all of them
+    damped = rows("%.4f,%.6f,%.6f", TIME, 1e3 * X, -np.cos(2 * np.pi * TIME))
+    (note,) = (n for n in iso.import_tests(written(tmp_path, HEADING + damped)).notes if "tur" in n)
+    assert "the loops run the wrong way round" in note
+    assert note.endswith("--unit 'force=-1 kN' or --unit 'displacement=-1 mm' turns it")

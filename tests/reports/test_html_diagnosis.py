@@ -8,11 +8,29 @@ import pytest
 import isolation_sim as iso
 from isolation_sim.discrepancy.consequence import Consequence, Performance
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval, Step, Trace
+from isolation_sim.discrepancy.planned_tests import PlannedTest, TestPlan
+from isolation_sim.discrepancy.tiers.result import Ladder, Rung
 from isolation_sim.effects import effect, extend
+from isolation_sim.reports.diagnosis import markdown
 from isolation_sim.reports.diagnosis_figures import STRONGEST, errors, loops
 from isolation_sim.reports.html.diagnosis_report import diagnosis_report, equations
 
 MOST = 6_000_000
+
+
+@pytest.mark.parametrize("where", ["choice", "ladder"])
+def test_another_law_that_is_far_better_is_told_before_the_verdict(diagnosis, where):
+    said = "Another law is better: Spencer."
+    told = replace(
+        diagnosis,
+        **{"details": {"law_choice": {"text": said, "wrong_family": True, "laws": []}}}
+        if where == "choice"
+        else {"ladder": Ladder((Rung("law", 0.1, 0.1, 0.1),), better_law=said)},
+    )
+    verdict = diagnosis_report(told).sections[0].blocks[0].paragraphs[0]
+    assert verdict == said
+    for text, first in ((told.summary(), "EXPLAINED."), (markdown(told), "**Explained.**")):
+        assert text.count(said) == 1 and text.index(said) < text.index(first)
 
 
 def test_a_noise_floor_far_below_leaves_the_room_to_the_errors(diagnosis):
@@ -22,6 +40,19 @@ def test_a_noise_floor_far_below_leaves_the_room_to_the_errors(diagnosis):
     far = errors(replace(diagnosis, noise_floor=1e-5))
     assert floor in near.lines and "noise floor" not in near.x
     assert floor not in far.lines and far.x.endswith("noise floor of all fitted runs 0.001 %")
+
+
+def test_the_plan_of_tests_stands_below_the_next_test(diagnosis):
+    test = PlannedTest(4e-3, 2.0, (0.0, 1.5), 12.0, 500.0, "tells a from b", step=2.0)
+    planned = replace(diagnosis, test_plan=TestPlan("rig 3", (test,), ("One frequency.",)))
+    (section,) = (s for s in diagnosis_report(planned).sections if s.title == "Next test")
+    said, table, notes = section.blocks
+    assert said.paragraphs == ("Test at 4 mm and 2 Hz.",) and notes.paragraphs == (
+        "One frequency.",
+    )
+    (row,) = table.rows
+    assert [cell.text for cell in row.cells] == ["4", "2", "24", "0 / 1.5 every 2 s", "500",
+                                                 "tells a from b"]  # fmt: skip
 
 
 def trace(name, friction, held_out):

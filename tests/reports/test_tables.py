@@ -6,8 +6,8 @@ import pytest
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval
 from isolation_sim.discrepancy.interval import percent
 from isolation_sim.reports.diagnosis import causes_table, shown
-from isolation_sim.reports.tables import TextTable, as_text, criteria_lines, number_text, title_of
-from isolation_sim.written_names import as_written
+from isolation_sim.reports.tables import TextTable, as_text, criteria_lines, title_of
+from isolation_sim.written_names import as_written, number_text
 
 HEADINGS = ("run", "simulation.computation_delay_s", "95 % interval", "error, %", "what it is",
             "unit")  # fmt: skip

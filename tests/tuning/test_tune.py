@@ -115,6 +115,9 @@ def test_an_interrupted_search_goes_on_to_the_same_bits(scenario, strong, tuned,
         tune_constant(scenario, strong, other, resume=True, seed=1)
     with pytest.raises(iso.InputError, match=r"is not empty; .* --resume"):
         tune_constant(scenario, strong, other)
+    # before anything is read
+    with pytest.raises(iso.InputError, match="is not empty"):
+        iso.tune("constant", "missing.toml", out=other)
 
 
 def test_what_was_saved_is_read_again_and_runs(scenario, tuned):

@@ -58,10 +58,11 @@ from ..device.interference import Interference, interference
 from ..device.intervals import intervals
 from ..device.load_cell_offset import EACH_RUN, run_means
 from ..device.model import FittedModel, Model
-from ..device.next_test import next_test
+from ..device.next_test import rival_tests
 from ..device.noise_examples import motion_noise, noise_residuals
 from ..device.stability import stability
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
+from ..planned_tests import TestPlan, missing_conditions
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_device_tests, smallest_set
 from ..search import Round, SearchResult, search
@@ -547,10 +548,12 @@ class DeviceTests(Problem[FittedModel]):
         term = next((c for c in causes if c.name == OUTSIDE), None)
         return smallest_set(dependences) if term is None else variables(term.form)
 
-    def next_test(self, result: SearchResult[FittedModel], causes: Sequence[Cause]) -> str | None:
-        """Propose a sinusoid under which the first rival causes differ most."""
+    def test_plan(self, result: SearchResult[FittedModel], causes: Sequence[Cause]) -> TestPlan:
+        """Propose sinusoids under which rival causes differ most, and conditions not tested."""
         confusable = {c.name: c.confusable_with for c in causes if c.confusable_with}
-        return next_test(self.final, self.space, result.best, confusable)
+        tests = rival_tests(self.final, self.space, result.best, confusable)
+        missing, notes = missing_conditions(self.campaign.runs)
+        return TestPlan(self.campaign.name, (*tests, *missing), notes)
 
     def devices(self, result: SearchResult[FittedModel]) -> tuple[Device, Device]:
         """The evaluated law, and the law with the selected effects."""

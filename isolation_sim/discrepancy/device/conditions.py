@@ -23,15 +23,15 @@ def conditions(data: MeasuredRuns) -> Iterator[tuple[str, NDArray]]:
     if steady:
         families.insert(0, ("A", np.mean(spans, axis=1), 0.0))
     for unit, values, tolerance in families:
-        groups = _groups(values, tolerance)
+        groups = same_values(values, tolerance, 1e-3)
         for group in groups if len(groups) > 1 else ():
             yield f"{np.mean(values[group]):.2g} {unit}", group
 
 
-def _groups(values: NDArray, tolerance: float) -> list[NDArray]:
-    """Runs whose values lie together, the smallest first."""
+def same_values(values: NDArray, tolerance: float, least: float = 1e-9) -> list[NDArray]:
+    """Runs whose values lie together, relatively or within ``least``, the smallest first."""
     order = np.argsort(values, kind="stable")
-    step = np.diff(values[order]) > tolerance * np.abs(values[order][1:]) + 1e-3
+    step = np.diff(values[order]) > tolerance * np.abs(values[order][1:]) + least
     number = np.empty(len(values), int)
     number[order] = np.concatenate([[0], np.cumsum(step)])
     return [number == k for k in range(int(number.max()) + 1)]

@@ -1,4 +1,4 @@
-"""The test that would best tell rival explanations apart, computed from their own predictions."""
+"""The tests that would best tell rival causes apart, computed from their own predictions."""
 
 from __future__ import annotations
 
@@ -11,50 +11,63 @@ from numpy.typing import NDArray
 
 from ...identification.current_basis import tested_currents
 from ...identification.measured_runs import MeasuredRuns
+from ..planned_tests import BEYOND, PlannedTest
 from .effect_search import EffectSearch
 from .model import FittedModel
 
 DURATION, REST = 12.0, 60.0
 """Of a test, and of a rest between two equal parts of it, s."""
-BEYOND = 1.5
-"""Factor on the largest tested velocity, acceleration and force up to which a test is proposed."""
+_STEP = 2.0
+"""Time between steps of the current, s."""
 _SAMPLING = 256.0
+_AT_REST = 0.9
+"""Share of a test in motion below which it has a rest."""
 
 
-def next_test(
+def rival_tests(
     final: FittedModel,
     search: EffectSearch,
     result: FittedModel,
     confusable: Mapping[str, Sequence[str]],
-) -> str | None:
-    """Propose the test that best tells the first confusable cause from its nearest rival."""
-    if not confusable:
-        return None
-    cause, others = next(iter(confusable.items()))
-    place = result.causes.index(cause)
-    rivals = [f for f in search.rivals(result, place)[1] if f.causes[-1] == others[0]]
-    if not rivals:
-        return None
-    best, words = 0.0, ""
+) -> tuple[PlannedTest, ...]:
+    """Find for each confusable cause and its rivals the test in which they differ most."""
+    rivals = {}
+    for cause, others in confusable.items():
+        fitted = search.rivals(result, result.causes.index(cause))[1]
+        for other in others:
+            first = next((f for f in fitted if f.causes[-1] == other), None)
+            if first is not None and (other, cause) not in rivals:
+                rivals[cause, other] = first
     data = final.model.data
     noise = float(np.median(data.force_noise)) or 1e-12
-    for test, description in _tests(data):
+    found: dict[tuple[str, str], tuple[float, MeasuredRuns, str]] = {}
+    for test, words in _tests(data) if rivals else ():
         if not _within(data, test):
             continue
-        forces = [_force(f, test) for f in (result, rivals[0])]
-        if not np.max(np.abs(forces)) <= BEYOND * np.max(np.abs(data.force)):
-            continue  # a law that diverges, or a force that the rig may not reach
+        force = _force(result, test)
         moves = test.v != 0
-        difference = float(np.sqrt(np.mean((forces[0] - forces[1])[moves] ** 2)))
-        if difference / noise > best:
-            best, words = difference / noise, description
-    if not words:
-        return None
-    return (
-        f"To distinguish {cause} from {others[0]}: {words}; their predictions differ there by "
-        f"{best:.2g} times the force's noise (RMS). Only tests up to {BEYOND:g} times the tested "
-        "velocity, acceleration and force were compared."
-    )
+        for pair, rival in rivals.items():
+            forces = [force, _force(rival, test)]
+            if not np.max(np.abs(forces)) <= BEYOND * np.max(np.abs(data.force)):
+                continue  # a law that diverges, or a force that the rig may not reach
+            differ = float(np.sqrt(np.mean((forces[0] - forces[1])[moves] ** 2))) / noise
+            if differ > found.get(pair, (0.0,))[0]:
+                found[pair] = differ, test, words
+    rate = float(np.median(1 / data.dt))
+    return tuple(_planned(pair, *found[pair], rate) for pair in rivals if pair in found)
+
+
+def _planned(
+    pair: tuple[str, str], differ: float, test: MeasuredRuns, words: str, rate: float
+) -> PlannedTest:
+    amplitude, moves = float(np.max(np.abs(test.x))), test.v != 0
+    currents = tuple(np.unique(test.current).tolist())
+    return PlannedTest(
+        amplitude, float(np.max(np.abs(test.v))) / (2 * np.pi * amplitude), currents,
+        float(moves.sum()) / _SAMPLING, rate, f"tells {pair[0]} from {pair[1]}",
+        step=_STEP if len(currents) > 1 else 0.0, rest=REST if moves.mean() < _AT_REST else 0.0,
+        tells=pair, difference=differ, words=words,
+    )  # fmt: skip
 
 
 def _within(data: MeasuredRuns, test: MeasuredRuns) -> bool:
@@ -85,8 +98,8 @@ def _tests(data: MeasuredRuns) -> list[tuple[MeasuredRuns, str]]:
         schedules += [
             (np.full(len(time), low), f"{low:.3g} A"),
             (
-                np.where((time // 2.0) % 2 == 0, low, high),
-                f"the current stepping between {low:.3g} and {high:.3g} A every 2 s",
+                np.where((time // _STEP) % 2 == 0, low, high),
+                f"the current stepping between {low:.3g} and {high:.3g} A every {_STEP:g} s",
             ),
         ]
     result = []

@@ -40,7 +40,7 @@ from ..decisions import (
 from ..device.carried_history import of_device
 from ..device.generic_terms import OUTSIDE
 from ..device.model import FittedModel, Model, fit_model
-from ..diagnosis import Diagnosis, Errors
+from ..diagnosis import Cause, Diagnosis, Errors
 from ..inference import at_bound, gain_interval, half_widths
 from ..interval import Interval
 from ..verdict import Verdict
@@ -512,12 +512,12 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     offered = _offered(allowed, ladder.has_generic_terms(), ladder.negligible)
     deciding = {name: _deciding_error(one) for name, one in errors.items()}
     named = min(value for name, value in deciding.items() if name != "learned")
-    attainable, notes = _attainable(deciding, ladder.better_law())
+    attainable, better_law = _attainable(deciding, ladder.better_law())
     noise = ladder.noise_floor(diagnosis)
     floor = min(noise, attainable) if noise > 0 else 0.0
     misfit = max(deciding["law"] ** 2 - floor**2, 1e-300)
     has_learned = "learned" in deciding
-    notes += _refusals(shown_rungs, ladder.WORSE_THAN)
+    notes = _refusals(shown_rungs, ladder.WORSE_THAN)
     blamed = bool(diagnosis.causes)
     if errors["causes"].worse and deciding["causes"] ** 2 - floor**2 > MUCH_LEFT * misfit:
         diagnosis, said = _without_losing(diagnosis)
@@ -543,6 +543,7 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
         explainable=(named**2 - attainable**2) / misfit if has_learned else float("nan"),
         inexplicable=(attainable**2 - floor**2) / misfit if has_learned else float("nan"),
         notes=tuple(notes),
+        better_law=better_law,
         quantity=ladder.QUANTITY,
     )
     if offered == "law" and blamed:
@@ -577,21 +578,21 @@ def _refusals(rungs: Sequence[Rung], worse_than: str) -> list[str]:
 
 def _attainable(
     deciding: dict[str, float], better: tuple[LawRank, LawRank] | None
-) -> tuple[float, list[str]]:
-    """Least error of the rungs, or that which a better law promises, and then a note."""
+) -> tuple[float, str]:
+    """Least error of the rungs, or that which a better law promises, and then a sentence."""
     least = min(deciding.values())
     if better is None:
-        return least, []
+        return least, ""
     # both on short data, so that only their ratio can be compared with the rungs
     other, own = better
     promised = deciding["law"] * other.left_out / own.left_out
     if promised >= least:
-        return least, []
-    note = (
-        f"{other.title}, another law, leaves {100 * other.left_out:.3g} % on short data, and this "
-        f"one {100 * own.left_out:.3g} %: a greater gain than that of any tier."
+        return least, ""
+    return promised, (
+        f"Another law is better: {other.title} ({other.law}) leaves {100 * other.left_out:.3g} % "
+        f"on short data, and {own.title} {100 * own.left_out:.3g} %: a greater gain than that of "
+        "any tier."
     )
-    return promised, [note]
 
 
 def _replaced_note(diagnosis: Diagnosis, replaced: Collection[str]) -> list[str]:
@@ -610,7 +611,7 @@ def _without_imitations(diagnosis: D, replaced: Collection[str]) -> tuple[D, lis
     labels = ", ".join(one.label for one in imitated)
     remaining = tuple(one for one in diagnosis.causes if one not in imitated)
     note = f"Not named, since only an imitation of the equation: {labels}."
-    return replace(diagnosis, causes=remaining, next_test=None), [note]
+    return _only(diagnosis, remaining), [note]
 
 
 def _without_losing(diagnosis: D) -> tuple[D, list[str]]:
@@ -620,7 +621,15 @@ def _without_losing(diagnosis: D) -> tuple[D, list[str]]:
         return diagnosis, []
     remaining = tuple(one for one in diagnosis.causes if one.name == OUTSIDE)
     note = f"Not named, since worse than the law somewhere, with much left: {labels}."
-    return replace(diagnosis, causes=remaining, next_test=None), [note]
+    return _only(diagnosis, remaining), [note]
+
+
+def _only(diagnosis: D, causes: tuple[Cause, ...]) -> D:
+    """A diagnosis with some of its causes, without the tests that tell causes apart."""
+    plan = diagnosis.test_plan
+    if plan is not None:
+        plan = replace(plan, tests=tuple(test for test in plan.tests if not test.tells))
+    return replace(diagnosis, causes=causes, next_test=None, test_plan=plan)
 
 
 def _only_imitated(deciding: dict[str, float], floor: float) -> bool:

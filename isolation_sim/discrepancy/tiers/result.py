@@ -62,6 +62,7 @@ class Ladder:
     # Such as a rung that is not offered, and why
     notes: tuple[str, ...] = field(default_factory=tuple)
     quantity: str = "force"  # What errors are relative to
+    better_law: str = ""  # Sentence that names a law with a greater gain than that of any rung
 
     @property
     def equation(self) -> str:
@@ -97,6 +98,7 @@ class Ladder:
             "explainable_share": number(self.explainable),
             "inexplicable_share": number(self.inexplicable),
             "notes": list(self.notes),
+            "better_law": self.better_law,
         }  # fmt: skip
 
 

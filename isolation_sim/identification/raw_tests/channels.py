@@ -155,11 +155,12 @@ def find_channels(
 
 def check_choices(columns: Mapping[str, str], units: Mapping[str, str]) -> None:
     """Refuse unknown quantities and units of the caller."""
-    for option, choices in (("--column", columns), ("--unit", units)):
-        for quantity in choices:
+    of_units = [key.rpartition(":")[2] for key in units]
+    for option, quantities in (("--column", columns), ("--unit", of_units)):
+        for quantity in quantities:
             if quantity not in UNITS:
                 raise unknown_name(f"quantity of {option}", quantity, UNITS)
-    for quantity, unit in units.items():
+    for quantity, unit in zip(of_units, units.values(), strict=True):
         if given_factor(quantity, unit) is None:
             usual = ", ".join(UNITS[quantity])
             multiple = f"'-0.5 {next(iter(UNITS[quantity]))}'"

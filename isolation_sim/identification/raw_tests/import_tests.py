@@ -18,7 +18,7 @@ from ...errors import InputError
 from ...io.output_place import check_writable
 from ...rendering import Printed, render
 from ..campaign import Campaign, write_campaign
-from ..data_checks import same_forces_notes, unit_notes
+from ..data_checks import same_forces_notes, turned_runs, unit_notes
 from ..run_table import TestRun, make_run
 from ..spikes import repaired
 from .channels import NEEDED, Channel, check_choices, find_channels, listed
@@ -119,7 +119,8 @@ def import_tests(
     units : mapping, optional
         Unit by quantity, for columns whose heading has none or a wrong one, or a multiple of it:
         ``{"current": "0.1667 A"}`` of the volts of a coil of 6 ohm, ``{"force": "-1 kN"}`` of a
-        load cell with the other sign.
+        load cell with the other sign. ``"PATTERN:force"`` is that of the tests alone whose names
+        fit the pattern.
     current : float, optional
         Current of the tests without a column of it, A.
     current_from_name : bool
@@ -169,12 +170,16 @@ def import_tests(
         channels.append(columns_read)
         if own:
             notes.append(f"{name}: {'; '.join(own)}")
+    for pattern in (key.rpartition(":")[0] for key in choices.units if ":" in key):
+        _check_fits("--unit", pattern, runs)
     _refuse_some_without_current(runs, list(tables.values()))
     title = Path(out).name if out is not None else Path(places[0]).resolve().stem
     source = f"imported from {', '.join(map(str, places[:3]))}{' ...' if len(places) > 3 else ''}"
     campaign = Campaign(title, source, tuple(_held_out(runs, hold_out)))
     campaign, wrong = repaired(campaign)
     notes += [*wrong, *unit_notes(campaign.runs), *same_forces_notes(campaign.runs)]
+    places_read = [table.place for table in tables.values()]
+    notes += _sign_notes(campaign.runs, places_read, channels)
     result = ImportedTests(campaign, tuple(channels), tuple(notes))
     if out is None:
         return result
@@ -189,7 +194,14 @@ def _read_test(
     """A table as a run, its columns by quantity, and notes."""
     headings, place = table.headings, table.place
     usable = [table.usable(k) for k in range(len(headings))]
-    channels = find_channels(headings, usable, choices.columns, choices.units, place)
+    # a unit for some tests comes before one for all
+    units = {
+        quantity: unit
+        for key, unit in sorted(choices.units.items(), key=lambda each: ":" in each[0])
+        for pattern, _, quantity in [key.rpartition(":")]
+        if not pattern or fnmatch(name, pattern)
+    }
+    channels = find_channels(headings, usable, choices.columns, units, place)
     rate = table.rate if choices.rate is None else choices.rate
     lacking = [q for q in NEEDED if q not in channels and (q != "time" or rate is None)]
     if lacking:
@@ -236,10 +248,36 @@ def _held_out(runs: Sequence[TestRun], hold_out: int | Sequence[str]) -> list[Te
             raise InputError("--hold-out", str(hold_out), "2 or more, or a pattern of names")
         return [replace(run, hold_out=k % hold_out == 0) for k, run in enumerate(runs, 1)]
     for pattern in hold_out:
-        if not any(fnmatch(run.name, pattern) for run in runs):
-            names = [run.name for run in runs]
-            raise InputError("--hold-out", repr(pattern), pattern_of(names))
+        _check_fits("--hold-out", pattern, runs)
     return [replace(run, hold_out=any(fnmatch(run.name, p) for p in hold_out)) for run in runs]
+
+
+def _check_fits(option: str, pattern: str, runs: Sequence[TestRun]) -> None:
+    """Refuse a pattern that no test's name fits."""
+    if not any(fnmatch(run.name, pattern) for run in runs):
+        raise InputError(option, repr(pattern), pattern_of([run.name for run in runs]))
+
+
+def _sign_notes(
+    runs: Sequence[TestRun], places: Sequence[str], channels: Sequence[dict[str, Channel]]
+) -> Iterator[str]:
+    """Files whose force or displacement has the other sign, with their columns and the remedy."""
+    turned, why = turned_runs(runs)
+    wrong = {run.name for run in turned}
+    for run, place, columns in zip(runs, places, channels, strict=True):
+        if run.name in wrong:
+            pattern = "" if len(wrong) == len(runs) else f"{run.name}:"
+            force, displacement = (columns[each] for each in ("force", "displacement"))
+            yield (
+                f"{place}: {why}; the sign of {force.heading!r} or of {displacement.heading!r} is "
+                f"turned: --unit '{pattern}force=-1 {_plain_unit(force)}' or --unit "
+                f"'{pattern}displacement=-1 {_plain_unit(displacement)}' turns it"
+            )
+
+
+def _plain_unit(channel: Channel) -> str:
+    """The unit of a channel without a multiple."""
+    return channel.unit.split()[-1]
 
 
 def _refuse_some_without_current(runs: Sequence[TestRun], tables: Sequence[RawTable]) -> None:

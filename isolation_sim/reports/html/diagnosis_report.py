@@ -23,6 +23,7 @@ from ..consequence import consequence_note, consequence_table
 from ..diagnosis import (
     AGAIN,
     RUNGS,
+    better_law,
     cause_cells,
     cause_text,
     consequence_text,
@@ -32,6 +33,7 @@ from ..diagnosis import (
     ladder_text,
 )
 from ..diagnosis_figures import LOOKS, STRONGEST, errors, histories, loops, over_time
+from ..planned_tests import plan_table
 from ..references import of_device
 from .page import (
     Block,
@@ -67,7 +69,9 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
     traces = worst_first(diagnosis.traces)
     code = code_facts(diagnosis.details.get("code", {}))
     parts: list[tuple[str, Sequence[Block]]] = [
-        ("Verdict", [Prose((*data_notes(diagnosis), *_verdict(diagnosis)), "verdict")]),
+        ("Verdict", [
+            Prose((*data_notes(diagnosis), *better_law(diagnosis), *_verdict(diagnosis)), "verdict")
+        ]),
         ("Measured against simulated", [*_measured(traces)]),
         ("Errors by run", [*_where(diagnosis, traces)]),
         ("Steps of the diagnosis", [*_steps(diagnosis)]),
@@ -75,7 +79,7 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
         ("Tiers", [*_tiers(diagnosis)]),
         ("Extended law", [*_extended(diagnosis, section)]),
         ("Gain", [*_gain(diagnosis)]),
-        ("Next test", [Prose((diagnosis.next_test,))] if diagnosis.next_test else []),
+        ("Next test", [*_next_tests(diagnosis)]),
         ("Consequence for control", [*_consequence(diagnosis)]),
         ("Inputs and versions", [
             Facts({"Data": diagnosis.data, "Simulation": diagnosis.model, **code,
@@ -88,6 +92,16 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
         f"{capital(diagnosis.model)} against measured data",
         [Section(title, blocks) for title, blocks in parts if blocks],
     )
+
+
+def _next_tests(diagnosis: Diagnosis) -> Iterator[Block]:
+    if diagnosis.next_test:
+        yield Prose((diagnosis.next_test,))
+    plan = diagnosis.test_plan
+    if plan is not None and plan.tests:
+        yield Table.of(plan_table(plan))
+    if plan is not None and plan.notes:
+        yield Prose(plan.notes)
 
 
 def step_blocks(step: Step) -> list[Block]:

@@ -9,7 +9,13 @@ from ...sweeps.suites.result import SCENARIO
 from ...written_names import as_written
 from ..style import BAND
 from ..suite_figures import spectra_key, spectra_panel
-from ..suite_tables import motions_text, records_table, statistics_table, verdict
+from ..suite_tables import (
+    comparison_table,
+    motions_text,
+    records_table,
+    statistics_table,
+    verdict,
+)
 from ..sweep_tables import heading
 from .page import Block, Cell, Facts, Key, Listing, Page, Prose, Row, Section, Table
 from .panels import panel_chart
@@ -36,7 +42,10 @@ def suite_report(suite: Suite) -> Page:
     assert panel.band is not None
     low, high = panel.band
     band = f"periods of the rule, {low:.2g} to {high:.2g} s"
-    statistics: list[Block] = [
+    statistics: list[Block] = [Table.of(comparison_table(suite), "All controllers")] * (
+        len(suite.controllers) > 1
+    )
+    statistics += [
         Table.of(statistics_table(suite, label), as_written(label)) for label in suite.controllers
     ]
     shown = [name for name in _SHOWN if name in suite.criteria]
@@ -61,12 +70,20 @@ def suite_report(suite: Suite) -> Page:
                 "All numbers": "runs.csv and statistics.csv, in SI units",
                 "Versions": versions(),
             }),
-            Listing("The scenario file: building, isolators, records and target",
-                    (suite.folder / SCENARIO).read_text(encoding="utf-8")),
+            *_scenario(suite),
         ]),
     ]  # fmt: skip
     sections = [Section(title, blocks) for title, blocks in parts if blocks]
     return Page(f"Suite: {suite.name}", motions_text(suite), sections)
+
+
+def _scenario(suite: Suite) -> list[Block]:
+    """The scenario file; none for a suite of Python objects."""
+    file = suite.folder / SCENARIO
+    if not file.is_file():
+        return []
+    title = "The scenario file: building, isolators, records and target"
+    return [Listing(title, file.read_text(encoding="utf-8"))]
 
 
 def _spectra_text(panel: Panel) -> str:

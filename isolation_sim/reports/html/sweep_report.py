@@ -39,7 +39,7 @@ def sweep_report(sweep: Sweep, criterion: str) -> Page:
         ("Failed runs", [*_failed(sweep)]),
         ("Inputs and versions", [
             Facts({
-                "Sweep": sweep.plan.name + _state(sweep),
+                "Sweep": sweep.name + _state(sweep),
                 "Varied": varied,
                 "Controllers": ", ".join(map(as_written, sweep.controllers)),
                 "All numbers": "table.npz in the sweep's folder; isolation-sim sweep show "
@@ -49,7 +49,7 @@ def sweep_report(sweep: Sweep, criterion: str) -> Page:
         ]),
     ]  # fmt: skip
     return Page(
-        f"Sweep: {sweep.plan.name}",
+        f"Sweep: {sweep.name}",
         f"{len(sweep.table):,} runs{_state(sweep)}, {varied} varied",
         [Section(title, blocks) for title, blocks in parts if blocks],
     )
@@ -118,7 +118,7 @@ def _medians(sweep: Sweep) -> Table:
 
 
 def _sensitivity(sweep: Sweep, criterion: str) -> Iterator[Block]:
-    if not sweep.finished or sweep.plan.sample is None:
+    if not sweep.finished or not sweep.sampled:
         return
     for label in sweep.controllers:
         try:

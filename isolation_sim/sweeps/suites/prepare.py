@@ -45,8 +45,12 @@ def prepare(
     folder: Path,
     step: Callable[[str], None] = lambda _: None,
     workers: int | None = 1,
+    records: list[SuiteRecord] | None = None,
 ) -> dict[str, Any]:
-    """Write the processed motions of a suite, and an index of their processing."""
+    """Write the processed motions of a suite, and an index of their processing.
+
+    ``records``: in place of those that the section names.
+    """
     inputs = _inputs(section, isolated)
     try:
         index = json.loads((folder / INDEX).read_bytes())
@@ -62,7 +66,8 @@ def prepare(
     rule = section.suite_rule
     period = section.isolated_period_s or translational_period(isolated)
     step("reading records")
-    records, changes = _scale(section, rule, period, section.records(), step, workers)
+    given = section.records() if records is None else records
+    records, changes = _scale(section, rule, period, given, step, workers)
     records = [_pad(record, section.quiet_after_s) for record in records]
     motions = []
     written: dict[str, Record] = {}
@@ -256,7 +261,7 @@ def _shaking(
         raise InputError(
             f"record {record.name} has {count} horizontal component{'s' * (count != 1)}; expected: "
             f"{len(directions)}, one per direction of the structure ({', '.join(directions)}), "
-            'such as files = [["one_H1.AT2", "one_H2.AT2"], ...]'
+            'such as files = [["one_H1.AT2", "one_H2.AT2"], ...], or a pair of records in Python'
         )
     if not structure.vertical:
         return [(record.name, _as_long(record.name, *record.components))]

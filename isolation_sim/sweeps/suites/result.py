@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+import shutil
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 from ground_motions import SUITE_RULES, SuiteRule
 from ground_motions.argument_types import checked
 
+from ...criteria import is_gain
 from ...errors import InputError
+from ...io.results_folder import files_into, write_contents
 from ...rendering import Printed, render
 from ..result import Sweep
 
@@ -21,6 +24,7 @@ if TYPE_CHECKING:
 
 SCENARIO, SWEEP = "scenario.toml", "sweep"
 """File of the scenario, folder of the runs."""
+_ROUND_OFF = 1e-9
 STATISTICS = ("mean", "median", "percentile_84", "maximum")
 """Statistics over the motions of a suite."""
 
@@ -32,7 +36,7 @@ class Suite(Printed):
     Parameters
     ----------
     folder : str or pathlib.Path
-        Folder that `isolation_sim.run_suite` wrote.
+        Folder that `isolation_sim.run_suite` or `save` wrote.
 
     Attributes
     ----------
@@ -62,7 +66,7 @@ class Suite(Printed):
     @property
     def name(self) -> str:
         """Name of the scenario."""
-        return self.sweep.plan.name
+        return self.sweep.name
 
     @property
     def rule(self) -> SuiteRule:
@@ -74,6 +78,12 @@ class Suite(Printed):
     def design_statistic(self) -> str | None:
         """Design statistic of the rule; None if the rule requires more records."""
         return self.rule.design_statistic(self.index["n_records"])
+
+    @property
+    def by_rule(self) -> bool:
+        """Whether it is a suite of a scenario, or scaled to a target, and not of records alone."""
+        inputs = self.index["inputs"]
+        return bool(inputs["files"]) or inputs["section"]["target"] is not None
 
     @property
     def controllers(self) -> tuple[str, ...]:
@@ -96,15 +106,18 @@ class Suite(Printed):
 
     @cached_property
     def statistics(self) -> pandas.DataFrame:
-        """Mean, median, 84th percentile and maximum over the motions.
+        """Mean, standard deviation, median, 84th percentile and maximum over the motions.
 
         Indexed by controller and criterion; ``governing`` names the motion with the maximum,
-        ``design`` is the design value by the rule, NaN if the rule has none or a run failed, and
-        ``runs`` is the number of runs in the statistics.
+        ``design`` is the design value by the rule, NaN if the rule has none or a run failed,
+        ``runs`` is the number of runs in the statistics, and ``better`` the number of motions in
+        which the controller is better than ``passive_off``, NaN without that controller.
         """
         import pandas as pd
 
         rows = []
+        reference = self.sweep.reference
+        uncontrolled = self.table[self.table["controller"] == reference].set_index("motion")
         for label in self.controllers:
             runs = self.table[self.table["controller"] == label]
             good = runs[runs["status"] == "ok"].set_index("motion")
@@ -116,15 +129,21 @@ class Suite(Printed):
                 if len(values):
                     row |= {
                         "mean": values.mean(),
+                        "standard_deviation": values.std(),
                         "median": values.median(),
                         "percentile_84": values.quantile(0.84),
                         "maximum": values.max(),
                         "governing": values.idxmax(),
                     }
+                    if reference is not None and label != reference:
+                        gain = uncontrolled[criterion] - values
+                        gain = -gain if is_gain(criterion) else gain
+                        row["better"] = (gain > _ROUND_OFF * values.abs()).sum()
                     if self.design_statistic and len(values) == len(runs):
                         row["design"] = row[self.design_statistic]
                 rows.append(row)
-        columns = [*STATISTICS, "governing", "design", "runs"]
+        columns = ["mean", "standard_deviation", *STATISTICS[1:], "governing", "design", "runs"]
+        columns += ["better"]
         frame = pd.DataFrame(rows).set_index(["controller", "criterion"])
         return frame.reindex(columns=columns)
 
@@ -156,10 +175,26 @@ class Suite(Printed):
         """
         return self.sweep.warnings()
 
+    def failures(self) -> list[str]:
+        """Return the runs without a result.
+
+        Returns
+        -------
+        list of str
+            One line per run: its motion, its controller, what happened and the cause.
+        """
+        return [
+            f"{row['motion']}, {row['controller']}: {row['status']}: {row['reason']}"
+            for _, row in self.sweep.failed.iterrows()
+        ]
+
     def _shown(self) -> Iterator[Any]:
-        for label in self.controllers:
+        if len(self.controllers) > 1:
+            yield render("suite_tables:comparison_table", self)
+        for label in self.controllers if self.by_rule or len(self.controllers) == 1 else ():
             yield render("suite_tables:statistics_table", self, label)
         yield from render("suite_tables:verdict", self)
+        yield from self.failures()
         yield from (f"warning: {each}" for each in self.warnings())
 
     def __repr__(self) -> str:
@@ -183,6 +218,48 @@ class Suite(Printed):
         """
         return render("suite_figures:spectra", self)
 
-    def save(self) -> None:
-        """Write the tables, the figure of the spectra and the report to the folder."""
-        render("suite_files:write_suite", self)
+    @checked
+    def plot(self, criteria: Sequence[str] | None = None) -> Figure:
+        """Draw medians and spreads of the criteria over the motions, for all controllers.
+
+        Parameters
+        ----------
+        criteria : sequence of str, optional
+            Columns of results; the peaks by default.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        return self.sweep.plot_comparison(criteria)
+
+    @checked
+    def save(self, folder: str | Path | None = None, overwrite: bool = False) -> Path:
+        """Write the tables, the figure of the spectra and the report.
+
+        Parameters
+        ----------
+        folder : str or pathlib.Path, optional
+            Its own folder by default; another one also gets the runs and the motions, and
+            ``isolation_sim.load`` loads the suite from there.
+        overwrite : bool, default False
+            Whether to replace the files of a result that is in the folder. Other files stay.
+
+        Returns
+        -------
+        pathlib.Path
+            The folder.
+
+        Raises
+        ------
+        InputError
+            If the folder contains a saved result or a file of the same name.
+        """
+        if folder is None or Path(folder).absolute() == self.folder.absolute():
+            render("suite_files:write_suite", self)
+            return self.folder
+        with files_into(folder, overwrite) as place:
+            shutil.copytree(self.folder, place, dirs_exist_ok=True)
+            Suite(place).save()
+            write_contents(place, f"Suite {self.name}")
+        return Path(folder)

@@ -1,0 +1,60 @@
+"""Components of one recording in several files, recognised by the ends of the files' names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from itertools import combinations
+from pathlib import Path
+
+_PAIRS = (("h1", "h2"), ("fn", "fp"), ("ns", "ew"), ("n", "e"), ("x", "y"))
+"""Ends of the names of both horizontal components, the first one first."""
+_VERTICAL = ("up", "ud", "dn", "dwn", "v", "ver", "vert", "z")
+_WORDS = "|".join((*(end for pair in _PAIRS for end in pair), *_VERTICAL))
+_STEM = re.compile(
+    rf"(?P<base>.+?)(?:[-_. ]+(?P<word>{_WORDS})|[-_. ]*(?P<azimuth>\d{{3}}))", re.IGNORECASE
+)
+
+
+def by_recording(files: Iterable[Path]) -> list[tuple[str, list[Path]]]:
+    """Name and files of each recording, horizontal components first; single files otherwise."""
+    files = list(files)
+    stems = {path.stem for path in files}
+    groups: dict[tuple[str, str], dict[str, Path]] = {}
+    keys = {}
+    for path in files:
+        match = _STEM.fullmatch(path.stem)
+        if match and match["base"] not in stems:
+            keys[path] = match["base"], path.suffix.lower()
+            end = (match["word"] or match["azimuth"]).lower()
+            groups.setdefault(keys[path], {})[end] = path
+    components = {key: _components(group) for key, group in groups.items()}
+    result: dict[Path, tuple[str, list[Path]]] = {}
+    for path in files:
+        key = keys.get(path)
+        if key is None or not components[key]:
+            result[path] = path.stem, [path]
+        else:
+            result[components[key][0]] = key[0], components[key]
+    return list(result.values())
+
+
+def _components(group: dict[str, Path]) -> list[Path]:
+    """The two horizontal components and the vertical one; none unless the ends are a pair."""
+    vertical = [end for end in group if end in _VERTICAL]
+    horizontal = sorted(end for end in group if end not in _VERTICAL)
+    pairs = [
+        pair
+        for pair in (*_PAIRS, *combinations(horizontal, 2))
+        if set(pair) == set(horizontal) and (pair in _PAIRS or _perpendicular(*pair))
+    ]
+    if not pairs or len(vertical) > 1:
+        return []
+    return [group[end] for end in (*pairs[0], *vertical)]
+
+
+def _perpendicular(one: str, other: str) -> bool:
+    """Whether two ends are azimuths, degrees, at right angles."""
+    if not (one.isdigit() and other.isdigit()) or max(int(one), int(other)) > 360:
+        return False
+    return (int(one) - int(other)) % 180 == 90

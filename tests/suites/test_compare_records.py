@@ -1,0 +1,148 @@
+"""Several controllers under several records from Python objects: the suite of a loop of compare."""
+
+import gc
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+import isolation_sim as iso
+from ground_motions import el_centro_1940, write_csv
+from isolation_sim.errors import Diverged, InputError
+from isolation_sim.reports.suite_tables import comparison_table, verdict
+from isolation_sim.reports.tables import as_text
+
+WHOLE = el_centro_1940()
+RECORDS = {
+    "early": WHOLE.cut(0.0, 6.0),
+    "weak": WHOLE.scaled(0.3).cut(1.0, 6.0),
+    "pair": (WHOLE.cut(2.0, 7.0), WHOLE.cut(3.0, 7.0)),
+}
+MOTIONS = {
+    "early": RECORDS["early"], "weak": RECORDS["weak"],
+    "pair H1": RECORDS["pair"][0], "pair H2": RECORDS["pair"][1],
+}  # fmt: skip
+CONTROLLERS = {
+    "off": "passive_off",
+    "switched": iso.controller("on_off", period=0.02),
+    "held": iso.controller("constant", amperes=1.0),
+}
+DRIVER = iso.CoilDriver(lag=0.02)
+
+pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
+
+
+@pytest.fixture(scope="module")
+def plant():
+    return iso.reference_building().on(iso.reference_isolators())
+
+
+@pytest.fixture(scope="module")
+def suite(plant):
+    return iso.compare_records(
+        plant, RECORDS, CONTROLLERS, driver=DRIVER, criteria=["rms_current_A"]
+    )
+
+
+def test_a_run_is_the_one_of_compare(plant, suite):
+    table = suite.table.set_index(["motion", "controller"])
+    assert len(table) == 12 and set(table["status"]) == {"ok"}
+    for name, record in MOTIONS.items():
+        runs = iso.compare(plant, record, CONTROLLERS, driver=DRIVER, criteria=["rms_current_A"])
+        for label, expected in runs.criteria.items():
+            for criterion in ("peak_base_displacement_m", "rms_drift_m", "J5", "rms_current_A"):
+                found = table.loc[(name, label), criterion]
+                assert found == pytest.approx(expected[criterion], rel=1e-9, abs=1e-12)
+
+
+def test_mean_spread_and_in_how_many_motions_it_is_better(suite):
+    peak = "peak_base_displacement_m"
+    values = suite.table.pivot(index="motion", columns="controller", values=peak)
+    for label in CONTROLLERS:
+        row = suite.statistics.loc[(label, peak)]
+        assert row["mean"] == pytest.approx(values[label].mean())
+        assert row["standard_deviation"] == pytest.approx(np.std(values[label], ddof=1))
+        better = sum(values[label] < values["off"])
+        assert row["better"] == better if label != "off" else np.isnan(row["better"])
+    line = next(
+        line for line in as_text(comparison_table(suite)).splitlines()
+        if line.startswith("peak base displacement")
+    )  # fmt: skip
+    row = suite.statistics.loc[("switched", peak)]
+    spread = f"± {1e3 * row['standard_deviation']:#.4g} {row['better']:.0f}/4"
+    assert spread in line.replace("*", "")
+    # what differs by round-off alone is not better
+    assert suite.statistics.loc[("held", "J6"), "better"] == 0
+    text = str(suite)
+    assert "reference building, 3 records" in text and "records or more are required" not in text
+
+
+def test_it_is_saved_loaded_and_drawn(suite, tmp_path):
+    suite.save(tmp_path / "kept")
+    found = iso.load(tmp_path / "kept")
+    assert str(found) == str(suite) and isinstance(found.plot(), Figure)
+    pd.testing.assert_frame_equal(found.statistics, suite.statistics)
+    assert "better than off in n of N motions" in (tmp_path / "kept/report.html").read_text()
+    with pytest.raises(InputError, match="contains a saved result"):
+        suite.save(tmp_path / "kept")
+    with pytest.raises(InputError, match="made of Python objects, without a plan"):
+        _ = found.sweep.plan
+    assert "Sensitivity" not in found.sweep.to_html(tmp_path / "a.html").read_text()
+
+
+def test_a_suite_that_is_not_saved_leaves_no_files(plant):
+    suite = iso.compare_records(plant, [RECORDS["weak"]], ["passive_off"])
+    folder = suite.folder
+    assert folder.is_dir()
+    del suite
+    gc.collect()
+    assert not folder.exists()
+
+
+def test_records_are_scaled_to_a_target_and_read_from_a_folder(plant, tmp_path):
+    write_csv(RECORDS["early"], tmp_path / "early.csv")
+    target = {"kind": "en1998_1_2004", "a_g_m_s2": 1.0, "ground": "B"}
+    ground = {"rule": "en1998_1_2004", "target": target, "isolated_period_s": 1.0}
+    found = [
+        iso.compare_records(plant, records, ["passive_off", "on_off"], ground=ground)
+        for records in (tmp_path, {"early": RECORDS["early"]})
+    ]
+    pd.testing.assert_frame_equal(found[0].table, found[1].table)
+    assert found[0].meets_rule and "3 records or more are required" in " ".join(verdict(found[0]))
+    factor = found[0].index["motions"][0]["scale_factor"]
+    run = iso.simulate(plant, RECORDS["early"].scaled(factor))
+    expected = run.criteria["peak_drift_m"]
+    assert found[1].table["peak_drift_m"][0] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("records", "options", "told"),
+    [
+        ([WHOLE, WHOLE], {}, "two called el_centro_1940_ns; expected: a mapping"),
+        ([], {}, "records: given none"),
+        ([(WHOLE,) * 4], {}, "given 4; expected: 1 to 3"),
+        ([WHOLE], {"ground": {"folder": "x"}}, "ground has folder, and records are given"),
+        ([WHOLE], {"ground": {"scalling": "none"}}, "did you mean 'scaling'"),
+        ([WHOLE], {"criteria": ["no"]}, "unknown criterion 'no'"),
+        ([WHOLE], {"controllers": ["on_off", "on_off"]}, "expected: different names"),
+    ],
+)
+def test_what_cannot_be_used_is_refused(plant, records, options, told):
+    with pytest.raises(InputError) as caught:
+        iso.compare_records(plant, records, **{"controllers": ["passive_off"], **options})
+    assert told in str(caught.value)
+
+
+def test_single_runs_may_fail_and_all_may_not(plant):
+    class Failing(iso.Controller):
+        name = "failing"
+
+        def current(self, *_):
+            raise ValueError("no current")
+
+    with pytest.raises(Diverged, match="no current"):
+        iso.compare_records(plant, [RECORDS["weak"]], [Failing()])
+    suite = iso.compare_records(plant, [RECORDS["weak"]], ["passive_off", Failing()])
+    (line,) = suite.failures()
+    assert "no current" in line and line in " ".join(str(suite).split())
