@@ -46,6 +46,10 @@ _LATE = 10.0
 _MOVING = 0.05
 """Velocity or displacement at the first sample, over its RMS, from which a run may begin in the
 middle."""
+_AT_ZERO = 0.01
+"""Displacement at the first sample, over its RMS, up to which a run is taken to begin at rest with
+whatever velocity: a motion that was cut begins there once in a hundred times, and a sine or a sum
+of sines that a test begins with always does."""
 _BEYOND_NOISE = 4.0
 """Standard deviations of the noise that they must exceed as well: half of the runs that begin at
 rest would otherwise count, at 1 % of noise. Theory: one run in 10,000 exceeds it by chance."""
@@ -135,6 +139,8 @@ def _begins_in_motion(run: TestRun, size: float, speed: float) -> bool:
     x, noise = run.displacement, sensor_noise(run.displacement).deviation
     if abs(x[0]) > max(_MOVING * size, _BEYOND_NOISE * noise):
         return True
+    if abs(x[0]) <= _AT_ZERO * size:
+        return False
     # The smoothed velocity is least certain at the first sample: the slope of the displacement must
     # agree with it, over a short time as well, in which a run at rest does not yet move.
     rates, chance = [float(run.velocity[0])], 0.0

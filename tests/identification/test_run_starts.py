@@ -195,3 +195,13 @@ def test_noise_does_not_move_a_run_that_begins_at_rest(noise):
             found[name] += bool(measured_runs([run]).return_times.any())
     assert found["rest"] <= 1
     assert found["cut"] >= 19
+
+
+def test_a_sum_of_sines_begins_at_rest():
+    """As a test that is commanded so, whose velocity jumps at its start."""
+    time = np.arange(1600) / 200
+    x = 3e-3 * np.sin(4.4 * time) + 2.5e-3 * np.sin(11.9 * time)
+    run = TestRun("mixed", time, x, smooth(x, 1 / 200)[1], 1e5 * x, np.ones(time.size))
+    assert not measured_runs([run]).return_times.any()
+    cut = replace(run, displacement=x + 5e-4)
+    assert measured_runs([cut]).return_times.any()
