@@ -50,6 +50,7 @@ COMMANDS = (
     "evaluate law.toml tests --quiet --report out.html", "check job.toml --report out.toml",
     "diagnose tests --law kelvin_voigt --quiet --out other --overwrite",
     "diagnose loops.csv --out out.toml/x",
+    "plan-tests tests", "plan-tests tests --quiet --out out.csv",
     "tune constant --scenario job.toml --motions scenario --unseen mixture:1 --evaluations 2 "
     "--workers 1 --quiet --out other",
     "export c job.toml --controller passive_off --out figs",
