@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 BEYOND = 1.5
 """Factor on the largest tested velocity, acceleration and force up to which a test is proposed."""
-_SINUSOIDAL = 0.15
-"""Share of a motion's variance beside its sinusoid up to which a run is a sinusoid; six cycles of
-which the first one begins softly have 0.07. Convention."""
+_SINUSOIDAL = 0.03
+"""Share of a motion's variance beside its sinusoid up to which a run is a sinusoid, in the middle
+half: it may begin and end softly. Convention."""
 _STEADY = 0.02
 """Range of a current over the largest one up to which it is steady. Convention."""
 _GRID = 4
@@ -238,10 +238,12 @@ def _sinusoid(run: TestRun) -> tuple[float, float] | None:
     frequency = find_frequency(run.time, run.displacement)
     if frequency * np.ptp(run.time) < 3:
         return None
-    phase = 2 * np.pi * frequency * (run.time - run.time[0])
+    n = len(run.time)
+    middle = slice(n // 4, n - n // 4)
+    x = run.displacement[middle]
+    phase = 2 * np.pi * frequency * (run.time[middle] - run.time[0])
     columns = np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1)
-    values: NDArray = np.linalg.lstsq(columns, run.displacement, rcond=None)[0]
-    left = np.var(run.displacement - columns @ values)
-    if left > _SINUSOIDAL * np.var(run.displacement):
+    values: NDArray = np.linalg.lstsq(columns, x, rcond=None)[0]
+    if np.var(x - columns @ values) > _SINUSOIDAL * np.var(x):
         return None
-    return float(np.ptp(run.displacement)) / 2, frequency
+    return float(np.ptp(x)) / 2, frequency
