@@ -193,13 +193,14 @@ class DeviceTests(Problem[FittedModel]):
         self.negligible_below = float(np.max(allowed))
         return least
 
-    def _doubtful(self, best: FittedModel) -> NDArray:
-        """Which of several effects correct less than what remains, (n_effects,) bool."""
-        corrected = np.array([self._corrected(best, k)[0] for k in range(len(best.effects))])
-        remains = self._error(self.after) ** 2 - self._noise_floor(self.validation_samples) ** 2
-        if len(corrected) == 1 or self._is_noise(self.after, self.validation_samples):
-            return np.zeros(len(corrected), bool)
-        return corrected**2 < BESIDE_REMAINDER * remains
+    def _doubtful(self, lacking: Sequence[FittedModel]) -> list[bool]:
+        """Which of several effects correct less than what remains, by models without each."""
+        if len(lacking) == 1 or self._is_noise(self.after, self.validation_samples):
+            return [False] * len(lacking)
+        after = self._error(self.after) ** 2
+        remains = after - self._noise_floor(self.validation_samples) ** 2
+        without = (self._error(self.data.bounded(one.force)) ** 2 for one in lacking)
+        return [max(one - after, 0.0) < BESIDE_REMAINDER * remains for one in without]
 
     def _compare_laws(self) -> LawChoice:
         """All laws on short data, compared once."""
@@ -421,14 +422,14 @@ class DeviceTests(Problem[FittedModel]):
         final, space = self.final, self.space
         others = [space.rivals(searched, k) for k in range(len(searched.effects))]
         # values that the search found without each effect, on all samples
-        costs = [
-            replace(without, model=final.model.without(k)).cost_of(self.validation_samples)
-            for k, (without, _) in enumerate(others)
+        lacking = [
+            replace(without, model=final.model.without(k)) for k, (without, _) in enumerate(others)
         ]
+        costs = [one.cost_of(self.validation_samples) for one in lacking]
         split = inference.shares(costs, final.cost_of(self.validation_samples), explained)
         numbers = intervals(final, self.shifts)
         stable = stability(space, searched, self.seed)
-        doubtful = self._doubtful(searched).tolist()
+        doubtful = self._doubtful(lacking)
         causes = []
         for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
             if effect is EACH_RUN:
