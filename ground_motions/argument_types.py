@@ -85,14 +85,14 @@ def _with_check(function: Any, module: str) -> Any:
         annotations = function.__annotations__.items()
         return {name: names.kind(text) for name, text in annotations if name != "return"}
 
-    # Arguments and types of which all objects are known to be right, and the others
-    accepted: set[tuple[str, type]] = set()
-    various: set[tuple[str, type]] = set()
+    # Arguments and shapes of which all objects are known to be right, and the others
+    accepted: set[tuple[str, Any]] = set()
+    various: set[tuple[str, Any]] = set()
 
     @functools.wraps(function)
     def with_check(*args: Any, **kwargs: Any) -> Any:
         for name, value in (*zip(positional, args, strict=False), *kwargs.items()):
-            case = name, type(value)
+            case = name, _shape(value)
             if case in accepted:
                 continue
             if name not in named and not any_name and name in kwargs:
@@ -102,17 +102,39 @@ def _with_check(function: Any, module: str) -> Any:
             kind = kinds().get(name, Any)
             refuse_wrong_type(name, value, kind)
             if case not in various:
-                (accepted if _is_decided_by_type(case[1], kind) else various).add(case)
+                (accepted if _is_decided(case[1], kind) else various).add(case)
         return function(*args, **kwargs)
 
     return with_check
 
 
-def _is_decided_by_type(type_: type, kind: Any) -> bool:
-    """Whether all objects of a type are of a kind if one of them is."""
-    if _depends_on_value(kind) or issubclass(type_, type):
+def _shape(value: Any) -> Any:
+    """What mostly decides whether a value is of a kind: its type, and what is in a row of things."""
+    type_ = type(value)
+    if type_ is tuple or type_ is list:
+        return type_, len(value), frozenset(map(type, value))
+    if type_.__name__ == "ndarray":
+        return type_, value.dtype, value.ndim, bool(value.size)
+    return type_
+
+
+def _is_decided(shape: Any, kind: Any) -> bool:
+    """Whether all objects of a shape are of a kind if one of them is."""
+    if _depends_on_value(kind):
         return False
-    # a part, or an element of an array, may be of another kind
+    if not isinstance(shape, tuple):
+        return _has_no_parts(shape)
+    if shape[0] is tuple or shape[0] is list:
+        # places of different kinds may hold the same types in another order
+        alike = get_origin(kind) is not tuple or ... in get_args(kind) or len(shape[2]) < 2
+        return alike and all(map(_has_no_parts, shape[2]))
+    return bool(shape[1].kind != "O")
+
+
+def _has_no_parts(type_: type) -> bool:
+    """Whether objects of a type have no parts, or elements, that may be of another kind."""
+    if issubclass(type_, type):
+        return False
     has_parts = hasattr(type_, "__iter__") or hasattr(type_, "__array__")
     return not has_parts or issubclass(type_, str | Mapping)
 

@@ -10,6 +10,7 @@ import signal
 import sys
 import threading
 import warnings
+from functools import cache
 from typing import Annotated, Any
 
 import typer
@@ -109,6 +110,12 @@ app.add_typer(sweep.app, name="sweep")
 app.add_typer(export.app, name="export")
 
 
+@cache
+def _command() -> Any:
+    """Build the commands once: it takes longer than most of them need."""
+    return get_command(app)
+
+
 def _stop(number: int, frame: object) -> None:
     """Turn a signal into an exception, so that hidden work folders are removed."""
     raise SystemExit(128 + number)
@@ -147,7 +154,7 @@ def main(arguments: list[str] | None = None) -> None:
     warnings.showwarning = _print_warning
     printed_warnings.clear()
     try:
-        code = get_command(app).main(arguments, "isolation-sim", standalone_mode=False)
+        code = _command().main(arguments, "isolation-sim", standalone_mode=False)
         sys.exit(code if isinstance(code, int) else 0)
     except _UsageError as error:
         _end_at_usage(error)

@@ -77,11 +77,26 @@ class Trajectory:
     @cached_property
     def values(self) -> NDArray:
         """All outputs at the samples, (n_samples, n_outputs), in the order of ``outputs.names``."""
+        return self.combined(np.eye(len(self.outputs.names)))
+
+    def combined(self, columns: NDArray) -> NDArray:
+        """Sums of outputs at the samples, without computing every output.
+
+        Parameters
+        ----------
+        columns : numpy.ndarray, shape (n_outputs, n)
+            Factors of the outputs, in the order of ``outputs.names``; with units as the sums need.
+
+        Returns
+        -------
+        numpy.ndarray, shape (n_samples, n)
+            ``values @ columns``.
+        """
         samples = self.grid.samples
         modal = self.modal[samples]
         ground = self.work.ground[samples, :, 0]
         force = device_forces(self.isolated, self.modes, modal, self.states, self.current)
-        return np.concatenate([modal, force, ground], axis=1) @ self.outputs.rows.T
+        return np.concatenate([modal, force, ground], axis=1) @ (self.outputs.rows.T @ columns)
 
     @cached_property
     def states(self) -> NDArray:

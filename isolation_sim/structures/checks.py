@@ -29,10 +29,10 @@ def matrix(what: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
     array = numbers(what, values)
     if array.shape != shape:
         raise InputError(f"{what} has shape {array.shape}; expected: {shape}")
-    bad = np.argwhere(~np.isfinite(array))
-    if len(bad):
-        place = ", ".join(str(i) for i in bad[0])
-        raise InputError(f"{what}[{place}] is {array[tuple(bad[0])]}; expected: finite numbers")
+    if not np.isfinite(array).all():
+        bad = np.argwhere(~np.isfinite(array))[0]
+        place = ", ".join(str(i) for i in bad)
+        raise InputError(f"{what}[{place}] is {array[tuple(bad)]}; expected: finite numbers")
     return array
 
 

@@ -132,7 +132,7 @@ class BuildingModel:
             run = self.run(record, ground, end)
         except Diverged:
             return np.full((len(record.ground[0].acceleration[:end]), len(record.channels)), np.nan)
-        return run.values @ self.measured(record, run.isolated, run.outputs.names)
+        return run.combined(self.measured(record, run.isolated, run.outputs.names))
 
     def run(
         self,
