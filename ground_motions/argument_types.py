@@ -109,7 +109,7 @@ def _with_check(function: Any, module: str) -> Any:
 
 
 def _shape(value: Any) -> Any:
-    """What mostly decides whether a value is of a kind: its type, and what is in a row of things."""
+    """What mostly decides whether a value is of a kind: its type and the types in a row."""
     type_ = type(value)
     if type_ is tuple or type_ is list:
         return type_, len(value), frozenset(map(type, value))
