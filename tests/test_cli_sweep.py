@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from isolation_sim.cli import main
+from isolation_sim.cli import common_options, main
 
 PLAN = """
 [scenario.ground]
@@ -79,6 +79,15 @@ def test_options_may_stand_before_the_plan(plan, capsys):
     assert (report["runs"], report["status"]) == (12, {"ok": 12})
     assert [f"warning: {each}" for each in report["warnings"]] == err.splitlines()[:2]
     assert report["folder"] == "results/plan" and "results: results/plan" in err
+
+
+def test_progress_in_a_log_is_a_line_from_time_to_time(plan, capsys, monkeypatch):
+    sweep = "sweep", "plan.toml", "--workers", "1", "--overwrite"
+    assert "running" not in command(capsys, *sweep)[2]
+    monkeypatch.setattr(common_options, "BETWEEN_LINES", 0.0)
+    told = [line for line in command(capsys, *sweep)[2].splitlines() if "running" in line]
+    assert told[-1].startswith("running: 12 of 12, ")
+    assert "running" not in command(capsys, *sweep, "--quiet")[2]
 
 
 def test_quiet_says_where_the_results_are(plan, capsys):

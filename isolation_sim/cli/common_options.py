@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 TABLE_WIDTH = 100
 """Width of tables in characters if standard output is not a terminal."""
+BETWEEN_LINES = 30.0
+"""Least time between lines of a progress that is not on a terminal, s."""
 
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print only the JSON report on standard output.")
@@ -185,7 +188,7 @@ def write_new_file(path: Path, text: str, force: bool) -> None:
 
 @contextmanager
 def progress(quiet: bool, steps: int, alike: bool = False) -> Iterator[Callable[..., None]]:
-    """Show progress on a terminal; yields ``step(text, done=1)``, to call when a step begins."""
+    """Show progress; yields ``step(text, done=1)``, to call when a step begins."""
     # ``alike``: the steps take equal time, so that the remaining time can be shown.
     from rich.progress import (
         BarColumn,
@@ -196,12 +199,30 @@ def progress(quiet: bool, steps: int, alike: bool = False) -> Iterator[Callable[
     )
 
     console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _occasional_lines(quiet, steps)
+        return
     left = (TextColumn("left"), TimeRemainingColumn()) if alike else ()
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), *left)
-    hidden = quiet or not console.is_terminal
-    with Progress(*columns, console=console, transient=True, disable=hidden) as shown:
+    with Progress(*columns, console=console, transient=True, disable=quiet) as shown:
         task = shown.add_task("starting", total=steps, completed=-1)
         yield lambda text, done=1: shown.update(task, description=text, advance=done)
+
+
+def _occasional_lines(quiet: bool, steps: int) -> Callable[..., None]:
+    """Steps of a progress that is not on a terminal: a line from time to time."""
+    started = last = time.monotonic()
+    count = -1
+
+    def step(text: str, done: int = 1) -> None:
+        nonlocal last, count
+        count += done
+        now = time.monotonic()
+        if not quiet and now - last >= BETWEEN_LINES:
+            last = now
+            print(f"{text}: {max(count, 0)} of {steps}, {now - started:.0f} s", file=sys.stderr)
+
+    return step
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -126,7 +126,9 @@ def _alone(row: Row) -> Run | None:
     return run
 
 
-def side_by_side(rows: Sequence[Row], threads: int | None) -> None:
+def side_by_side(
+    rows: Sequence[Row], threads: int | None, progress: Callable[[int], None] | None = None
+) -> None:
     """Run cases with equal driver, sensors and options in vector lanes."""
     cases, options = [], {}
     for row in rows:
@@ -135,7 +137,7 @@ def side_by_side(rows: Sequence[Row], threads: int | None) -> None:
         nominal = options.pop("nominal", None)
         cases.append(Case(row.job.isolated, row.job.records, row.control, nominal))
     try:
-        batch = run_cases(cases, threads=threads, **options)
+        batch = run_cases(cases, threads=threads, progress=progress, **options)
     except Exception:
         # a case that cannot start stops its whole batch: find this case
         for row in rows:

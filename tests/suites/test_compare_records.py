@@ -40,9 +40,13 @@ def plant():
 
 @pytest.fixture(scope="module")
 def suite(plant):
-    return iso.compare_records(
-        plant, RECORDS, CONTROLLERS, driver=DRIVER, criteria=["rms_current_A"]
-    )
+    finished = []
+    result = iso.compare_records(
+        plant, RECORDS, CONTROLLERS, driver=DRIVER, criteria=["rms_current_A"],
+        progress=finished.append,
+    )  # fmt: skip
+    assert sum(finished) == len(result.table)
+    return result
 
 
 def test_a_run_is_the_one_of_compare(plant, suite):

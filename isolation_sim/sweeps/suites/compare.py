@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
 from tempfile import mkdtemp
@@ -52,6 +52,7 @@ def compare_records(
     current_outside: Literal["refuse", "clamp"] = "refuse",
     criteria: Sequence[str | Criterion] = (),
     threads: int | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> Suite:
     """Simulate several controllers on one plant under several records.
 
@@ -73,6 +74,8 @@ def compare_records(
         As in `isolation_sim.simulate`.
     threads : int, optional
         Number of threads; one per processor by default.
+    progress : callable, optional
+        Called with the number of runs finished since the last call.
 
     Returns
     -------
@@ -97,7 +100,7 @@ def compare_records(
     }  # fmt: skip
     folder = Path(mkdtemp(prefix="isolation_sim_"))
     try:
-        suite = _simulated(folder, section, given, isolated, named, options, threads)
+        suite = _simulated(folder, section, given, isolated, named, options, threads, progress)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
@@ -113,6 +116,7 @@ def _simulated(
     named: Mapping[str, Control],
     options: dict[str, Any],
     threads: int | None,
+    progress: Callable[[int], None] | None,
 ) -> Suite:
     """Run all motions under all controllers, with the motions and the table in a folder."""
     further = [one.name for one in selected_criteria(options["criteria"])]
@@ -126,7 +130,7 @@ def _simulated(
             job = Job("", isolated, motions, {label: control}, options)
             case = CaseSpec(number, {MOTION: motion["name"]}, ())
             rows.append(Row(case, label, job, control))
-    side_by_side(rows, threads)
+    side_by_side(rows, threads, progress)
     failed = [row for row in rows if row.status != "ok"]
     if len(failed) == len(rows):
         diverged = all(row.status == "diverged" for row in failed)
