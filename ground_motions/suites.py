@@ -181,7 +181,9 @@ def read_files(
         paths = [Path(entry)] if isinstance(entry, str | Path) else [Path(each) for each in entry]
         if not 1 <= len(paths) <= 3:
             raise InputError("files of a record", f"{len(paths)}", "1 to 3")
-        records.append(_record(paths[0].stem, paths, unit, dt, column))
+        (name, together), *_ = by_recording(paths)
+        name = name if len(together) == len(paths) else paths[0].stem
+        records.append(_record(name, paths, unit, dt, column))
     return _unique(records)
 
 

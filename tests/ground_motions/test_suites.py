@@ -29,6 +29,7 @@ from ground_motions import (
     select_best,
     write_csv,
 )
+from ground_motions.component_names import component_end
 
 G = STANDARD_GRAVITY
 TARGET = asce7_22_two_period(G, 0.6 * G, 8.0)
@@ -349,6 +350,18 @@ def test_a_folder_and_a_list(tmp_path):
     assert (two.name, len(two.components)) == ("two", 2)
     np.testing.assert_array_equal(two.components[1].acceleration, second.acceleration)
     (pair,) = read_files([[tmp_path / "one.csv", tmp_path / "one.csv"]])
-    assert len(pair.components) == 2
+    assert (pair.name, len(pair.components)) == ("one", 2)
+    for end in ("H1", "H2"):
+        write_csv(first, tmp_path / f"hill_{end}.csv")
+    (pair,) = read_files([[tmp_path / "hill_H2.csv", tmp_path / "hill_H1.csv"]])
+    assert (pair.name, [each.name for each in pair.components]) == ("hill", ["hill_H2", "hill_H1"])
     with pytest.raises(InputError, match="two called one"):
         read_files([tmp_path / "one.csv", tmp_path / "one.csv"])
+
+
+@pytest.mark.parametrize(
+    ("name", "end"),
+    [("kobe_FN", "FN"), ("RSN6_IMPVALL.I_I-ELC180", "180"), ("hill ns", "ns"), ("el_centro", "")],
+)
+def test_the_end_of_a_name_tells_the_component(name, end):
+    assert component_end(name) == end

@@ -80,7 +80,7 @@ def test_warnings_of_single_runs_are_counted(suite):
 
 
 def test_every_motion_runs_under_every_controller(suite):
-    assert [each["name"] for each in suite.index["motions"]] == ["a H1", "a H2", "b", "c"]
+    assert [each["name"] for each in suite.index["motions"]] == ["a x", "a y", "b", "c"]
     assert suite.index["n_records"] == 3
     assert len(suite.table) == 8
     assert set(suite.table["status"]) == {"ok"}
@@ -147,7 +147,7 @@ def test_what_is_on_the_disk(suite):
     mean = spectra[[f"{name}_psa_m_s2" for name in "abc"]].mean(axis=1)
     np.testing.assert_allclose(spectra["suite_mean_psa_m_s2"], mean)
     report = (suite.folder / "report.html").read_text()
-    for text in ("EN 1998-1:2004, 4.3.3.4.3(3)", "With 3 records the maximum", "a H2"):
+    for text in ("EN 1998-1:2004, 4.3.3.4.3(3)", "With 3 records the maximum", "a y"):
         assert text in report
     again = Suite(suite.folder)
     pd.testing.assert_frame_equal(again.statistics, suite.statistics)
@@ -318,7 +318,7 @@ def test_the_command_prints_tables_and_json(folder, suite, capsys):
     command = ("suite", folder / "three.toml", "--out", suite.folder, "--resume")
     code, out, _ = run(capsys, *command)
     assert code == 0
-    for text in ("passive off: 4 motions of 3 records", "governs", "a H2", "84 %",
+    for text in ("passive off: 4 motions of 3 records", "governs", "a y", "84 %",
                  "the maximum is the response to design for"):  # fmt: skip
         assert text in " ".join(out.split())
     code, out, _ = run(capsys, *command, "--json")

@@ -22,6 +22,7 @@ from ground_motions import (
     select_best,
     write_csv,
 )
+from ground_motions.component_names import component_end
 
 from ...errors import InputError
 from ...io.atomic_write import write_text
@@ -240,7 +241,12 @@ def _by_motion(record: SuiteRecord, changes: list[dict[str, float]]) -> dict[str
 
 
 def _component(record: SuiteRecord, k: int) -> str:
-    return record.name if len(record.components) == 1 else f"{record.name} H{k + 1}"
+    """Name of a component: with the end of its own name, such as FN or 090, or with H1 or H2."""
+    if len(record.components) == 1:
+        return record.name
+    ends = [component_end(each.name) for each in record.components]
+    told = all(ends) and len(set(ends)) == len(ends)
+    return f"{record.name} {ends[k] if told else f'H{k + 1}'}"
 
 
 def _shaking(
