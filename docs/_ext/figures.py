@@ -14,7 +14,7 @@ from controllers import CurrentMap, controller
 from ground_motions import el_centro_1940, response_spectrum
 from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws.published import LI_LI_STIFFNESS_N_PER_MM
-from isolation_sim.reports.style import line_styles, new_figure, save, style
+from isolation_sim.reports.style import line_styles, new_figure, style, svg_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +24,7 @@ WIDTH = 7.2
 
 
 def write_figures(folder: Path) -> None:
-    """Draw all figures, each as SVG and PNG.
+    """Draw all figures.
 
     Parameters
     ----------
@@ -34,7 +34,21 @@ def write_figures(folder: Path) -> None:
     for draw in FIGURES:
         with style():
             figure = draw()
-        save(figure, folder, draw.__name__)
+        write_svg(figure, folder / f"{draw.__name__}.svg")
+
+
+def write_svg(figure: Figure, path: Path) -> None:
+    """Write a figure as the pages show it.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The figure.
+    path : pathlib.Path
+        Its file.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(svg_text(figure), encoding="utf-8")
 
 
 def spectra() -> Figure:

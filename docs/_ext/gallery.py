@@ -9,9 +9,10 @@ from contextlib import chdir
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from figures import write_svg
 from markdown import figure
 
-from isolation_sim.reports.style import save, style
+from isolation_sim.reports.style import style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,7 +35,7 @@ def write_gallery(folder: Path) -> None:
     """
     parts = []
     for name in ORDER:
-        save(draw(name), folder / "gallery", name)
+        write_svg(draw(name), folder / "gallery" / f"{name}.svg")
         parts.append(text_of(name))
     (folder / "gallery.txt").write_text("\n".join(parts), encoding="utf-8")
 

@@ -8,13 +8,14 @@ from pathlib import Path
 
 import equations
 import numpy as np
+from figures import write_svg
 from markdown import display, figure, prose, table, written
 
 from isolation_sim import available_conditions, available_sets, fit, law
 from isolation_sim.identification.campaign import Campaign, TestRun
 from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws import LAWS, Device, Law
-from isolation_sim.reports.style import legend, line_styles, new_figure, save, style
+from isolation_sim.reports.style import legend, line_styles, new_figure, style
 
 FREQUENCY = 1.0
 """Of the tests drawn, Hz."""
@@ -230,7 +231,7 @@ def _draw(one: Law, folder: Path) -> str:
         right.set(xlabel="velocity (mm/s)")
         if len(loops) > 1:
             legend(picture, left, "outside upper center")
-    save(picture, folder, one.name)
+    write_svg(picture, folder / f"{one.name}.svg")
     return figure(f"{one.name}.svg", caption, f"force-deformation loops of {one.title}")
 
 
