@@ -31,7 +31,7 @@ from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
 from .effects.registry import EFFECTS, effect
 from .errors import ControllerError, Diverged, InputError, warn
 from .generated import cache_folder, load_text
-from .io.atomic_write import atomic_write
+from .io.files import atomic_write
 from .laws.law import Law
 from .laws.passive_switching import PassiveLaw, _passive_law
 from .laws.registry import LAWS

@@ -19,7 +19,7 @@ from isolation_sim.cli.common_options import (
     print_results,
     progress,
 )
-from isolation_sim.io.json_text import json_text
+from isolation_sim.io.files import json_text
 from isolation_sim.registry import STUDIES
 
 from .study import about

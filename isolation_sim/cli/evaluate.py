@@ -34,7 +34,7 @@ def evaluate(
 ) -> None:
     """Compute the errors of a saved law on measured runs, without fitting."""
     from ..api import evaluate as run_evaluation
-    from ..io.output_place import check_new_files
+    from ..io.files import check_new_files
 
     check_new_files(force, report)
     result = run_evaluation(law, campaign)

@@ -11,7 +11,7 @@ import typer
 from ground_motions.registry import Registry
 
 from ..errors import InputError, check_name
-from ..io.json_text import json_text
+from ..io.files import json_text
 from .common_options import AsJson, examples
 
 EXAMPLES = examples("isolation-sim list laws", "isolation-sim list controllers --json")

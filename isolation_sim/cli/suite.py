@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import check_name
-from ..io.json_text import json_text
+from ..io.files import json_text
 from .common_options import (
     AsJson,
     DefaultOut,

@@ -17,7 +17,7 @@ from ..identification.law_choice import AUTO, choose_law
 from ..identification.measured_runs import hold_out_some, measured_runs
 from ..identification.spikes import repaired
 from ..identification.workers import workers
-from ..io.toml import read_toml
+from ..io.files import read_toml
 from ..laws import Device
 from ..laws import law as published
 from ..laws.law import Law

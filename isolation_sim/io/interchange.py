@@ -13,7 +13,7 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError, check_name
 from ..rendering import render
-from .atomic_write import atomic_write
+from .files import atomic_write
 from .columns import read_columns
 from .netcdf import read_netcdf
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from ..errors import InputError
-from .atomic_write import atomic_write
+from .files import atomic_write
 
 if TYPE_CHECKING:
     import xarray

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from ..archive import FILE, save_archive
 from ..comparison import Comparison, json_report
-from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
-from ..io.json_text import json_text as as_json
+from ..io.files import json_text as as_json
+from ..io.files import write_text
 from ..io.results_folder import file_name, write_contents
 from ..simulation.run_files import write_run
 from .drawing import structure_drawing

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
 from ...errors import InputError
-from ...io.atomic_write import write_text
+from ...io.files import write_text
 from ...version import __version__
 from ..style import Look
 from ..tables import TextTable
