@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 from ground_motions.registry import code_files
 from isolation_sim.errors import InputError
-from isolation_sim.io.files import write_text
 from isolation_sim.io.csv_table import write_table
+from isolation_sim.io.files import write_text
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.registry import CONTROLLERS, STUDIES
 from isolation_sim.reports.study_tables import Records, texts

@@ -13,8 +13,8 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError, check_name
 from ..rendering import render
-from .files import atomic_write
 from .columns import read_columns
+from .files import atomic_write
 from .netcdf import read_netcdf
 
 if TYPE_CHECKING:
