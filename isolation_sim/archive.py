@@ -26,6 +26,7 @@ import numpy as np
 from ground_motions.python_source import parse
 from ground_motions.registry import code_files, copied_place, has_changed
 
+from .criterion import Criteria
 from .effects.effect import Effect
 from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
 from .effects.registry import EFFECTS, effect
@@ -36,7 +37,6 @@ from .laws.law import Law
 from .laws.passive_switching import PassiveLaw, _passive_law
 from .laws.registry import LAWS
 from .laws.unit import of_file
-from .named_values import Criteria
 from .version import __version__
 
 FILE = "result.npz"

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from ground_motions.argument_types import checked
 
 from .criteria import criteria
+from .criterion import Criteria
 from .errors import Diverged, InputError, check_name
 from .io.results_folder import files_into
-from .named_values import Criteria
 from .rendering import Printed, render
 from .simulation.result import cautions_of, decisions_of
 from .simulation.tested_range import of_runs

@@ -21,7 +21,7 @@ from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.files import write_text
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.registry import CONTROLLERS, STUDIES
-from isolation_sim.reports.study_tables import Records, texts
+from isolation_sim.reports.sweep_tables import Records, study_texts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -131,7 +131,7 @@ def perform(
             for stem, figure in result.figures.items()
         ]
         study_report(
-            study.TITLE, result.finding.splitlines(), {"Results": texts(result.table)},
+            study.TITLE, result.finding.splitlines(), {"Results": study_texts(result.table)},
             [svg for svg, _ in drawn], about(name),
             f"isolation-sim study {name}{' --short' * short}", code,
         ).write(folder.unfinished / "report.html")  # fmt: skip

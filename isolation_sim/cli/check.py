@@ -26,7 +26,7 @@ def check(
     """Check an isolated building by rules like ASCE 7-22, chapter 17; this is no certification."""
     from ..io.files import check_new_files
     from ..reports.code_check import check_page, console_table
-    from ..reports.console import standard_console
+    from ..reports.tables import standard_console
     from ..scenario import Scenario
 
     check_new_files(force, report)

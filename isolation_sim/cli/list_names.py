@@ -156,8 +156,7 @@ def list_names(
     as_json: AsJson = False,
 ) -> None:
     """List the names that a scenario may use."""
-    from ..reports.console import standard_console
-    from ..reports.tables import TextTable
+    from ..reports.tables import TextTable, standard_console
 
     check_name("subject", subject, SUBJECTS)
     headings, entries = SUBJECTS[subject]()

@@ -48,7 +48,7 @@ def run(
     from ..comparison import simulated
     from ..io.results_folder import ResultsFolder
     from ..reports.comparison_files import json_text, write_comparison
-    from ..reports.console import standard_console
+    from ..reports.tables import standard_console
     from ..scenario.compilation import compile_in_parallel
 
     check_exports(export)

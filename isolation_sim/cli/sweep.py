@@ -150,8 +150,8 @@ def run_plan(
 ) -> None:
     """Run a plan; the word ``run`` can be left out."""
     from ..io.results_folder import write_contents
-    from ..reports.console import standard_console
     from ..reports.sweep_tables import controllers_table
+    from ..reports.tables import standard_console
     from ..sweeps.design import Design
     from ..sweeps.plan import SweepPlan
     from ..sweeps.run import default_folder, run_design
@@ -268,8 +268,8 @@ def show(
 
 def _print_tables(result: Sweep, criterion: str, best: int, quiet: bool) -> bool:
     """Print medians, best runs and sensitivities; return whether there are sensitivities."""
-    from ..reports.console import standard_console
     from ..reports.sweep_tables import best_table, controllers_table, sensitivity_table
+    from ..reports.tables import standard_console
 
     console = standard_console()
     console.quiet = quiet

@@ -14,11 +14,10 @@ from ground_motions import Record, ResponseSpectrum
 from ground_motions.argument_types import checked
 
 from ..archive import FILE, save_archive
-from ..criterion import saved_criterion
+from ..criterion import Criteria, saved_criterion
 from ..errors import InputError, check_name
 from ..io.netcdf import write_netcdf
 from ..io.results_folder import files_into
-from ..named_values import Criteria
 from ..rendering import Printed, render
 from ..written_names import as_written
 from .contact import contacts_of_outputs, stops

@@ -14,10 +14,14 @@ from typing import Any, ClassVar, TypeAlias
 from ...errors import InputError
 from ...io.files import write_text
 from ...version import __version__
+from ...written_names import capital
 from ..style import Look
 from ..tables import TextTable
 from .charts import dashes, glyph
-from .text import capital, is_number, tied
+
+# a number alone, or with words after it, as in 5.9 (5.7 to 6.1)
+_NUMBER = re.compile(r"[<>±+\-]? ?\d[\d.,e+\-]*( |$)")
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|m/s²|[mk]?m|m?s|[gtAVJNW]|k[NJ]|k?Hz|°C)(?!\w))")
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,7 @@ class Table:
         result = [False]
         for column in zip(*(row.cells for row in self.rows if row.cells), strict=True):
             texts = [cell.text for cell in column if cell.text not in ("", "-")]
-            result.append(2 * sum(map(is_number, texts)) >= len(texts))
+            result.append(2 * sum(_NUMBER.match(one) is not None for one in texts) >= len(texts))
         return tuple(result)
 
     @property
@@ -284,6 +288,11 @@ def _template() -> Any:
         "tied": tied, "breaking": _breaking, "dashes": dashes, "glyph": glyph
     }  # fmt: skip
     return environment.get_template("page.html.j2")
+
+
+def tied(text: str) -> str:
+    """Keep numbers and their units on one line."""
+    return _BEFORE_UNIT.sub("\u00a0", text)
 
 
 def _breaking(text: str) -> Any:
