@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..criteria import columns
 from ..simulation.quantities import level_dofs, storey_rows
-from ..structures.element_groups import moat_walls
+from ..structures.element import moat_walls
 from .style import Look
 
 if TYPE_CHECKING:

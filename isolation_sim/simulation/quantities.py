@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..structures import IsolatedStructure, Structure
-from ..structures.element_groups import base_devices, isolation_elements, moat_walls
+from ..structures.element import base_devices, isolation_elements, moat_walls
 
 
 def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str, NDArray]:

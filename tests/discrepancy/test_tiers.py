@@ -26,8 +26,8 @@ from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.left_out import conditions
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
-from isolation_sim.identification.workers import workers
 from isolation_sim.laws.registry import LAWS
+from isolation_sim.workers import workers
 
 pytestmark = pytest.mark.usefixtures("few_laws")
 STEP, N = 0.005, 500
