@@ -27,7 +27,7 @@ from isolation_sim.laws.published import (
     LI_LI_STIFFNESS_N_PER_MM,
     YU_ALPHA_N,
 )
-from isolation_sim.reports.html.text import capital
+from isolation_sim.written_names import capital
 
 from .papers.paper_002 import stiffness_and_energy
 from .study import Outcome, Step

@@ -14,8 +14,7 @@ from ground_motions.argument_types import checked
 from ..errors import InputError, check_name
 from ..rendering import render
 from .columns import read_columns
-from .files import atomic_write
-from .netcdf import read_netcdf
+from .files import atomic_write, read_netcdf
 
 if TYPE_CHECKING:
     import pandas

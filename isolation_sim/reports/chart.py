@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..criteria import columns
-from ..simulation.quantities import level_dofs, storey_rows
+from ..simulation.outputs import level_dofs, storey_rows
 from ..structures.element import moat_walls
 from .style import Look
 

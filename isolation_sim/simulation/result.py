@@ -16,13 +16,13 @@ from ground_motions.argument_types import checked
 from ..archive import FILE, save_archive
 from ..criterion import Criteria, saved_criterion
 from ..errors import InputError, check_name
-from ..io.netcdf import write_netcdf
+from ..io.files import write_netcdf
 from ..io.results_folder import files_into
 from ..rendering import Printed, render
 from ..written_names import as_written
 from .contact import contacts_of_outputs, stops
+from .outputs import level_dofs
 from .plausibility import end_state, input_warnings, saved_end_state
-from .quantities import level_dofs
 from .tested_range import Reached, compare_with_tests, of_runs, peak_currents
 from .trajectory import Trajectory
 
@@ -174,7 +174,7 @@ class Run(Printed, Trajectory):
     @cached_property
     def history(self) -> xarray.Dataset:
         """All time histories, with named axes and units."""
-        from .history import dataset
+        from .trajectory import dataset
 
         return dataset(self)
 

@@ -106,7 +106,7 @@ class Table:
         result = [False]
         for column in zip(*(row.cells for row in self.rows if row.cells), strict=True):
             texts = [cell.text for cell in column if cell.text not in ("", "-")]
-            result.append(2 * sum(_NUMBER.match(one) is not None for one in texts) >= len(texts))
+            result.append(2 * sum(map(is_number, texts)) >= len(texts))
         return tuple(result)
 
     @property
@@ -288,6 +288,11 @@ def _template() -> Any:
         "tied": tied, "breaking": _breaking, "dashes": dashes, "glyph": glyph
     }  # fmt: skip
     return environment.get_template("page.html.j2")
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a number, with or without words after it."""
+    return _NUMBER.match(text) is not None
 
 
 def tied(text: str) -> str:
