@@ -95,21 +95,11 @@ def loops(device: Device, table: LoopTable) -> tuple[NDArray, NDArray]:
 
 @dataclass(frozen=True, eq=False)
 class TableDiagnosis:
-    """A table, what was diagnosed in it, and what each law makes of its tests.
+    """A table, what was diagnosed in it, and what each law makes of its tests."""
 
-    Attributes
-    ----------
-    table : LoopTable
-        What was measured.
-    diagnosis : Diagnosis
-        Of the law fitted to it.
-    computed : dict of str to tuple of (n,) array
-        By law, stiffness (N/m) and damping ratio.
-    """
-
-    table: LoopTable
-    diagnosis: Diagnosis
-    computed: dict[str, tuple[NDArray, NDArray]]
+    table: LoopTable  # What was measured
+    diagnosis: Diagnosis  # Of the law fitted to it
+    computed: dict[str, tuple[NDArray, NDArray]]  # By law, stiffness (N/m) and damping ratio
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:

@@ -88,21 +88,11 @@ def published_entry(name: str) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a study found.
+    """What a study found."""
 
-    Attributes
-    ----------
-    table : sequence of mapping
-        A row per case; a heading ends in the SI unit; None where there is no value.
-    finding : str
-        What the numbers say, a paragraph a line.
-    figures : dict of str to matplotlib.figure.Figure
-        By file name.
-    """
-
-    table: Records
-    finding: str
-    figures: dict[str, Figure]
+    table: Records  # A row per case; a heading ends in the SI unit; None where there is no value
+    finding: str  # What the numbers say, a paragraph a line
+    figures: dict[str, Figure]  # By file name
 
 
 def perform(

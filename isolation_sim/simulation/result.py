@@ -24,7 +24,7 @@ from .contact import contacts_of_outputs, stops
 from .outputs import level_dofs
 from .plausibility import end_state, input_warnings, saved_end_state
 from .tested_range import Reached, compare_with_tests, of_runs, peak_currents
-from .trajectory import Trajectory
+from .trajectory import Trajectory, dataset
 
 if TYPE_CHECKING:
     import pandas
@@ -174,8 +174,6 @@ class Run(Printed, Trajectory):
     @cached_property
     def history(self) -> xarray.Dataset:
         """All time histories, with named axes and units."""
-        from .trajectory import dataset
-
         return dataset(self)
 
     @cached_property
