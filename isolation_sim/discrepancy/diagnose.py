@@ -94,9 +94,10 @@ def diagnose(
         # given parameter values are not fitted
         if tiers == "causes" or (tiers == "auto" and (explained or device is not None)):
             return diagnosis
-        from .tiers.ladder import Climb, climb
+        from .tiers.device_tests import DeviceTiers
+        from .tiers.ladder import climb
 
-        return climb(Climb(problem), diagnosis, "learned" if tiers == "auto" else tiers)
+        return climb(DeviceTiers(problem), diagnosis, "learned" if tiers == "auto" else tiers)
 
 
 def diagnose_building(
