@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from ..errors import InputError
-from ..io.files import json_text
+from ..io.files import check_new_files, json_text, write_text
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
@@ -176,8 +176,6 @@ def write_exports(forms: list[str] | None, folder: Path) -> None:
 
 def write_new_file(path: Path, text: str, force: bool) -> None:
     """Write a file; an existing file is replaced only with ``force``."""
-    from ..io.files import check_new_files, write_text
-
     check_new_files(force, path)
     write_text(text, path)
 

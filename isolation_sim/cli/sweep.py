@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from ..errors import InputError
-from ..io.files import json_text
+from ..io.files import check_new_files, check_writable, json_text
 from .common_options import (
     AsJson,
     DefaultOut,
@@ -227,7 +227,6 @@ def show(
 
     Existing figures and reports are replaced only with --force.
     """
-    from ..io.files import check_new_files, check_writable
     from ..io.results_folder import update_contents
     from ..sweeps import Sweep
 
