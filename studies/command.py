@@ -22,7 +22,7 @@ from isolation_sim.cli.common_options import (
 from isolation_sim.io.files import json_text
 from isolation_sim.registry import STUDIES
 
-from .study import about
+from .study import about, perform
 
 _PAPERS_WIDTH = 170
 """Columns of the papers' tables where standard output is no terminal."""
@@ -103,8 +103,6 @@ def _run(name: str) -> typer.Typer:
     ) -> None:
         from isolation_sim.reports.sweep_tables import study_table
         from isolation_sim.reports.tables import standard_console
-
-        from .study import perform
 
         where = chosen_folder(out, Path(name).stem, overwrite)
         with progress(quiet, 1) as step:
