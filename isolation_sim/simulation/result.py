@@ -228,7 +228,7 @@ class Run(Printed, Trajectory):
 
     @cached_property
     def peaks(self) -> dict[str, NDArray]:
-        """Peaks of each level, storey or slab, (n_items,); see ``simulation.quantities``."""
+        """Peaks of each level, storey or slab, (n_items,); see ``simulation.outputs``."""
         from .run_criteria import item_peaks
 
         return item_peaks(self.isolated, self.work)
