@@ -44,7 +44,7 @@ import sys
 import numpy as np
 from numba import carray, cfunc, njit, types
 
-from isolation_sim.compilation.linked import LinkedCompiler
+from isolation_sim.compilation.options import LinkedCompiler
 
 OPTIONS = dict(error_model="numpy", {options}no_cpython_wrapper=True, no_cfunc_wrapper=True)
 plain = njit(pipeline_class=LinkedCompiler, **OPTIONS)

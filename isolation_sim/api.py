@@ -10,14 +10,11 @@ from ground_motions import Record
 from ground_motions.argument_types import checked
 
 from .criterion import Criterion
-from .errors import ControllerWarning, InputError, PlausibilityWarning, TestedRangeWarning, warn
+from .errors import InputError, warn
 from .registry import controller as named_controller
 from .registry import named_controllers
-from .simulation.contact import contact_warnings
 from .simulation.control import CoilDriver, Control, Sensors
-from .simulation.plausibility import end_warnings
-from .simulation.result import Run, cautions_of
-from .simulation.tested_range import tested_range_warnings
+from .simulation.result import Run, warnings_of
 from .structures import IsolatedStructure
 
 if TYPE_CHECKING:
@@ -447,12 +444,5 @@ def _controller(controller: str | Control) -> Control:
 
 def _warn(runs: Mapping[str, Run]) -> None:
     """Warn the user, once for each line."""
-    for lines, kind in (
-        (next(iter(runs.values())).implausible, PlausibilityWarning),
-        (tested_range_warnings(runs), TestedRangeWarning),
-        (end_warnings(runs), PlausibilityWarning),
-        (contact_warnings(runs), PlausibilityWarning),
-        (cautions_of(runs), ControllerWarning),
-    ):
-        for line in lines:
-            warn(line, kind)
+    for line, kind in warnings_of(runs):
+        warn(line, kind)

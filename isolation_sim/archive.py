@@ -26,17 +26,17 @@ import numpy as np
 from ground_motions.python_source import parse
 from ground_motions.registry import code_files, copied_place, has_changed
 
+from .criterion import Criteria
 from .effects.effect import Effect
 from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
 from .effects.registry import EFFECTS, effect
 from .errors import ControllerError, Diverged, InputError, warn
 from .generated import cache_folder, load_text
-from .io.atomic_write import atomic_write
+from .io.files import atomic_write
 from .laws.law import Law
 from .laws.passive_switching import PassiveLaw, _passive_law
 from .laws.registry import LAWS
 from .laws.unit import of_file
-from .named_values import Criteria
 from .version import __version__
 
 FILE = "result.npz"

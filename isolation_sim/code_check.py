@@ -14,7 +14,7 @@ from ground_motions import STANDARD_GRAVITY
 from .errors import InputError
 from .simulation.pieces import refined_outputs
 from .structures import IsolatedStructure
-from .structures.element_groups import isolation_elements
+from .structures.element import isolation_elements
 from .structures.isolation_loop import effective, isolation_loop
 from .written_names import number_text
 

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 from ground_motions.argument_types import checked
 
 from .criteria import criteria
+from .criterion import Criteria
 from .errors import Diverged, InputError, check_name
 from .io.results_folder import files_into
-from .named_values import Criteria
 from .rendering import Printed, render
-from .simulation.result import cautions_of, decisions_of
-from .simulation.tested_range import of_runs
+from .simulation.result import decisions_of, validity_lines
 from .written_names import as_written
 
 if TYPE_CHECKING:
@@ -163,14 +162,7 @@ class Comparison(Printed):
             commands, implausible periods, contacts with moat walls and end stops, and cautions of
             the controllers.
         """
-        sentences = [*next(iter(self.runs.values())).implausible, *of_runs(self.runs)]
-        sentences += cautions_of(self.runs)
-        sentences += [
-            f"{as_written(name)}: {run.clamped} commands were clamped to the supply's limits"
-            for name, run in self.runs.items()
-            if run.clamped
-        ]
-        return sentences
+        return validity_lines(self.runs)
 
     def verdict(self) -> list[str]:
         """Describe the best controllers, and what controllers report on their decisions.

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from ground_motions.argument_types import shown
 from ground_motions.registry import Registry
 
-from .errors import InputError
+from .errors import InputError, unknown_name
 
 BETTER = ("smaller", "larger", "neither")
 _OF_TABLES = re.compile(r"J[1-9]|(normalised|energy)_.*|controller|case|status|reason")
@@ -135,3 +135,15 @@ def saved_criterion(name: str, label: str, better: Any) -> Criterion:
 
     one = known_criterion(name) or Criterion(name, label, of, better)
     return _SELECTED.setdefault(name, one)
+
+
+class Criteria(dict[str, float]):
+    """Criteria by name, SI units; the error for an unknown name contains the nearest one."""
+
+    def __missing__(self, name: str) -> float:
+        if "J1" not in self and re.fullmatch(r"J[1-9]|normalised_\w+", str(name)):
+            raise InputError(
+                f"criterion {name!r} is a ratio to the run without current; expected: compare() "
+                "with passive_off among the controllers"
+            )
+        raise unknown_name("criterion", str(name), self)

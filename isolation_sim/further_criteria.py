@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .criterion import Criterion
-from .simulation.quantities import quantity_rows
+from .simulation.outputs import quantity_rows
 
 if TYPE_CHECKING:
     from .simulation.result import Run

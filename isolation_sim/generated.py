@@ -22,7 +22,7 @@ from threading import RLock
 from types import ModuleType
 
 from .errors import InputError
-from .io.atomic_write import atomic_write
+from .io.files import atomic_write
 
 COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 """Whether Numba compiles; with ``NUMBA_DISABLE_JIT=1`` all functions run as Python."""

@@ -9,7 +9,7 @@ from ground_motions.argument_types import checked
 from ground_motions.registry import Registry
 
 from .criterion import CRITERIA
-from .errors import InputError
+from .errors import InputError, check_name
 
 if TYPE_CHECKING:
     from .simulation.control import Control
@@ -143,7 +143,6 @@ def registry(kind: str) -> Registry[Any]:
     from ground_motions.readers import READERS
 
     from .effects import EFFECTS
-    from .errors import check_name
     from .laws import LAWS
 
     kinds = {each.kind: each for each in (LAWS, EFFECTS, CONTROLLERS, CRITERIA, STUDIES, READERS)}

@@ -34,7 +34,7 @@ class Printed:
 
     def report(self) -> None:
         """Print its tables and sentences, in the width of the terminal."""
-        console = render("console:standard_console")
+        console = render("tables:standard_console")
         for each in self._shown():
             console.print(each)
 

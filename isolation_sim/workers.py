@@ -1,4 +1,4 @@
-"""Workers for the chunks of a sweep: this process, processes on this machine, or a Dask cluster.
+"""Workers: this process, processes on this machine, a Dask cluster, or threads of this process.
 
 A task is any object that can be pickled and has a method ``run``, such as the runs of a tuning. A
 worker process is a new interpreter that reads tasks from its standard input and writes their
@@ -244,3 +244,14 @@ def serve() -> None:
         with suppress(BrokenPipeError):
             pickle.dump(answer, answers)
             answers.flush()
+
+
+@contextmanager
+def workers(threads: int | None = None) -> Iterator[ThreadPoolExecutor]:
+    """Open a pool with one thread per processor."""
+    # As long as it is open, linear algebra runs on the calling thread: the libraries' own threads
+    # would wait for processors that the pool already uses, and take twice the time.
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1, "blas"), ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        yield pool

@@ -1,4 +1,4 @@
-"""Names of controllers and numbers as texts."""
+"""Names and numbers as texts."""
 
 from __future__ import annotations
 
@@ -26,3 +26,8 @@ def number_text(number: float | None) -> str:
     if 9999.5 <= abs(number) < 1e7:
         return f"{number:.0f}"
     return f"{number:.1e}" if small else f"{number:#.4g}".rstrip(".")
+
+
+def capital(text: str) -> str:
+    """A text with a capital first letter."""
+    return f"{text[:1].upper()}{text[1:]}"

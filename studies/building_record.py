@@ -52,21 +52,11 @@ TOTAL_MASS = 6 * FLOOR_MASS
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """An isolation layer under the building, and what it predicts.
+    """An isolation layer under the building, and what it predicts."""
 
-    Attributes
-    ----------
-    name : str
-        To print.
-    shown : tuple of str
-        Records that it was fitted to.
-    responses : dict of str to (n, n_channels) array
-        By record; channels as measured, m/s2 and m.
-    """
-
-    name: str
-    shown: tuple[str, ...]
-    responses: dict[str, NDArray]
+    name: str  # To print
+    shown: tuple[str, ...]  # Records that it was fitted to
+    responses: dict[str, NDArray]  # By record; channels as measured, m/s2 and m
 
 
 def read_resampled(folder: Path, name: str) -> BuildingRecord:

@@ -14,7 +14,7 @@ from typing import Any
 import controllers
 import isolation_sim
 from isolation_sim.generated import cache_folder
-from isolation_sim.io.atomic_write import atomic_write
+from isolation_sim.io.files import atomic_write
 
 
 def cached_result(name: str, content: bytes, find: Callable[[], dict[str, Any]]) -> dict[str, Any]:

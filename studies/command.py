@@ -19,10 +19,10 @@ from isolation_sim.cli.common_options import (
     print_results,
     progress,
 )
-from isolation_sim.io.json_text import json_text
+from isolation_sim.io.files import json_text
 from isolation_sim.registry import STUDIES
 
-from .study import about
+from .study import about, perform
 
 _PAPERS_WIDTH = 170
 """Columns of the papers' tables where standard output is no terminal."""
@@ -71,7 +71,7 @@ def papers(
     quiet: Quiet = False,
 ) -> None:
     """Recompute the four papers' checkable numbers and draw their figures."""
-    from isolation_sim.reports.console import standard_console
+    from isolation_sim.reports.tables import standard_console
 
     from .papers.study import reproduce
     from .papers.table import Check, layout
@@ -101,10 +101,8 @@ def _run(name: str) -> typer.Typer:
         as_json: AsJson = False,
         quiet: Quiet = False,
     ) -> None:
-        from isolation_sim.reports.console import standard_console
-        from isolation_sim.reports.study_tables import layout
-
-        from .study import perform
+        from isolation_sim.reports.sweep_tables import study_table
+        from isolation_sim.reports.tables import standard_console
 
         where = chosen_folder(out, Path(name).stem, overwrite)
         with progress(quiet, 1) as step:
@@ -113,7 +111,7 @@ def _run(name: str) -> typer.Typer:
             print(json_text({"finding": result.finding, "table": list(result.table)}))
         elif not quiet:
             console = standard_console()
-            console.print(layout(result.table, run.__doc__ or ""))
+            console.print(study_table(result.table, run.__doc__ or ""))
             console.print(f"\n{result.finding}\n")
         print_results(path, as_json, quiet, where)
 

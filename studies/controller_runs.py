@@ -59,22 +59,15 @@ Rows = list[dict[str, Any]]
 
 @dataclass(frozen=True)
 class Case:
-    """Conditions of a comparison of controllers.
+    """Conditions of a comparison of controllers."""
 
-    Attributes
-    ----------
-    switching : {"instantaneous", "passive"}
-        Rule by which the isolators stiffen.
-    nominal_force : float
-        Nominal force of the isolators over the true one; at 1 each controller has the nominal model
-        that it has by default.
-    sensors : Sensors
-        What the controllers are given.
-    """
-
-    switching: str = "instantaneous"
+    switching: str = (
+        "instantaneous"  # Rule by which the isolators stiffen: instantaneous or passive
+    )
+    # Nominal force of the isolators over the true one; at 1 each controller has the nominal model
+    # that it has by default
     nominal_force: float = 1.0
-    sensors: Sensors = field(default_factory=Sensors)
+    sensors: Sensors = field(default_factory=Sensors)  # What the controllers are given
 
 
 CASES = {
@@ -89,21 +82,12 @@ rule."""
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Scores of controllers in all cases and under all motions.
+    """Scores of controllers in all cases and under all motions."""
 
-    Attributes
-    ----------
-    rows : dict of (str, str) to list of dict
-        By case and motion, as ``run_candidates`` gives them.
-    constants : dict of str to list of dict
-        By motion, the constant currents.
-    possible : dict of str to dict
-        By motion, the clairvoyant bound, for some of them.
-    """
-
+    # By case and motion, as ``run_candidates`` gives them
     rows: dict[tuple[str, str], Rows]
-    constants: dict[str, Rows]
-    possible: dict[str, dict[str, Any]]
+    constants: dict[str, Rows]  # By motion, the constant currents
+    possible: dict[str, dict[str, Any]]  # By motion, the clairvoyant bound, for some of them
 
     def of(self, name: str, case: str, key: str, motions: Iterable[str]) -> NDArray:
         """One number of one controller in one case, one value per motion."""

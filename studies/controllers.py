@@ -64,17 +64,7 @@ def candidates(short: bool) -> dict[str, Controller]:
 
 
 def motions(short: bool) -> dict[str, Record]:
-    """Return the ground motions by name.
-
-    Parameters
-    ----------
-    short : bool
-        Whether to take 5 s of El Centro and of two random motions.
-
-    Returns
-    -------
-    dict
-    """
+    """Return the ground motions by name; if short, 5 s of El Centro and of two random motions."""
     sections = {HOME: EL_CENTRO} | {
         f"random {seed}": far_field(seed)
         for seed in range(FIRST_SEED, FIRST_SEED + (2 if short else COUNT))
@@ -92,30 +82,12 @@ def interval(differences: NDArray) -> tuple[float, float]:
 
 
 def ranking(result: Evaluation, case: str) -> Rows:
-    """Rank the controllers in one case by their mean J over the random motions.
-
-    Parameters
-    ----------
-    result : Judgement
-        Of all controllers.
-    case : str
-        One of ``"nominal"``, ``"soft"``, ``"stiff"`` and ``"passive"``.
-
-    Returns
-    -------
-    list of dict
-        A row per controller, the best first: medians of the peaks over all motions, mean J over the
-        random ones and its excess over the best constant current's with 95 % bounds; mean share of
-        the clairvoyant gap closed, with 95 % bounds, over the motions whose bound, which is that of
-        the papers' rule, is known; then medians of field work, mean squared current and time a
-        decision, simulation included, and the number of motions that it is not bounded under. None
-        where a run diverged.
-
-    Raises
-    ------
-    InputError
-        If there is no such case, with the names of all.
-    """
+    """Rank the controllers in one case by their mean J over the random motions, the best first."""
+    # Of each: medians of the peaks over all motions, mean J over the random ones and its excess
+    # over the best constant current's with 95 % bounds; mean share of the clairvoyant gap closed,
+    # with 95 % bounds, over the motions whose bound, which is that of the papers' rule, is known;
+    # then medians of field work, mean squared current and time a decision, simulation included,
+    # and the number of motions that it is not bounded under. None where a run diverged.
     every, random, solved = list(result.constants), result.random, result.solved
     table = []
     for name in result.candidates:

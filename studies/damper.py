@@ -40,18 +40,10 @@ _CYCLES, _SAMPLES_A_CYCLE = 8, 100
 
 @dataclass(frozen=True)
 class Outcome:
-    """One law's fits by what they were not shown.
+    """One law's fits by what they were not shown."""
 
-    Attributes
-    ----------
-    law : str
-        Name.
-    fits : dict of str to Fit
-        By what was left out; ``EVERYTHING`` is the fit to all runs.
-    """
-
-    law: str
-    fits: dict[str, Fit]
+    law: str  # Name
+    fits: dict[str, Fit]  # By what was left out; ``EVERYTHING`` is the fit to all runs
 
     def left_out(self, label: str) -> float:
         """Relative error of the runs that the fit has not seen."""

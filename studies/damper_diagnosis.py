@@ -62,18 +62,10 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
 
 @dataclass(frozen=True)
 class HeldOutResult:
-    """Fit and diagnosis without some of the runs.
+    """Fit and diagnosis without some of the runs."""
 
-    Attributes
-    ----------
-    alone : Fit
-        The Bouc-Wen law.
-    diagnosis : Diagnosis
-        Of the law that fits best.
-    """
-
-    alone: Fit
-    diagnosis: Diagnosis
+    alone: Fit  # The Bouc-Wen law
+    diagnosis: Diagnosis  # Of the law that fits best
 
     def force(self, trace: Trace) -> NDArray:
         """Force of the Bouc-Wen law in a run, (n,), N."""

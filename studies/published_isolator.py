@@ -27,7 +27,7 @@ from isolation_sim.laws.published import (
     LI_LI_STIFFNESS_N_PER_MM,
     YU_ALPHA_N,
 )
-from isolation_sim.reports.html.text import capital
+from isolation_sim.written_names import capital
 
 from .papers.paper_002 import stiffness_and_energy
 from .study import Outcome, Step
@@ -95,21 +95,11 @@ def loops(device: Device, table: LoopTable) -> tuple[NDArray, NDArray]:
 
 @dataclass(frozen=True, eq=False)
 class TableDiagnosis:
-    """A table, what was diagnosed in it, and what each law makes of its tests.
+    """A table, what was diagnosed in it, and what each law makes of its tests."""
 
-    Attributes
-    ----------
-    table : LoopTable
-        What was measured.
-    diagnosis : Diagnosis
-        Of the law fitted to it.
-    computed : dict of str to tuple of (n,) array
-        By law, stiffness (N/m) and damping ratio.
-    """
-
-    table: LoopTable
-    diagnosis: Diagnosis
-    computed: dict[str, tuple[NDArray, NDArray]]
+    table: LoopTable  # What was measured
+    diagnosis: Diagnosis  # Of the law fitted to it
+    computed: dict[str, tuple[NDArray, NDArray]]  # By law, stiffness (N/m) and damping ratio
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:

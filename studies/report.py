@@ -13,10 +13,11 @@ from isolation_sim.reports.html.page import (
     Prose,
     Section,
     Table,
+    is_number,
     text_rows,
 )
 from isolation_sim.reports.html.run_report import code_facts, versions
-from isolation_sim.reports.html.text import capital, is_number
+from isolation_sim.written_names import capital
 
 
 def study_report(

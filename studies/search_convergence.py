@@ -22,32 +22,16 @@ DIVERGED = 1e3
 
 
 class Problem:
-    """A law's parameters to be found from measured forces at one current.
-
-    Parameters
-    ----------
-    name : str
-        To print.
-    law_name : str
-        The law.
-    motion : Motion
-        What the device was moved by.
-    force : (n_samples,) array
-        What it resisted with, N.
-    fixed : dict of str to float
-        Parameters that are held, SI.
-    n_steps : int
-        Integration steps a sample.
-    """
+    """A law's parameters to be found from measured forces at one current."""
 
     def __init__(
         self,
         name: str,
         law_name: str,
-        motion: Motion,
-        force: NDArray,
-        fixed: dict[str, float],
-        n_steps: int,
+        motion: Motion,  # What the device was moved by
+        force: NDArray,  # (n_samples,): What it resisted with, N
+        fixed: dict[str, float],  # Parameters that are held, SI
+        n_steps: int,  # Integration steps a sample
     ):
         self.name, self.force = name, force
         x, v, size = (
@@ -103,24 +87,13 @@ class Problem:
 
 @dataclass(frozen=True)
 class Convergence:
-    """How one search went.
+    """How one search went."""
 
-    Attributes
-    ----------
-    evaluations : (n,) int array
-        Evaluations spent when the cost was better than before, the first at a finite cost.
-    seconds : (n,) array
-        Processor time spent then.
-    costs : (n,) array
-        The cost then.
-    total : float
-        Processor time in all, s.
-    """
-
+    # (n,): Evaluations spent when the cost was better than before, the first at a finite cost
     evaluations: NDArray
-    seconds: NDArray
-    costs: NDArray
-    total: float
+    seconds: NDArray  # (n,): Processor time spent then
+    costs: NDArray  # (n,): The cost then
+    total: float  # Processor time in all, s
 
     def best(self, spent: float = np.inf, seconds: float = np.inf) -> float:
         """Least cost within a budget; infinite before the first."""

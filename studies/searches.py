@@ -93,27 +93,13 @@ def measured_damper(folder: Path, at: str = "1 A") -> Problem:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All methods on one problem.
+    """All methods on one problem."""
 
-    Attributes
-    ----------
-    name : str
-        Of the problem.
-    n_parameters : int
-        That are looked for.
-    budget : int
-        Evaluations of each search.
-    best_known : float
-        Least cost that anything found.
-    searches : dict of str to list of Convergence
-        By method, one per seed.
-    """
-
-    name: str
-    n_parameters: int
-    budget: int
-    best_known: float
-    searches: dict[str, list[Convergence]]
+    name: str  # Of the problem
+    n_parameters: int  # That are looked for
+    budget: int  # Evaluations of each search
+    best_known: float  # Least cost that anything found
+    searches: dict[str, list[Convergence]]  # By method, one per seed
 
     def excess(self, method: str) -> NDArray:
         """Final cost over the best known less 1, a seed each."""

@@ -17,11 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 from ground_motions.registry import code_files
 from isolation_sim.errors import InputError
-from isolation_sim.io.atomic_write import write_text
 from isolation_sim.io.csv_table import write_table
+from isolation_sim.io.files import write_text
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.registry import CONTROLLERS, STUDIES
-from isolation_sim.reports.study_tables import Records, texts
+from isolation_sim.reports.sweep_tables import Records, study_texts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -88,21 +88,11 @@ def published_entry(name: str) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a study found.
+    """What a study found."""
 
-    Attributes
-    ----------
-    table : sequence of mapping
-        A row per case; a heading ends in the SI unit; None where there is no value.
-    finding : str
-        What the numbers say, a paragraph a line.
-    figures : dict of str to matplotlib.figure.Figure
-        By file name.
-    """
-
-    table: Records
-    finding: str
-    figures: dict[str, Figure]
+    table: Records  # A row per case; a heading ends in the SI unit; None where there is no value
+    finding: str  # What the numbers say, a paragraph a line
+    figures: dict[str, Figure]  # By file name
 
 
 def perform(
@@ -131,7 +121,7 @@ def perform(
             for stem, figure in result.figures.items()
         ]
         study_report(
-            study.TITLE, result.finding.splitlines(), {"Results": texts(result.table)},
+            study.TITLE, result.finding.splitlines(), {"Results": study_texts(result.table)},
             [svg for svg, _ in drawn], about(name),
             f"isolation-sim study {name}{' --short' * short}", code,
         ).write(folder.unfinished / "report.html")  # fmt: skip

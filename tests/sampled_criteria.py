@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.simulation.quantities import quantity_rows
+from isolation_sim.simulation.outputs import quantity_rows
 from isolation_sim.simulation.result import Run
 
 QUANTITIES = {

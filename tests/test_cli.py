@@ -17,7 +17,7 @@ from typer.main import get_command
 import isolation_sim
 import studies
 from isolation_sim import cli
-from isolation_sim.io.json_text import json_text
+from isolation_sim.io.files import json_text
 
 SHORT = """
 [ground]

@@ -11,7 +11,7 @@ from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.io import interchange
 from isolation_sim.io.columns import columns_bytes
-from isolation_sim.io.netcdf import read_netcdf
+from isolation_sim.io.files import read_netcdf
 from isolation_sim.reports.units import in_engineering_units
 
 SCENARIO = """

@@ -17,7 +17,7 @@ from ground_motions import el_centro_1940, near_fault
 from isolation_sim.cli import main
 from isolation_sim.effects import effect, extend
 from isolation_sim.errors import Diverged, InputError, PlausibilityWarning, TestedRangeWarning
-from isolation_sim.io.output_place import check_new_files, check_writable
+from isolation_sim.io.files import check_new_files, check_writable
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.reports.tables import as_text, criteria_tables
 from isolation_sim.scenario.nonlinear import MoatWall

@@ -29,6 +29,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
         ("isolation_sim.export", "fmi_common.c"),
         ("isolation_sim.export", "fmi2.c"),
         ("isolation_sim.export", "fmi3.c"),
+        ("isolation_sim.discrepancy.tiers", "law_file.py.j2"),
         ("isolation_sim.reports.html", "page.html.j2"),
         ("isolation_sim.reports.html", "animation.js"),
     ],

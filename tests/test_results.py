@@ -12,9 +12,8 @@ import xarray
 import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim import read_run, write_run
-from isolation_sim.io.atomic_write import write_text
 from isolation_sim.io.csv_table import write_table
-from isolation_sim.io.json_text import json_text
+from isolation_sim.io.files import json_text, write_text
 from isolation_sim.io.results_folder import ResultsFolder, file_name
 from isolation_sim.reports.comparison_files import write_comparison
 

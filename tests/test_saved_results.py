@@ -303,7 +303,7 @@ def test_a_result_whose_law_file_is_gone_shows_its_numbers(tmp_path):
 
 @pytest.mark.parametrize("tree", [
     {"$object": "os:system", "state": {}},
-    {"$object": "isolation_sim.io.atomic_write:write_text", "state": {}},
+    {"$object": "isolation_sim.io.files:write_text", "state": {}},
     {"$object": "isolation_sim.simulation.result:Ruin", "state": {}},
     {"$array": "none"}, {"$unknown": 1}, [{"$law": {"$tuple": ["named", "no_such_law"]}}],
 ])  # fmt: skip

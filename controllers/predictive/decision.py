@@ -10,10 +10,9 @@ from ..device_model import FORCE_SCALE
 from ..device_states import follow_states
 from .active_set import excess, solve
 from .condense_kernel import condense, largest_gap
-from .flat_arrays import array1, array2, array3
+from .flat_arrays import array1, array2, array3, plant_at, results_at, work_at
 from .force_scale import learn_scale
 from .ground_kernel import look_ahead
-from .prediction_arrays import plant_at, results_at, work_at
 from .prediction_kernel import device_now, motion_of, outputs_now, predict
 from .running_peaks import change_peaks, follow_peaks
 from .slow_ground import follow_slow

@@ -12,8 +12,7 @@ from collections.abc import Callable
 from numpy.typing import NDArray
 
 from ..device_states import follow_states
-from .flat_arrays import array1, array2, array3
-from .prediction_arrays import plant_at, results_at, work_at
+from .flat_arrays import array1, array2, array3, plant_at, results_at, work_at
 from .prediction_kernel import predict
 from .running_peaks import follow_peaks
 

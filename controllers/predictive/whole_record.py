@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from isolation_sim.errors import InputError
 from isolation_sim.laws.emit import symbols
 from isolation_sim.simulation.complex_modes import real_rows
+from isolation_sim.simulation.outputs import quantity_rows
 from isolation_sim.simulation.plan import modes_for
-from isolation_sim.simulation.quantities import quantity_rows
 from isolation_sim.simulation.result import Run
 from isolation_sim.structures import IsolatedStructure
 
 from .condense_kernel import largest_gap
-from .interval import propagator
+from .prediction import propagator
 
 _MIDDLE, _END = (5 / 24, 8 / 24, -1 / 24), (4 / 24, 16 / 24, 4 / 24)
 """Lobatto IIIA: states at the middle and the end of an interval from rates at its three nodes."""

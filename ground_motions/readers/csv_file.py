@@ -9,8 +9,13 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.errors import InputError, nearest
-from ground_motions.readers.lines import excerpt, parse_number, require_two, table_cells
-from ground_motions.readers.time_column import uniform_step
+from ground_motions.readers.lines import (
+    excerpt,
+    parse_number,
+    require_two,
+    table_cells,
+    uniform_step,
+)
 from ground_motions.record import Record
 from ground_motions.units import ACCELERATION_UNITS, to_m_s2, unit_name
 

@@ -9,8 +9,13 @@ import numpy as np
 from ground_motions.argument_types import checked
 from ground_motions.checks import positive
 from ground_motions.errors import InputError
-from ground_motions.readers.lines import is_number, parse_number, read_lines, require_two
-from ground_motions.readers.time_column import uniform_step
+from ground_motions.readers.lines import (
+    is_number,
+    parse_number,
+    read_lines,
+    require_two,
+    uniform_step,
+)
 from ground_motions.record import Record
 from ground_motions.units import to_m_s2, unit_name
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..io.json_text import json_text
+from ..io.files import check_new_files, json_text
 from .common_options import AsJson, Force, Quiet, ReportFile, examples, progress, write_report
 
 EXAMPLES = examples(
@@ -24,9 +24,8 @@ def check(
     quiet: Quiet = False,
 ) -> None:
     """Check an isolated building by rules like ASCE 7-22, chapter 17; this is no certification."""
-    from ..io.output_place import check_new_files
     from ..reports.code_check import check_page, console_table
-    from ..reports.console import standard_console
+    from ..reports.tables import standard_console
     from ..scenario import Scenario
 
     check_new_files(force, report)

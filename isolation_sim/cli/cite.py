@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..io.json_text import json_text
+from ..io.files import json_text
 from .common_options import AsJson, examples
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 
 from ..errors import InputError
-from ..io.json_text import json_text
+from ..io.files import check_new_files, json_text, write_text
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
@@ -179,9 +179,6 @@ def write_exports(forms: list[str] | None, folder: Path) -> None:
 
 def write_new_file(path: Path, text: str, force: bool) -> None:
     """Write a file; an existing file is replaced only with ``force``."""
-    from ..io.atomic_write import write_text
-    from ..io.output_place import check_new_files
-
     check_new_files(force, path)
     write_text(text, path)
 

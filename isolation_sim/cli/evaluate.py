@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from ..io.files import check_new_files
 from .common_options import (
     AsJson,
     Force,
@@ -34,7 +35,6 @@ def evaluate(
 ) -> None:
     """Compute the errors of a saved law on measured runs, without fitting."""
     from ..api import evaluate as run_evaluation
-    from ..io.output_place import check_new_files
 
     check_new_files(force, report)
     result = run_evaluation(law, campaign)

@@ -7,6 +7,7 @@ from typing import Annotated, Any, cast
 
 import typer
 
+from ..io.files import check_new_files, write_text
 from .common_options import Force, ScenarioFile, examples, read_scenario, write_new_file
 
 app = typer.Typer(
@@ -41,8 +42,6 @@ def export_c(
 ) -> None:
     """Write a controller as C99 code without memory allocation or dependencies."""
     from ..export.controller import controller_files
-    from ..io.atomic_write import write_text
-    from ..io.output_place import check_new_files
 
     files = controller_files(read_scenario(scenario).build(), controller)
     check_new_files(force, *(out / name for name in files))
@@ -78,7 +77,6 @@ def export_fmu(
     from ..export.device import device_part
     from ..export.fmu import controller_part, write_fmu
     from ..export.plant import plant_part
-    from ..io.output_place import check_new_files
 
     if (controller is not None) + plant + device != 1:
         raise InputError("a unit holds one part; expected: --controller NAME, --plant or --device")
@@ -152,7 +150,6 @@ def export_csv(
 
 def _export(results: Path, form: str, out: Path | None, units: str, force: bool) -> None:
     from ..io.interchange import export_place, export_results
-    from ..io.output_place import check_new_files
     from ..io.results_folder import update_contents
 
     check_new_files(force, out or export_place(results, form))
@@ -182,7 +179,6 @@ def export_opensees(
     """Write the OpenSees material closest to the isolators at one current."""
     from ..errors import InputError
     from ..export.opensees import opensees_material
-    from ..io.output_place import check_new_files
     from ..scenario import Scenario
 
     if out is not None and out.suffix not in (".py", ".tcl"):

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
-from ..io.output_place import check_new_files
+from ..io.files import check_new_files
 from .common_options import (
     AsJson,
     Force,

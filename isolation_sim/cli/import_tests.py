@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
+from ..io.files import check_new_files
 from .common_options import Force, examples, read_values, write_new_file
 
 if TYPE_CHECKING:
@@ -126,7 +127,6 @@ def import_tests(
 def _check_outputs(out: Path | None, write_settings: Path | None, force: bool) -> None:
     """Refuse existing files of a building record before the work."""
     from ..discrepancy.building.raw_records.import_record import check_output
-    from ..io.output_place import check_new_files
 
     check_output(out, force)
     check_new_files(force, write_settings)

@@ -11,7 +11,7 @@ import typer
 from ground_motions.registry import Registry
 
 from ..errors import InputError, check_name
-from ..io.json_text import json_text
+from ..io.files import json_text
 from .common_options import AsJson, examples
 
 EXAMPLES = examples("isolation-sim list laws", "isolation-sim list controllers --json")
@@ -156,8 +156,7 @@ def list_names(
     as_json: AsJson = False,
 ) -> None:
     """List the names that a scenario may use."""
-    from ..reports.console import standard_console
-    from ..reports.tables import TextTable
+    from ..reports.tables import TextTable, standard_console
 
     check_name("subject", subject, SUBJECTS)
     headings, entries = SUBJECTS[subject]()

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from ..io.files import check_new_files
 from .common_options import AsJson, Force, Quiet, examples, print_path, print_result
 
 EXAMPLES = examples(
@@ -26,7 +27,6 @@ def plan_tests(
 ) -> None:
     """List the next tests: those that tell confusable causes apart, and missing conditions."""
     from ..discrepancy.plan_tests import plan_tests as run_plan
-    from ..io.output_place import check_new_files
 
     check_new_files(force, out)
     plan = run_plan(source)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..io.files import json_text
 from .common_options import (
     AsJson,
     Export,
@@ -45,10 +46,10 @@ def run(
     quiet: Quiet = False,
 ) -> None:
     """Compare the controllers of a scenario."""
-    from ..comparison import simulated
+    from ..comparison import json_report, simulated
     from ..io.results_folder import ResultsFolder
-    from ..reports.comparison_files import json_text, write_comparison
-    from ..reports.console import standard_console
+    from ..reports.comparison_files import write_comparison
+    from ..reports.tables import standard_console
     from ..scenario.compilation import compile_in_parallel
 
     check_exports(export)
@@ -69,7 +70,7 @@ def run(
             step("writing results")
             write_comparison(comparison, folder.unfinished, settings.to_toml(), figures)
     if as_json:
-        print(json_text(comparison), end="")
+        print(json_text(json_report(comparison)))
     elif not quiet:
         console = standard_console()
         console.print(comparison.table())

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import check_name
-from ..io.json_text import json_text
+from ..io.files import json_text
 from .common_options import (
     AsJson,
     DefaultOut,
@@ -55,13 +55,13 @@ def suite(
 ) -> None:
     """Run all records of a suite with all controllers, and compute the statistics of codes."""
     from ..io.results_folder import file_name
-    from ..reports.console import standard_console
     from ..reports.suite_tables import (
         comparison_table,
         records_table,
         statistics_table,
         verdict,
     )
+    from ..reports.tables import standard_console
     from ..scenario import Scenario
     from ..sweeps.suites.run import run_suite
 

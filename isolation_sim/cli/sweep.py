@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from ..errors import InputError
-from ..io.json_text import json_text
+from ..io.files import check_new_files, check_writable, json_text
 from .common_options import (
     AsJson,
     DefaultOut,
@@ -150,8 +150,8 @@ def run_plan(
 ) -> None:
     """Run a plan; the word ``run`` can be left out."""
     from ..io.results_folder import write_contents
-    from ..reports.console import standard_console
     from ..reports.sweep_tables import controllers_table
+    from ..reports.tables import standard_console
     from ..sweeps.design import Design
     from ..sweeps.plan import SweepPlan
     from ..sweeps.run import default_folder, run_design
@@ -227,7 +227,6 @@ def show(
 
     Existing figures and reports are replaced only with --force.
     """
-    from ..io.output_place import check_new_files, check_writable
     from ..io.results_folder import update_contents
     from ..sweeps import Sweep
 
@@ -268,8 +267,8 @@ def show(
 
 def _print_tables(result: Sweep, criterion: str, best: int, quiet: bool) -> bool:
     """Print medians, best runs and sensitivities; return whether there are sensitivities."""
-    from ..reports.console import standard_console
     from ..reports.sweep_tables import best_table, controllers_table, sensitivity_table
+    from ..reports.tables import standard_console
 
     console = standard_console()
     console.quiet = quiet

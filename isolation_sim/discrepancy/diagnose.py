@@ -16,12 +16,12 @@ from ..identification.data_checks import refuse_swapped
 from ..identification.law_choice import AUTO, choose_law
 from ..identification.measured_runs import hold_out_some, measured_runs
 from ..identification.spikes import repaired
-from ..identification.workers import workers
-from ..io.toml import read_toml
+from ..io.files import read_toml
 from ..laws import Device
 from ..laws import law as published
 from ..laws.law import Law
 from ..laws.registry import LAWS
+from ..workers import workers
 from .decisions import MOST_BUILDING_CAUSES, SIGNIFICANCE
 from .diagnosis import BuildingDiagnosis, Diagnosis
 from .inference import gain_interval, verdict
@@ -94,9 +94,10 @@ def diagnose(
         # given parameter values are not fitted
         if tiers == "causes" or (tiers == "auto" and (explained or device is not None)):
             return diagnosis
-        from .tiers.ladder import Climb, climb
+        from .tiers.device_tests import DeviceTiers
+        from .tiers.ladder import climb
 
-        return climb(Climb(problem), diagnosis, "learned" if tiers == "auto" else tiers)
+        return climb(DeviceTiers(problem), diagnosis, "learned" if tiers == "auto" else tiers)
 
 
 def diagnose_building(

@@ -183,7 +183,7 @@ class TestPlan(Printed):
 
     def _shown(self) -> Iterator[Any]:
         if self.tests:
-            yield render("planned_tests:plan_table", self)
+            yield render("diagnosis:plan_table", self)
         else:
             yield f"{self.name}: no test is proposed"
         yield from self.notes

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
 
 from ..errors import InputError
-from ..io.atomic_write import atomic_write
+from ..io.files import atomic_write
 from ..version import __version__
 from .controller import decision_files, prepare_decision
 from .part import Part

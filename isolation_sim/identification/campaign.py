@@ -27,7 +27,7 @@ import numpy as np
 from ground_motions.argument_types import checked
 
 from ..errors import InputError, unknown_name
-from ..io.toml import read_toml
+from ..io.files import read_toml
 from .run_table import TestRun, read_run
 
 __all__ = ["Campaign", "TestRun", "read_campaign", "read_run", "write_campaign"]

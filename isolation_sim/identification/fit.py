@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..laws import Device
 from ..laws.law import Law
 from ..laws.registry import LAWS
+from ..workers import workers
 from .campaign import Campaign, read_campaign
 from .data_checks import data_notes, divergence_note, outlier_note, refuse_swapped
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
@@ -26,7 +27,6 @@ from .noise import correlation_time
 from .parameterisation import Parameterisation
 from .run_starts import start_note
 from .spikes import repaired
-from .workers import workers
 
 _DATA_NOTES = 5
 """Notes on the data, at most."""

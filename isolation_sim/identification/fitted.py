@@ -15,8 +15,8 @@ from ground_motions.registry import copy_code
 
 from ..archive import FILE, save_archive
 from ..effects.serialisation import device_places, device_section
-from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
+from ..io.files import write_text
 from ..io.interchange import write_parts
 from ..io.results_folder import file_name, files_into, write_contents
 from ..laws import Device

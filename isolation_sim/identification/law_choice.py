@@ -13,11 +13,18 @@ from ..errors import InputError
 from ..laws import Device
 from ..laws.registry import LAWS
 from .campaign import Campaign
-from .law_fit import SCREENING_STEPS, LawModel, parameterise, refine_law, search_roughly
+from .law_fit import (
+    SCREENING_STEPS,
+    LawModel,
+    distinct,
+    parameterise,
+    refine_law,
+    screen_starts,
+    search_roughly,
+)
 from .least_squares import Optimum
 from .left_out import conditions, fitted_without
 from .measured_runs import MeasuredRuns
-from .multistart import distinct, screen_starts
 from .parameterisation import Parameterisation
 
 AUTO = "auto"

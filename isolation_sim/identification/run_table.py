@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ground_motions.argument_types import checked
-from ground_motions.readers.time_column import uniform_step
+from ground_motions.readers.lines import uniform_step
 from ground_motions.units import column_units
 
 from ..errors import InputError

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ground_motions.readers.lines import parse_number, table_cells
 
 from ..errors import InputError
-from .atomic_write import atomic_write
+from .files import atomic_write
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,8 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError, check_name
 from ..rendering import render
-from .atomic_write import atomic_write
 from .columns import read_columns
-from .netcdf import read_netcdf
+from .files import atomic_write, read_netcdf
 
 if TYPE_CHECKING:
     import pandas

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..version import __version__
-from .atomic_write import write_text
+from .files import write_text
 
 
 class ResultsFolder:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..criteria import columns
-from ..simulation.quantities import level_dofs, storey_rows
-from ..structures.element_groups import moat_walls
+from ..simulation.outputs import level_dofs, storey_rows
+from ..structures.element import moat_walls
 from .style import Look
 
 if TYPE_CHECKING:

@@ -6,9 +6,8 @@ from pathlib import Path
 
 from ..archive import FILE, save_archive
 from ..comparison import Comparison, json_report
-from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
-from ..io.json_text import json_text as as_json
+from ..io.files import json_text, write_text
 from ..io.results_folder import file_name, write_contents
 from ..simulation.run_files import write_run
 from .drawing import structure_drawing
@@ -24,7 +23,7 @@ def write_comparison(
         write_run(run, folder / f"{file_name(name)}.nc", scenario)
     save_archive(comparison, folder / FILE)
     write_table(comparison.to_records(), folder / "criteria.csv")
-    write_text(json_text(comparison), folder / "criteria.json")
+    write_text(json_text(json_report(comparison)) + "\n", folder / "criteria.json")
     write_text(f"{comparison}\n", folder / "table.txt")
     if scenario:
         write_text(scenario, folder / "scenario.toml")
@@ -42,8 +41,3 @@ def _write_figures(comparison: Comparison, folder: Path) -> None:
     for kind in kinds:
         save(comparison.plot(kind), folder, kind)
     save(structure_drawing(isolated), folder, "structure")
-
-
-def json_text(comparison: Comparison) -> str:
-    """`json_report` as text, with null for numbers that are not finite."""
-    return as_json(json_report(comparison)) + "\n"

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..discrepancy.consequence import SUBJECTS
 from ..discrepancy.diagnosis import BuildingDiagnosis, Cause, Diagnosis, Errors
-from .consequence import consequence_note, consequence_table
-from .html.text import capital
+from ..written_names import as_written, capital
 from .tables import TextTable
+from .units import unit_of
 
 if TYPE_CHECKING:
-    from ..discrepancy.consequence import Consequence
+    from ..discrepancy.consequence import Consequence, Performance
+    from ..discrepancy.planned_tests import PlannedTest, TestPlan
     from ..discrepancy.tiers.result import Ladder
 
 
@@ -255,3 +257,83 @@ def _grid(headings: Any, rows: Any) -> str:
     lines = ["| " + " | ".join(headings) + " |", "|" + "---|" * len(headings)]
     lines += ["| " + " | ".join(row) + " |" for row in rows]
     return "\n".join(lines)
+
+
+_CONSEQUENCE_HEADINGS = (
+    "controller",
+    "base displ., mm: old", "new", "error, %",
+    "floor acc., m/s²: old", "new", "error, %",
+    "J: old", "new", "new design",
+    "rank: old", "new", "new design",
+)  # fmt: skip
+
+
+def consequence_note(consequence: Consequence) -> str:
+    """Meaning of the table's columns."""
+    old, new = SUBJECTS[consequence.subject]
+    return (
+        f"Old: building and controllers use the {old}. New: the building uses the {new}, the "
+        f"controllers the old one. New design: both use the {new}. J: mean of the two peaks, each "
+        "over its value with the coils off. Rank: by J."
+    )
+
+
+def consequence_table(consequence: Consequence) -> TextTable:
+    """Controllers with the old and with the new law or model."""
+    rows = []
+    for name, cases in consequence.performance.items():
+        predicted, actual, redesigned = (
+            cases[case] for case in ("predicted", "actual", "redesigned")
+        )
+        row = [as_written(name)]
+        for key in ("peak_base_displacement_m", "peak_floor_acceleration_m_s2"):
+            row += [_number(predicted, key), _number(actual, key), _error(predicted, actual, key)]
+        row += [_number(one, "J") for one in (predicted, actual, redesigned)]
+        row += [str(one.rank) if one else "-" for one in (predicted, actual, redesigned)]
+        rows.append(row)
+    return TextTable(
+        f"Consequence of the {consequence.subject}'s error for control", _CONSEQUENCE_HEADINGS, rows
+    )
+
+
+def _number(one: Performance | None, key: str) -> str:
+    return "-" if one is None else f"{getattr(one, key) * unit_of(key)[1]:.3g}"
+
+
+def _error(predicted: Performance | None, actual: Performance | None, key: str) -> str:
+    if predicted is None or actual is None:
+        return "-"
+    return f"{100 * (getattr(predicted, key) / getattr(actual, key) - 1):+.0f}"
+
+
+_TEST_HEADINGS = (
+    "test",
+    "amplitude, mm",
+    "frequency, Hz",
+    "cycles",
+    "current, A",
+    "rate, Hz",
+    "why",
+)
+
+
+def plan_table(plan: TestPlan) -> TextTable:
+    """Tests of a plan."""
+    rows = []
+    for k, (test, row) in enumerate(zip(plan.tests, plan.to_records(), strict=True), 1):
+        numbers = (f"{row[key]:g}" for key in ("amplitude_mm", "frequency_Hz", "cycles"))
+        rows.append(
+            (str(k), *numbers, _current_text(test), f"{row['sample_rate_Hz']:g}", _why_text(test))
+        )
+    return TextTable(f"Next tests for {plan.name}: sinusoids", _TEST_HEADINGS, rows)
+
+
+def _current_text(test: PlannedTest) -> str:
+    levels = " / ".join(f"{one:.3g}" for one in test.currents)
+    return f"{levels} every {test.step:g} s" if test.step else levels
+
+
+def _why_text(test: PlannedTest) -> str:
+    if not test.rest:
+        return test.why
+    return f"{test.why}; in two equal parts with {test.rest:g} s of rest between"

@@ -10,8 +10,8 @@ from ..archive import FILE, save_archive
 from ..discrepancy.diagnosis import Diagnosis, relative_error
 from ..discrepancy.tiers.law_file import text_beside
 from ..effects.serialisation import device_places, device_section
-from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
+from ..io.files import write_text
 from ..io.results_folder import files_into, write_contents
 from . import diagnosis_figures
 from .diagnosis import markdown

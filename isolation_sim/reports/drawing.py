@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..simulation.quantities import level_dofs, storey_rows
-from ..structures.element_groups import isolation_elements, moat_walls
+from ..simulation.outputs import level_dofs, storey_rows
+from ..structures.element import isolation_elements, moat_walls
 from .style import DOUBLE_COLUMN, new_figure, style
 
 if TYPE_CHECKING:

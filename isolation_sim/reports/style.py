@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from ground_motions.argument_types import checked
 
-from ..io.atomic_write import atomic_write
+from ..io.files import atomic_write
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

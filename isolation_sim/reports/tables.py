@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -308,6 +309,13 @@ def run_table(run: Run) -> WideTable:
 
     of_one = Comparison({run.controller: run})
     return criteria_tables(of_one.criteria, of_one.energy, of_one.title)
+
+
+def standard_console(width: int = WIDTH) -> Console:
+    """Console of the terminal's width; without a terminal ``width`` columns and no colours."""
+    from rich.console import Console
+
+    return Console(width=None if sys.stdout.isatty() else width, highlight=False, markup=False)
 
 
 def as_text(table: Any, width: int = WIDTH) -> str:

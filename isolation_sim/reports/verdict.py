@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..written_names import as_written
-from .html.text import capital
+from ..written_names import as_written, capital
 from .units import unit_of
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from pydantic import Field
 from ..effects import effect, extend
 from ..laws import law
 from ..structures import IsolatedStructure, cones, on_soil, yielding_storeys
-from ..structures.rows import rows_of_base
+from ..structures.isolators import rows_of_base
 from .fields import NonNegative, Positive, Section
 
 

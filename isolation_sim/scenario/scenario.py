@@ -15,7 +15,7 @@ from ground_motions.registry import has_changed
 from ..code_check import CheckRow, check_building
 from ..criterion import selected_criteria
 from ..errors import InputError, warn
-from ..io.toml import parse_toml, read_toml
+from ..io.files import parse_toml, read_toml
 from ..old_names import renamed_keys
 from ..structures import IsolatedStructure, Structure
 from .building import Building, PlanBuilding, ReferenceBuilding

@@ -18,26 +18,19 @@ from ground_motions import Record
 from ground_motions.argument_types import checked
 
 from ..criterion import Criterion, selected_criteria
-from ..errors import (
-    ControllerWarning,
-    Diverged,
-    InputError,
-    PlausibilityWarning,
-    TestedRangeWarning,
-    warn,
-)
+from ..errors import Diverged, InputError, warn
 from ..structures import IsolatedStructure
 from ..written_names import as_written
 from .contact import contacts_of_lane
 from .control import CoilDriver, Control, Sensors
 from .kernel.loading import compiling
-from .many_warnings import BETWEEN, Validity, cautions_of_many, of_many, plausibility_of
+from .many_warnings import BETWEEN, Validity, of_many, warnings_of_many
 from .plan import Lane, Plan
 from .plausibility import end_state, input_warnings
 from .result import Run, cautions_of
 from .run import check_options, prepare_lane, simulate, traceable
 from .run_criteria import criteria_key, criteria_of_lanes
-from .tested_range import beyond_tests, compare_with_tests, peak_currents
+from .tested_range import compare_with_tests, peak_currents
 
 LANES = 16
 """Number of runs that the kernel computes together: two vectors of eight."""
@@ -208,14 +201,8 @@ def simulate_many(
         tolerance=tolerance, current_outside=current_outside, criteria=criteria, threads=threads,
         progress=progress,
     )  # fmt: skip
-    for lines, kind in (
-        (beyond_tests(result.deformation_over_tested, result.current_over_tested),
-         TestedRangeWarning),
-        (plausibility_of(vars(result)), PlausibilityWarning),
-        (cautions_of_many(vars(result)), ControllerWarning),
-    ):  # fmt: skip
-        for line in lines:
-            warn(line, kind)
+    for line, kind in warnings_of_many(vars(result)):
+        warn(line, kind)
     return result
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..errors import ControllerWarning, PlausibilityWarning, TestedRangeWarning
 from .plausibility import DISPLACED
 from .tested_range import OVER_TESTED, beyond_tests
 
@@ -41,7 +42,7 @@ BETWEEN = " | "
 _NUMBER = re.compile(r"-?\d[\d.]*(?:e[+-]?\d+)?")
 
 
-def plausibility_of(runs: Mapping[str, Any]) -> list[str]:
+def _plausibility(runs: Mapping[str, Any]) -> list[str]:
     """Warnings about structures, motions and ends of runs, from quantities by run."""
     moving = np.asarray(runs["moving_at_end"], bool)
     aside = np.nan_to_num(np.asarray(runs["displacement_at_end"], float))
@@ -66,25 +67,31 @@ def plausibility_of(runs: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def cautions_of_many(runs: Mapping[str, Any]) -> list[str]:
-    """Warnings of the controllers about their use."""
-    return _listed(runs["cautions"])
+def warnings_of_many(runs: Mapping[str, Any]) -> Iterator[tuple[str, type[Warning]]]:
+    """Warnings about many runs, from quantities by run, each line with its category."""
+    # a table of an earlier release lacks some quantities
+    if set(OVER_TESTED) <= set(runs):
+        for line in beyond_tests(*(runs[name] for name in OVER_TESTED)):
+            yield line, TestedRangeWarning
+    if _of_runs_known(runs):
+        yield from ((line, PlausibilityWarning) for line in _plausibility(runs))
+        yield from ((line, ControllerWarning) for line in _listed(runs["cautions"]))
 
 
 def of_many(runs: Mapping[str, Any]) -> list[str]:
-    """All warnings about many runs, from quantities by run; those that are missing are skipped."""
-    lines = []
-    if set(OVER_TESTED) <= set(runs):
-        lines += beyond_tests(*(runs[name] for name in OVER_TESTED))
-    if {*OF_RUNS} - {"contacts"} <= set(runs):
-        lines += [*plausibility_of(runs), *cautions_of_many(runs)]
-        unresolved = np.asarray(runs["unresolved"]) > 0
-        if unresolved.any():
-            lines.append(f"{_of(unresolved)} unresolved the tolerance in some integration steps")
+    """The same lines, and those of missed tolerances and of clamped commands."""
+    lines = [line for line, _ in warnings_of_many(runs)]
+    unresolved = np.asarray(runs["unresolved"] if _of_runs_known(runs) else 0) > 0
+    if unresolved.any():
+        lines.append(f"{_of(unresolved)} missed the tolerance in some integration steps")
     clamped = np.asarray(runs["clamped"]) > 0
     if clamped.any():
         lines.append(f"{_of(clamped)} have commands that were clamped to the supply's limits")
     return lines
+
+
+def _of_runs_known(runs: Mapping[str, Any]) -> bool:
+    return {*OF_RUNS} - {"contacts"} <= set(runs)
 
 
 def _of(which: Sequence[Any] | np.ndarray) -> str:

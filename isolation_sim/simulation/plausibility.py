@@ -14,7 +14,7 @@ from ground_motions import STANDARD_GRAVITY, Record
 from ..laws.current_dependence import CurrentDependence
 from ..laws.law import Law
 from ..structures import IsolatedStructure
-from ..structures.element_groups import isolation_elements
+from ..structures.element import isolation_elements
 from ..structures.plausibility import ISOLATED_PERIODS, implausible
 from ..written_names import as_written
 from .complex_modes import Modes

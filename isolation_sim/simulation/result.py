@@ -14,18 +14,23 @@ from ground_motions import Record, ResponseSpectrum
 from ground_motions.argument_types import checked
 
 from ..archive import FILE, save_archive
-from ..criterion import saved_criterion
-from ..errors import InputError, check_name
-from ..io.netcdf import write_netcdf
+from ..criterion import Criteria, saved_criterion
+from ..errors import (
+    ControllerWarning,
+    InputError,
+    PlausibilityWarning,
+    TestedRangeWarning,
+    check_name,
+)
+from ..io.files import write_netcdf
 from ..io.results_folder import files_into
-from ..named_values import Criteria
 from ..rendering import Printed, render
 from ..written_names import as_written
-from .contact import contacts_of_outputs, stops
-from .plausibility import end_state, input_warnings, saved_end_state
-from .quantities import level_dofs
-from .tested_range import Reached, compare_with_tests, of_runs, peak_currents
-from .trajectory import Trajectory
+from .contact import contact_warnings, contacts_of_outputs, stops
+from .outputs import level_dofs
+from .plausibility import end_state, end_warnings, input_warnings, saved_end_state
+from .tested_range import Reached, compare_with_tests, peak_currents, tested_range_warnings
+from .trajectory import Trajectory, dataset
 
 if TYPE_CHECKING:
     import pandas
@@ -50,6 +55,27 @@ _REFINED = 0.0025
 def cautions_of(runs: Mapping[str, Run]) -> list[str]:
     """Warnings of the controllers about their use, by the name to print."""
     return [f"{as_written(name)}: {each}" for name, run in runs.items() for each in run.cautions]
+
+
+def warnings_of(runs: Mapping[str, Run]) -> Iterator[tuple[str, type[Warning]]]:
+    """Warnings about the validity of several runs of one plant, each line with its category."""
+    for lines, kind in (
+        (next(iter(runs.values())).implausible, PlausibilityWarning),
+        (tested_range_warnings(runs), TestedRangeWarning),
+        (end_warnings(runs), PlausibilityWarning),
+        (contact_warnings(runs), PlausibilityWarning),
+        (cautions_of(runs), ControllerWarning),
+    ):
+        yield from ((line, kind) for line in lines)
+
+
+def validity_lines(runs: Mapping[str, Run]) -> list[str]:
+    """The same lines, and those of commands that were clamped."""
+    return [line for line, _ in warnings_of(runs)] + [
+        f"{as_written(name)}: {run.clamped} commands were clamped to the supply's limits"
+        for name, run in runs.items()
+        if run.clamped
+    ]
 
 
 def decisions_of(runs: Mapping[str, Run]) -> list[str]:
@@ -175,8 +201,6 @@ class Run(Printed, Trajectory):
     @cached_property
     def history(self) -> xarray.Dataset:
         """All time histories, with named axes and units."""
-        from .history import dataset
-
         return dataset(self)
 
     @cached_property
@@ -204,7 +228,7 @@ class Run(Printed, Trajectory):
 
     @cached_property
     def peaks(self) -> dict[str, NDArray]:
-        """Peaks of each level, storey or slab, (n_items,); see ``simulation.quantities``."""
+        """Peaks of each level, storey or slab, (n_items,); see ``simulation.outputs``."""
         from .run_criteria import item_peaks
 
         return item_peaks(self.isolated, self.work)
@@ -260,15 +284,7 @@ class Run(Printed, Trajectory):
             displaced at the end, contacts with moat walls and end stops, and cautions of the
             controller.
         """
-        own = {self.controller: self}
-        sentences = [*self.implausible, *of_runs(own)]
-        sentences += cautions_of(own)
-        if self.clamped:
-            sentences.append(
-                f"{as_written(self.controller)}: {self.clamped} commands were clamped to the "
-                "supply's limits"
-            )
-        return sentences
+        return validity_lines({self.controller: self})
 
     @checked
     def floor_spectra(

@@ -21,8 +21,7 @@ from ..laws.passive_switching import instantaneous
 from ..laws.trace_check import check_traceable
 from ..old_names import renamed_arguments
 from ..structures import IsolatedStructure
-from .control import CoilDriver, Control, RunContext, Schedule, Sensors
-from .controller_calls import calling, current_of
+from .control import CoilDriver, Control, RunContext, Schedule, Sensors, calling, current_of
 from .kernel.loading import compiling
 from .kernel.slots import DECIDE
 from .plan import Lane, Plan, refusal

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from ..structures import IsolatedStructure
 from .complex_modes import real_rows
 from .kernel.arguments import Quantities
+from .outputs import quantity_rows
 from .plan import modes_for
-from .quantities import quantity_rows
 from .workspace import Workspace
 
 RESOLVED = 1.9

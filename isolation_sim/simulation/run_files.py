@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ground_motions.argument_types import checked
 
-from ..io.netcdf import read_netcdf, write_netcdf
+from ..io.files import read_netcdf, write_netcdf
 from ..version import __version__
 
 if TYPE_CHECKING:

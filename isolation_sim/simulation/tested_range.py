@@ -12,8 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from ..structures import IsolatedStructure
 from ..written_names import as_written
 from .complex_modes import Modes
-from .contact import contact_warnings
-from .plausibility import end_warnings
 from .workspace import Workspace, modal_motion
 
 OVER_TESTED = ("deformation_over_tested", "current_over_tested")
@@ -150,11 +148,6 @@ def tested_range_warnings(runs: Mapping[str, Any]) -> list[str]:
 
 def _listed(values: Mapping[str, float], form: str, unit: str) -> str:
     return ", ".join(f"{as_written(name)} {value:{form}} {unit}" for name, value in values.items())
-
-
-def of_runs(runs: Mapping[str, Any]) -> list[str]:
-    """Warnings for several runs (``Run``) of one plant: beyond the tests, at the end, contacts."""
-    return [*tested_range_warnings(runs), *end_warnings(runs), *contact_warnings(runs)]
 
 
 def beyond_tests(deformation: ArrayLike, current: ArrayLike) -> list[str]:

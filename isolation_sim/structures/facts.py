@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .element_groups import base_devices
+from .element import base_devices
 from .modes import modal_facts, translational_mode
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..laws.law import Law
-from .element_groups import isolation_elements
+from .element import isolation_elements
 
 _CYCLES, _POINTS = 3, 241
 

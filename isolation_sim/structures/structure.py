@@ -18,8 +18,8 @@ from ..laws.law import Law
 from ..laws.linear import LAW as LINEAR
 from ..old_names import note_old_name
 from .checks import check_matrices, matrix, read_only
-from .element import Element
-from .element_groups import (
+from .element import (
+    Element,
     check_devices,
     common_current_range,
     common_tested_current,
@@ -28,9 +28,8 @@ from .element_groups import (
 )
 from .facts import facts
 from .isolation_loop import Effective, effective_at
-from .isolators import add_isolators
+from .isolators import add_isolators, base_rows, isolator_rows, plan_dofs
 from .modes import ModalFacts, modal_facts, undamped_modes
-from .rows import base_rows, isolator_rows, plan_dofs
 from .sizing import design_cycle, scale_to_cycle, scale_to_period, with_damping
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from ..errors import InputError
-from ..io.toml import read_toml
+from ..io.files import read_toml
 from ..scenario import Scenario
 from ..scenario.fields import InputPath, Number, Positive, Section, WholeNumber
 from ..scenario.job import with_place

@@ -12,7 +12,7 @@ import numpy as np
 from ground_motions.argument_types import checked
 
 from ..errors import InputError, check_name
-from ..io.atomic_write import atomic_write
+from ..io.files import atomic_write
 from ..rendering import Printed, render
 from ..simulation.many_warnings import Validity, of_many
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ground_motions.argument_types import checked
 
 from ..errors import InputError
-from ..io.output_place import check_writable, free_space
+from ..io.files import check_writable, free_space
 from ..io.results_folder import file_name, write_contents
 from ..registry import registry
 from ..simulation.batch import LANES

@@ -75,7 +75,7 @@ class Study(Printed):
 
     def _shown(self) -> Iterator[Any]:
         rows = self.table.astype(object).where(self.table.notna(), None).to_dict("records")
-        yield render("study_tables:layout", rows, self.title)
+        yield render("sweep_tables:study_table", rows, self.title)
         yield self.finding
 
     def __repr__(self) -> str:

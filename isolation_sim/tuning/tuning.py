@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
-from ..io.atomic_write import write_text
 from ..io.csv_table import write_table
-from ..io.json_text import json_text
+from ..io.files import json_text, write_text
 from ..io.results_folder import check_free, files_into, write_contents
 from ..rendering import Printed, render
 from ..search_range import SearchRange

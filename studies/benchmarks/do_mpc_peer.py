@@ -31,42 +31,18 @@ _PARAMETERS = ("ground", "ground_after", "displacement_unit", "acceleration_unit
 
 @dataclass(frozen=True)
 class Case:
-    """What a decision started from, and what came of it.
+    """What a decision started from, and what came of it."""
 
-    Attributes
-    ----------
-    state : numpy.ndarray, shape (n_states,)
-        Displacements (m), velocities (m/s), device states, coil current (A).
-    ground : numpy.ndarray, shape (n_steps + 1,), m/s^2
-        Ground acceleration over the horizon.
-    units : numpy.ndarray, shape (2,), m and m/s^2
-        Units of displacement and acceleration in the costs.
-    before : float, A
-        The last command given.
-    command : float, A
-        The command decided.
-    seconds : float, s
-        Time taken.
-    """
-
-    state: NDArray
-    ground: NDArray
-    units: NDArray
-    before: float
-    command: float
-    seconds: float
+    state: NDArray  # Displacements (m), velocities (m/s), device states, coil current (A)
+    ground: NDArray  # Ground acceleration over the horizon, m/s^2
+    units: NDArray  # Units of displacement and acceleration in the costs, m and m/s^2
+    before: float  # The last command given, A
+    command: float  # The command decided, A
+    seconds: float  # Time taken, s
 
 
 class Recorder(MPC):
-    """The predictive controller, with some of its decisions kept.
-
-    Parameters
-    ----------
-    first, count : int
-        Which decisions.
-    **settings : object
-        Settings.
-    """
+    """The predictive controller, with some of its decisions kept."""
 
     def __init__(self, first: int, count: int, **settings: Any):
         super().__init__(**settings)
@@ -89,17 +65,11 @@ class Recorder(MPC):
 
 
 class DoMPC:
-    """One decision after another by do-mpc.
+    """One decision after another by do-mpc."""
 
-    Parameters
-    ----------
-    plant : IsolatedStructure
-        A building on one kind of isolator, with one coil.
-    one : MPC
-        The controller to agree with, after a run.
-    sizes : numpy.ndarray, shape (n_states,)
-        Of the states: displacements (m), velocities (m/s), device states, current (A).
-    """
+    # plant: a building on one kind of isolator, with one coil. one: the controller to agree with,
+    # after a run. sizes: (n_states,), of displacements (m), velocities (m/s), device states and
+    # current (A)
 
     def __init__(self, plant: IsolatedStructure, one: MPC, sizes: NDArray):
         import casadi

@@ -42,22 +42,16 @@ DEFAULT, TUNED = "its own difference steps", "difference steps of 1e-4"
 
 @dataclass(frozen=True)
 class Test:
-    """A made measurement.
-
-    Attributes
-    ----------
-    time, displacement, velocity, force : (n,) array
-        SI.
-    truth, start : (5,) array
-        Parameters of the strain-stiffening law.
-    """
+    """A made measurement."""
 
     __test__ = False
 
+    # time, displacement, velocity, force: (n,): SI
     time: NDArray
     displacement: NDArray
     velocity: NDArray
     force: NDArray
+    # truth, start: (5,): Parameters of the strain-stiffening law
     truth: NDArray
     start: NDArray
 
@@ -78,15 +72,7 @@ def noisy_test(seed: int = 0) -> Test:
 
 
 class Peer:
-    """The same fit as a user would write it: odeint over a compiled right-hand side.
-
-    Parameters
-    ----------
-    test : Test
-        The measurement.
-    tolerance : float
-        Relative tolerance of odeint.
-    """
+    """The same fit as a user would write it: odeint over a compiled right-hand side."""
 
     def __init__(self, test: Test, tolerance: float):
         self.test, self.tolerance, self.solves = test, tolerance, 0
@@ -132,15 +118,7 @@ def _compiled_rate(test: Test) -> Callable:
 
 
 class Ours:
-    """The fit by this library's parts: compiled sensitivities and Levenberg-Marquardt.
-
-    Parameters
-    ----------
-    test : Test
-        The measurement.
-    n_steps : int
-        Integration steps a sample.
-    """
+    """The fit by this library's parts: compiled sensitivities and Levenberg-Marquardt."""
 
     def __init__(self, test: Test, n_steps: int):
         self.test = test

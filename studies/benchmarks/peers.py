@@ -22,17 +22,7 @@ from isolation_sim.structures import IsolatedStructure
 
 
 class FirstOrder:
-    """The building on strain-stiffening isolators at a held current, as y' = f(t, y).
-
-    Parameters
-    ----------
-    plant : IsolatedStructure
-        Building on one strain-stiffening isolator.
-    record : Record
-        Ground motion.
-    current : float
-        Coil current, A.
-    """
+    """The building on strain-stiffening isolators at a held current, as y' = f(t, y)."""
 
     def __init__(self, plant: IsolatedStructure, record: Record, current: float):
         structure, device = plant.structure, plant.elements[0].device

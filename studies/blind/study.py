@@ -77,7 +77,7 @@ def score(case: Case) -> Scored:
 
 def write_tables(lines: Sequence[str], table: str, stem: str = "") -> None:
     """Print rates and write them beside the confusion matrix."""
-    from isolation_sim.io.atomic_write import write_text
+    from isolation_sim.io.files import write_text
 
     RESULTS.mkdir(parents=True, exist_ok=True)
     write_text("\n".join(lines) + "\n", RESULTS / f"{stem}rates.md")

@@ -83,21 +83,13 @@ def loops(c0: NDArray, k0: NDArray, c1: NDArray, k1: NDArray, alpha: NDArray) ->
 
 @dataclass(frozen=True)
 class Refit:
-    """How close a form of the model comes to Table 1.
+    """How close a form of the model comes to Table 1."""
 
-    Attributes
-    ----------
-    stiffness, damping : float, percent
-        Root mean square of the twelve relative errors.
-    parameters : int
-        How many numbers were fitted.
-    softening : tuple of float
-        e0 and e1 (1/A) of the factor (X / 4 mm)^-(e0 + e1 I) on every parameter; empty without.
-    """
-
+    # stiffness, damping: Root mean square of the twelve relative errors, percent
     stiffness: float
     damping: float
-    parameters: int
+    parameters: int  # How many numbers were fitted
+    # e0 and e1 (1/A) of the factor (X / 4 mm)^-(e0 + e1 I) on every parameter; empty without
     softening: tuple[float, ...] = ()
 
 

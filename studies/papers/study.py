@@ -1,18 +1,18 @@
-"""The whole study: every paper's numbers and figures, written to a folder."""
+"""The whole study: every paper's numbers and figures, written to a folder and a page."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import ModuleType
 
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
+from isolation_sim.reports.html.page import Block, Cell, Page, Picture, Prose, Row, Section, Table
 from isolation_sim.reports.style import save
 
 from . import figures_000, figures_001, figures_002, paper_000, paper_001, paper_002, paper_003
-from .report import report
-from .table import Check
+from .table import COLUMNS, Check, Claim, Comparison, Verdict, tally, texts
 
 PAPERS: dict[str, tuple[ModuleType, ModuleType]] = {
     "paper_000": (paper_000, figures_000),
@@ -43,3 +43,33 @@ def reproduce(
         report(parts).write(folder.unfinished / "report.html")
         write_contents(folder.unfinished, "Numbers and figures of the papers")
     return folder.path
+
+
+def report(papers: Sequence[tuple[str, list[Check], list[Path]]]) -> Page:
+    """Page of the study."""
+    every = [check for _, checks, _ in papers for check in checks]
+    printed = [check for check in every if isinstance(check, Comparison | Claim)]
+    good = sum(check.verdict in (Verdict.REPRODUCED, Verdict.WITHIN) for check in printed)
+    first = (
+        f"Of {len(printed)} printed numbers and statements that can be computed, {good} were "
+        "reproduced."
+    )
+    sections = [Section("Verdict", [Prose((first, f"In all: {tally(every)}."), "verdict")])]
+    for title, checks, figures in papers:
+        blocks: list[Block] = [Prose((f"{tally(checks)}.",)), _table(title, checks)]
+        blocks += [Picture(path.stem.replace("_", " "), path) for path in figures]
+        sections.append(Section(title, blocks))
+    return Page("What the papers' numbers are worth", "Recomputed by isolation-sim", sections)
+
+
+def _table(title: str, checks: Sequence[Check]) -> Table:
+    rows = []
+    for check in checks:
+        label, *cells = texts(check)
+        rows.append(Row(label, tuple(Cell(text) for text in cells)))
+    return Table(
+        caption=f"Numbers of: {title}",
+        headings=tuple(COLUMNS),
+        rows=tuple(rows),
+        filters=("verdict",),
+    )

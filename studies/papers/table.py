@@ -84,30 +84,14 @@ def agree(published: str, computed: float, within: float = 0.0) -> bool:
 
 @dataclass(frozen=True)
 class Check(ABC):
-    """A row of a paper's table.
+    """A row of a paper's table."""
 
-    Attributes
-    ----------
-    what : str
-        The number or statement.
-    where : str
-        Table, equation or section.
-    computed : float or None
-        By the library, in ``unit``; None for readings only.
-    unit : str
-        Of both.
-    remark : Remark
-        One line on it.
-    published : str
-        As printed; empty where it is not.
-    """
-
-    what: str
-    where: str
-    computed: float | None
-    unit: str = ""
-    remark: Remark = NO_REMARK
-    published: str = field(default="", kw_only=True)
+    what: str  # The number or statement
+    where: str  # Table, equation or section
+    computed: float | None  # By the library, in ``unit``; None for readings only
+    unit: str = ""  # Of both
+    remark: Remark = NO_REMARK  # One line on it
+    published: str = field(default="", kw_only=True)  # As printed; empty where it is not
 
     basis: ClassVar[Basis] = Basis.COMPUTED
 
@@ -155,25 +139,16 @@ class Check(ABC):
 
 @dataclass(frozen=True)
 class Comparison(Check):
-    """A printed number beside the computed one.
+    """A printed number beside the computed one."""
 
-    Attributes
-    ----------
-    within : float, percent
-        Largest difference that still counts as reproduced, beyond the rounding.
-    meant : str
-        Number meant in place of the printed one. The printed one is a misprint if it disagrees and
-        this one agrees within ``meant_within``.
-    meant_within : float, percent
-        Largest difference from the number meant.
-    source : Outlier or None
-        Row that judges the table's entry from which the printed number comes. If that entry is
-        corrupt, so is the printed number, whatever it agrees with.
-    """
-
+    # Largest difference that still counts as reproduced, beyond the rounding, percent
     within: float = 0.1
+    # Number meant in place of the printed one. The printed one is a misprint if it disagrees and
+    # this one agrees within ``meant_within``.
     meant: str = ""
-    meant_within: float = 0.1
+    meant_within: float = 0.1  # Largest difference from the number meant, percent
+    # Row that judges the table's entry from which the printed number comes. If that entry is
+    # corrupt, so is the printed number, whatever it agrees with.
     source: Outlier | None = None
 
     @property
@@ -193,14 +168,9 @@ class Comparison(Check):
 
 @dataclass(frozen=True)
 class Claim(Check):
-    """A statement of the text, which holds if a computed number is between two bounds.
+    """A statement of the text, which holds if a computed number is between two bounds."""
 
-    Attributes
-    ----------
-    above, below : float
-        Bounds, neither of them included.
-    """
-
+    # above, below: Bounds, neither of them included
     above: float = -float("inf")
     below: float = float("inf")
 
@@ -223,14 +193,9 @@ class Consequence(Check):
 
 @dataclass(frozen=True)
 class Outlier(Check):
-    """A measure of how far a table's entry is from its neighbours.
+    """A measure of how far a table's entry is from its neighbours."""
 
-    Attributes
-    ----------
-    lowest, highest : float
-        Range of the measure in sound data.
-    """
-
+    # lowest, highest: Range of the measure in sound data
     lowest: float = -float("inf")
     highest: float = float("inf")
 
@@ -243,14 +208,9 @@ class Outlier(Check):
 
 @dataclass(frozen=True)
 class Equation(Check):
-    """Difference between an equation as printed and as it follows from the paper's others.
+    """Difference between an equation as printed and as it follows from the paper's others."""
 
-    Attributes
-    ----------
-    rounding : float
-        Largest difference that floating-point arithmetic explains, in ``unit``.
-    """
-
+    # Largest difference that floating-point arithmetic explains, in ``unit``
     rounding: float = 1e-6
 
     @property
@@ -263,15 +223,9 @@ class Equation(Check):
 
 @dataclass(frozen=True)
 class Alternative(Check):
-    """A number under one of several readings of the paper.
+    """A number under one of several readings of the paper."""
 
-    Attributes
-    ----------
-    others : sequence of float
-        The number under the other readings, in ``unit``.
-    """
-
-    others: Sequence[float] = ()
+    others: Sequence[float] = ()  # The number under the other readings, in ``unit``
 
     @property
     def verdict(self) -> Verdict:
@@ -284,18 +238,11 @@ class Alternative(Check):
 
 @dataclass(frozen=True)
 class Reading(Check):
-    """What only the paper's text shows: the one row whose verdict is given, marked as a reading.
+    """What only the paper's text shows: the one row whose verdict is given, marked as a reading."""
 
-    Attributes
-    ----------
-    reading : Verdict
-        What the text shows; never that a number was reproduced.
-    quote : str
-        The text.
-    """
-
+    # What the text shows; never that a number was reproduced
     reading: Verdict = Verdict.NOT_CHECKABLE
-    quote: str = ""
+    quote: str = ""  # The text
 
     basis: ClassVar[Basis] = Basis.READING
 

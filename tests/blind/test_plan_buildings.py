@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import isolation_sim as iso
-from isolation_sim.discrepancy.building.causes import candidates
+from isolation_sim.discrepancy.building.cause_search import candidates
 from isolation_sim.discrepancy.building.comparison import compare_records
 from isolation_sim.discrepancy.building.model import Soil, building_model
 from isolation_sim.discrepancy.building.record import read_building_record

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from isolation_sim.discrepancy.device.bounds import needs_bound
+from isolation_sim.discrepancy.device.intervals import needs_bound
 from isolation_sim.effects import EffectParameter
 
 T = np.linspace(0, 1, 200)

@@ -7,7 +7,7 @@ from scipy.signal import butter, lsim
 
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
 from isolation_sim.discrepancy.device.interference import interference
-from isolation_sim.discrepancy.device.load_cell_offset import run_means
+from isolation_sim.discrepancy.device.model import run_means
 from isolation_sim.discrepancy.diagnose import diagnose, kind_of
 from isolation_sim.discrepancy.loops.table import read_loop_table
 from isolation_sim.effects import effect

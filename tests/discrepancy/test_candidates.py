@@ -23,8 +23,8 @@ from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.identification.run_table import TestRun
-from isolation_sim.identification.workers import workers
 from isolation_sim.laws import LAWS
+from isolation_sim.workers import workers
 
 RATE, STIFFNESS, DAMPING = 128, 3e4, 200.0
 LOSS, HALF = 0.4, 4e-3

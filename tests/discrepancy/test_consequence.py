@@ -18,10 +18,9 @@ from ground_motions.spectra import response_spectrum
 from isolation_sim.discrepancy.consequence import CASES, consequence
 from isolation_sim.discrepancy.device_scale import carrying
 from isolation_sim.discrepancy.diagnosis import BuildingDiagnosis, Cause, Diagnosis, Errors
-from isolation_sim.reports.consequence import consequence_note, consequence_table
-from isolation_sim.reports.console import standard_console
-from isolation_sim.reports.diagnosis import markdown
+from isolation_sim.reports.diagnosis import consequence_note, consequence_table, markdown
 from isolation_sim.reports.html.diagnosis_report import diagnosis_report
+from isolation_sim.reports.tables import standard_console
 from isolation_sim.scenario.consequence import with_consequence
 
 NAMES = ("passive_off", "best_constant", "clipped_lqr")

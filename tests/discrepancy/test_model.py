@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from isolation_sim.discrepancy.device.load_cell_offset import EACH_RUN
-from isolation_sim.discrepancy.device.model import FittedModel, Model, fit_model
+from isolation_sim.discrepancy.device.model import EACH_RUN, FittedModel, Model, fit_model
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise

@@ -14,8 +14,8 @@ from isolation_sim.archive import law_of, law_of_saved, text_of
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.interval import Interval
+from isolation_sim.discrepancy.tiers.device_tests import _lost
 from isolation_sim.discrepancy.tiers.equation import _Candidate, _next
-from isolation_sim.discrepancy.tiers.ladder import _lost
 from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 from isolation_sim.discrepancy.tiers.regression import Regression
 from isolation_sim.discrepancy.tiers.result import EquationTerm, Ladder
@@ -26,8 +26,8 @@ from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.left_out import conditions
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
-from isolation_sim.identification.workers import workers
 from isolation_sim.laws.registry import LAWS
+from isolation_sim.workers import workers
 
 pytestmark = pytest.mark.usefixtures("few_laws")
 STEP, N = 0.005, 500
@@ -333,7 +333,7 @@ def test_a_rung_that_loses_somewhere_is_not_offered():
 
 def test_a_rung_is_compared_with_those_below_it():
     """The measured damper's equation left 6.4 % of the held-out runs where causes left 5.8 %."""
-    from isolation_sim.discrepancy.tiers.ladder import _loses
+    from isolation_sim.discrepancy.tiers.device_tests import _loses
     from isolation_sim.discrepancy.tiers.result import Rung
 
     causes = Rung("causes", 0.07, 0.058, 0.09)
@@ -393,12 +393,12 @@ def test_causes_that_leave_much_and_lose_somewhere_are_not_named(diagnosis, left
         "law": Rung("law", 0.1, 0.1, 0.1),
         "causes": Rung("causes", left, left, left, **where),
     }
-    rung = SimpleNamespace(chosen=())
+    rung = SimpleNamespace(chosen=(), text="")
     tiers = SimpleNamespace(
         law=rung, causes=rung, superseded=(), negligible=0.002, NO_EQUATION="None.", WORSE_THAN="",
         QUANTITY="force", progress=lambda text: None, equation=lambda: None,
         errors=lambda name, rung, good: rungs[name], has_generic_terms=lambda: False,
-        better_law=lambda: None, noise_floor=lambda diagnosis: 0.01, text=lambda rung: "",
+        better_law=lambda: None, noise_floor=lambda diagnosis: 0.01,
     )  # fmt: skip
     blamed = replace(
         diagnosis, causes=(Cause("end_stop", 0.7, 0.0, {}, ""),), verdict="partly_explained"
@@ -426,11 +426,10 @@ def test_an_equation_that_is_not_offered_replaces_no_causes(diagnosis, equation,
     term = SimpleNamespace(term=SimpleNamespace(cause=None))
 
     class Made(Tiers):
-        law = causes = SimpleNamespace(chosen=())
-        equation = staticmethod(lambda: SimpleNamespace(chosen=(term,)))
+        law = causes = SimpleNamespace(chosen=(), text="")
+        equation = staticmethod(lambda: SimpleNamespace(chosen=(term,), text=""))
         progress = learned = staticmethod(lambda *any: None)
         terms = staticmethod(lambda rung: ())
-        text = staticmethod(lambda rung: "")
         replaced_causes = staticmethod(lambda rung: tuple(one.name for one in diagnosis.causes))
         noise_floor = staticmethod(lambda diagnosis: 0.001)
         verdict = staticmethod(lambda *any: "explained")
@@ -460,7 +459,7 @@ def test_a_note_names_the_causes_that_an_equation_replaces():
 def test_an_effect_that_an_equation_makes_superfluous_is_dropped(campaign):
     """Beside a squeeze film an end stop gains nothing, and a mass does."""
     from isolation_sim.discrepancy.adapters.device_tests import DeviceTests
-    from isolation_sim.discrepancy.tiers.ladder import Climb
+    from isolation_sim.discrepancy.tiers.device_tests import DeviceTiers
 
     law, mass = LAWS["kelvin_voigt"], 60.0
     heavy = [
@@ -473,7 +472,7 @@ def test_an_effect_that_an_equation_makes_superfluous_is_dropped(campaign):
             replace(campaign, runs=tuple(heavy)), law, None, None, 0, pool, lambda text: None
         )
         problem.search(problem.nominal())
-        ladder = Climb(problem)
+        ladder = DeviceTiers(problem)
         bare = ladder.law.part
         effects = effect("end_stop", "linear"), effect("inertia_force", "mass")
         model, text = ladder._extended(bare.model.with_effects(*effects), (squeeze,), None)

@@ -16,7 +16,7 @@ from isolation_sim.identification.fit import fit
 from isolation_sim.identification.law_choice import LawChoice, LawRank, choose_law
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.identification.run_table import TestRun
-from isolation_sim.identification.workers import workers
+from isolation_sim.workers import workers
 
 COMPARED = ("kelvin_voigt", "maxwell", "dahl")
 

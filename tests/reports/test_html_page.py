@@ -9,7 +9,7 @@ import pytest
 
 from isolation_sim.errors import InputError
 from isolation_sim.reports.html import charts, page
-from isolation_sim.reports.html.text import tied
+from isolation_sim.reports.html.page import tied
 
 EVIL = "</script><script>alert('x')</script><b onclick=alert(1)>&"
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from isolation_sim.compilation.constant_folding import fold_constants
+from isolation_sim.compilation.kernel_text import fold_constants
 
 TEXT = """
 unsigned = int

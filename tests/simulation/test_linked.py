@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from isolation_sim.compilation import linked
-from isolation_sim.compilation.linked import LinkedCompiler
+from isolation_sim.compilation import options as compilation
+from isolation_sim.compilation.options import LinkedCompiler
 
 
 def polynomial(x, n):
@@ -33,7 +33,7 @@ def compiled(inner):
 
 
 def test_the_installed_numba_has_what_is_replaced():
-    assert linked._KNOWN
+    assert compilation._KNOWN
 
 
 def test_a_linked_function_gives_the_same_bits_without_machine_code():
@@ -41,7 +41,7 @@ def test_a_linked_function_gives_the_same_bits_without_machine_code():
     usual, machine_code = compiled(njit(**options)(polynomial))
     result, library = compiled(njit(pipeline_class=LinkedCompiler, **options)(polynomial))
     assert result == usual
-    assert isinstance(library, linked._Library)
+    assert isinstance(library, compilation._Library)
     name = next(f.name for f in machine_code.get_defined_functions() if "polynomial" in f.name)
     assert machine_code.get_pointer_to_function(name) != 0
     name = next(f.name for f in library.get_defined_functions() if "polynomial" in f.name)
@@ -49,8 +49,8 @@ def test_a_linked_function_gives_the_same_bits_without_machine_code():
 
 
 def test_an_unknown_numba_compiles_as_usual(monkeypatch):
-    monkeypatch.setattr(linked, "_KNOWN", False)
+    monkeypatch.setattr(compilation, "_KNOWN", False)
     options = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     result, library = compiled(njit(pipeline_class=LinkedCompiler, **options)(polynomial))
     assert result == compiled(njit(**options)(polynomial))[0]
-    assert not isinstance(library, linked._Library)
+    assert not isinstance(library, compilation._Library)

@@ -15,7 +15,7 @@ from isolation_sim.effects.extend import extend
 from isolation_sim.effects.registry import effect
 from isolation_sim.simulation.batch import FEWEST, Case, simulate_many
 from isolation_sim.simulation.control import CoilDriver
-from isolation_sim.simulation.quantities import quantity_rows
+from isolation_sim.simulation.outputs import quantity_rows
 from isolation_sim.simulation.trajectory import coil_current, device_forces
 
 from ..sampled_criteria import response_criteria, response_of

@@ -44,7 +44,6 @@ from ..decisions import (
     WELL_EXPLAINED,
     WORSE,
 )
-from ..device.bounds import needs_bound
 from ..device.carried_history import (
     can_carry_history,
     carry_history,
@@ -55,9 +54,8 @@ from ..device.conditions import conditions
 from ..device.effect_search import EffectSearch
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
-from ..device.intervals import intervals
-from ..device.load_cell_offset import EACH_RUN, run_means
-from ..device.model import FittedModel, Model
+from ..device.intervals import intervals, needs_bound
+from ..device.model import EACH_RUN, FittedModel, Model, run_means
 from ..device.next_test import rival_tests
 from ..device.noise_examples import motion_noise, noise_residuals
 from ..device.stability import stability

@@ -41,10 +41,14 @@ from ..decisions import (
 from ..inference import f_chance, rivals
 from ..search import SearchResult, search
 from .candidate import Candidate, Values
-from .causes import candidates
 from .comparison import CauseValues, Comparison, FittedBuilding, compare_records, squared
 from .errors import excess_error, largest_excess, mean_error, relative_noise
+from .isolator_causes import current_causes, layer_causes
+from .model import BuildingModel
+from .record import BuildingRecord
 from .segment import Segment, cell_means
+from .sensor_causes import sensor_causes
+from .structure_causes import structure_causes
 
 
 class CauseSearch:
@@ -466,3 +470,11 @@ def _near(
     worse = [(one.causes[-1], one.criterion(n) - best.criterion(n)) for one in others]
     near = rivals(best.causes[-1], worse, allowance)
     return [next(one for one in others if one.causes[-1] == name) for name in near]
+
+
+def candidates(model: BuildingModel, records: Sequence[BuildingRecord]) -> tuple[Candidate, ...]:
+    """All candidate causes for the records of a building."""
+    return (
+        *structure_causes(model, records), *layer_causes(model, records),
+        *current_causes(model, records), *sensor_causes(records),
+    )  # fmt: skip

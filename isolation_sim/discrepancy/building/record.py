@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions import Record
-from ground_motions.readers.time_column import uniform_step
+from ground_motions.readers.lines import uniform_step
 
 from ...errors import InputError
 from ...identification.gaps import fill_gaps, gap_note

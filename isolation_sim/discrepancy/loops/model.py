@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from ...effects import EFFECTS, Effect
 from ...effects.effect import REFERENCE_TEMPERATURE
 from ...effects.extend import check_effect
+from ...identification.law_fit import distinct
 from ...identification.least_squares import Optimum
 from ...identification.measured_runs import MeasuredRuns
-from ...identification.multistart import distinct
 from ...identification.parameterisation import Parameterisation
 from ...laws import Device
 from ...laws.law import Law

@@ -299,10 +299,6 @@ class BuildingTiers(Tiers[_Rung]):
             result.append(EquationTerm(shown(one, k), stable, numbers))
         return tuple(result)
 
-    def text(self, rung: _Rung) -> str:
-        """File of the extended law; empty without terms."""
-        return rung.text
-
     def replaced_causes(self, rung: _Rung) -> tuple[str, ...]:
         """Causes of the catalogue in whose place an equation stands."""
         return () if rung.causes else tuple(cause.name for cause, _ in self.causes.causes)

@@ -1,11 +1,16 @@
-"""A law with further terms, written as a Python file that a user can read and edit."""
+"""A law with further terms, written as a Python file that a user can read and edit.
+
+``law_file.py.j2`` is the text of the file.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,24 +23,6 @@ from ...identification.parameterisation import Parameterisation
 from ...laws.law import Law
 from ...laws.registry import LAWS
 from .terms import Number, Term
-
-_HEAD = '''"""{title}
-
-    F = {name}(x, v)
-{equation}
-{note}"""
-
-from typing import Any
-
-import numpy as np
-
-from isolation_sim.laws import LAWS
-from isolation_sim.laws.law import Law, Quantity
-
-BASE = LAWS["{base}"]
-N_STATES, N_PARAMETERS = len(BASE.states), len(BASE.parameters)
-'''
-
 
 _PATH_IMPORT = "from pathlib import Path\nfrom typing import Any\n"
 _PLACE_IMPORT = "import numpy as np\n\nfrom ground_motions.registry import absolute_place\n"
@@ -74,103 +61,74 @@ def text_beside(text: str, folder: Path) -> str:
     return text
 
 
+class _Named(NamedTuple):
+    """A parameter or a state of the terms in the file."""
+
+    name: str
+    unit: str
+    meaning: str
+    limits: str = ""  # Further arguments of a parameter
+    rate: str = ""  # Code of a state's rate
+    at_rest: str = "0.0"  # Code of a state's value in the undeformed device
+
+
 def law_text(base: Law, chosen: Sequence[Chosen], network: Network | None, title: str) -> str:
     """Write the file of a law with terms, and a learned term if there is one."""
-    parameters, states, rates, force, lines = [], [], [], [], []
-    at_rest: list[str] = []
-    unpack_parameters: list[str] = []
+    parameters, states, forces, equation = [], [], [], []
     for k, one in enumerate(chosen, start=first_place(base)):
-        names = _names(one, k)
-        coefficient = f"c_{k}"
-        unpack_parameters += [coefficient, *(names[n.symbol] for n in one.term.numbers)]
-        if one.term.current:
-            unpack_parameters.append(names["i"])
-        meaning = f"coefficient of {one.term.text}"
-        parameters.append(f'    Quantity("{coefficient}", "{one.term.unit}", "{meaning}"),')
-        for n in one.term.numbers:
-            least, most = number_range(n)
-            lower = "" if n.symbol == "b" else f", lower={least:.3g}, divides=True"
-            upper = "" if n.symbol == "b" else f", upper={most:.3g}"
-            parameters.append(
-                f'    Quantity("{names[n.symbol]}", "{n.unit}", "{n.meaning}"{lower}{upper}),'
+        names, term = _names(one, k), one.term
+        parameters.append(_Named(f"c_{k}", term.unit, f"coefficient of {term.text}"))
+        parameters += [_Named(names[n.symbol], n.unit, n.meaning, _limits(n)) for n in term.numbers]
+        if term.current:
+            parameters.append(_Named(names["i"], "A", "current"))
+        if term.rate:
+            rate, at_rest = _named(term.rate, names), names["i"] if term.current else "0.0"
+            states.append(
+                _Named(f"s_{k}", term.state_unit, f"state of c_{k}", rate=rate, at_rest=at_rest)
             )
-        if one.term.current:
-            parameters.append(f'    Quantity("{names["i"]}", "A", "current"),')
-        if one.term.rate:
-            unit = one.term.state_unit
-            states.append(f'    Quantity("s_{k}", "{unit}", "state of c_{k}"),')
-            rates.append(_named(one.term.rate, names))
-            at_rest.append(names["i"] if one.term.current else "0.0")
-        force.append(f"{coefficient} * ({_named(one.term.code, names)})")
-        lines.append(f"      + c_{k} ({shown(one, k)})")
-    note = ""
-    learned = ""
+        forces.append(f"c_{k} * ({_named(term.code, names)})")
+        equation.append(f"c_{k} ({shown(one, k)})")
+    arguments = ""
     if network is not None:
-        note = "plus a learned term of inputs limited to the range of the tests.\n"
-        learned, own_parameters, own_states, own_rates, own_force = _network_text(network)
-        parameters += own_parameters
-        unpack_parameters += [f"share_{k}" for k in range(len(network.weights))]
-        states += own_states
-        rates += own_rates
-        at_rest += ["0.0"] * len(own_states)
-        force.append(own_force)
-    state_names = [line.split('"')[1] for line in states]
-    for name in [*unpack_parameters, *state_names]:
+        shares = [f"share_{k}" for k in range(len(network.weights))]
+        parameters += [
+            _Named(name, "1", f"of the learned term, power {k} of the current")
+            for k, name in enumerate(shares)
+        ]
+        for k, term in enumerate(network.states):
+            values = {n.symbol: f"{n.value:.9g}" for n in term.numbers} | {"s": f"m_{k}"}
+            rate = _named(term.rate, values)
+            states.append(_Named(f"m_{k}", "m", "memory of the learned term", rate=rate))
+        arguments = ", ".join(["x", "v", *(f"m_{k}" for k in range(len(network.states)))])
+        forces.append(f"learned({arguments}, ({', '.join(shares)},))")
+    for name in (one.name for one in (*parameters, *states)):
         if name in (*base.parameter_names, *base.state_names):
             raise InputError(f"{base.name} has {name!r} already; expected: a law without this term")
-    head = _HEAD.format(title=title, name=base.name, base=LAWS.called(base, base.name),
-                        equation="\n".join(lines) or "      + learned", note=note)  # fmt: skip
-    unpack = [
-        f"    {', '.join(unpack_parameters)}, = parameters[N_PARAMETERS:]",
-        *([f"    {', '.join(state_names)}, = states[N_STATES:]"] if state_names else []),
-    ]
-    body = [
-        head + learned,
-        "\ndef force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:",
-        '    """Force of the law and of the terms."""',
-        *unpack,
-        "    total = BASE.force(x, v, states[:N_STATES], parameters[:N_PARAMETERS])",
-        *(f"    total = total + {one}" for one in force),
-        "    return total\n",
-        "\ndef rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:",
-        '    """Rates of the law\'s states and of the terms\' states."""',
-        *unpack,
-        "    inner = BASE.rates(x, v, states[:N_STATES], parameters[:N_PARAMETERS])",
-        f"    return (*inner, {', '.join(rates)})\n" if rates else "    return tuple(inner)\n",
-    ]
-    extra = []
-    if base.stored_energy is not None:
-        body += [
-            "\ndef stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:",
-            '    """Energy of the law; the work of the terms counts as dissipated."""',
-            "    return BASE.stored_energy(x, states[:N_STATES], parameters[:N_PARAMETERS])\n",
-        ]
-        extra.append("    stored_energy=stored_energy,")
-    if base.field_power is not None:
-        body += [
-            "\ndef field_power(x: Any, states: tuple, parameters: tuple) -> Any:",
-            '    """Power of a change of the field on the law\'s stored energy."""',
-            "    return BASE.field_power(x, states[:N_STATES], parameters[:N_PARAMETERS])\n",
-        ]
-        extra.append("    field_power=field_power,")
-    if base.rest is not None or any(one.term.current for one in chosen):
-        inner = "*BASE.rest(parameters[:N_PARAMETERS])" if base.rest else "*(0.0,) * N_STATES"
-        body += [
-            "\ndef rest(parameters: tuple) -> tuple:",
-            '    """States of the undeformed device at a steady current."""',
-            *unpack[:1],
-            f"    return ({', '.join([inner, *at_rest])},)\n",
-        ]
-        extra.append("    rest=rest,")
-    body += [
-        "\nPARAMETERS = (", *parameters, ")", "STATES = (", *states, ")", "LAW = Law(",
-        f'    name="{base.name.replace("+", "_")}_extended",',
-        f'    title="{base.title}, extended by {"a learned term" if network else "an equation"}",',
-        "    parameters=(*BASE.parameters, *PARAMETERS),",
-        "    states=(*BASE.states, *STATES),",
-        "    force=force,", "    rates=rates,", *extra, "    source=BASE.source,", ")",
-    ]  # fmt: skip
-    return "\n".join(body) + "\n"
+    return _template().render(
+        title=title, base=base, place=LAWS.called(base, base.name),
+        equation=equation or ["learned"], parameters=parameters, states=states, forces=forces,
+        network=network, arguments=arguments,
+        has_rest=base.rest is not None or any(one.term.current for one in chosen),
+    )  # fmt: skip
+
+
+@cache
+def _template() -> Any:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader(__package__, "."), trim_blocks=True, lstrip_blocks=True,
+        keep_trailing_newline=True, undefined=StrictUndefined,
+    )  # fmt: skip
+    return environment.get_template("law_file.py.j2")
+
+
+def _limits(number: Number) -> str:
+    """Range of a number as arguments of its quantity; a position has none."""
+    if number.symbol == "b":
+        return ""
+    least, most = number_range(number)
+    return f", lower={least:.3g}, divides=True, upper={most:.3g}"
 
 
 def number_range(number: Number) -> tuple[float, float]:
@@ -198,70 +156,6 @@ def shown(one: Chosen, place: int) -> str:
 def _named(code: str, names: Mapping[str, str]) -> str:
     """Code with a term's own symbols renamed."""
     return re.sub(r"(?<![\w.])[a-z](?![\w(])", lambda m: names.get(m[0], m[0]), code)
-
-
-def _network_text(network: Network) -> tuple[str, list[str], list[str], list[str], str]:
-    """Definitions of a learned term, its parameters, states, rates and force."""
-
-    def number(value: float) -> str:
-        return f"{value:.9g}"
-
-    states, rates, names = [], [], {}
-    for k, term in enumerate(network.states):
-        values = {n.symbol: number(n.value) for n in term.numbers} | {"s": f"m_{k}"}
-        states.append(f'    Quantity("m_{k}", "m", "memory of the learned term"),')
-        rates.append(_named(term.rate, values))
-        names[f"m_{k}"] = k
-    arguments = ["x", "v", *names]
-    inputs = [f"        limited({code}, {number(most)})," for code, most in network.inputs]
-    units = [f"    ({', '.join(number(u) for u in row)})," for row in network.units]
-    weights = [f"    ({', '.join(number(w) for w in row)})," for row in network.weights]
-    shares = ", ".join(f"share_{k}" for k in range(len(network.weights)))
-    gates, gate, gate_input = [], "", []
-    if network.gates is not None:
-        gates = [
-            "GATES = (",
-            *(f"    ({', '.join(number(g) for g in row)})," for row in network.gates), ")",
-            '"""Factor of each unit, by ascending powers of |x| in m."""',
-        ]  # fmt: skip
-        gate = " * (GATES[k][0] + size_x * (GATES[k][1] + size_x * GATES[k][2]))"
-        limit = next(most for code, most in network.inputs if code == "x")
-        gate_input = [f"    size_x = np.fabs(limited(x, {number(limit)}))"]
-    text = "\n".join([
-        "UNITS = (", *units, ")",
-        '"""Offset and weights of each unit of the learned term."""',
-        "WEIGHTS = (", *weights, ")",
-        '"""N; contribution of each unit, a row for each power of the current."""',
-        *gates,
-        "",
-        "",
-        "def limited(u: Any, most: float) -> Any:",
-        '    """A value, limited to -most and most."""',
-        "    return u * (np.fabs(u) <= most) + most * np.sign(u) * (np.fabs(u) > most)",
-        "",
-        "",
-        f"def learned({', '.join(arguments)}, shares: tuple) -> Any:",
-        '    """Odd units of limited inputs: the term vanishes at rest."""',
-        "    inputs = (", *inputs, "    )",
-        *gate_input,
-        "    total = 0.0 * x",
-        "    for k, (offset, *weights) in enumerate(UNITS):",
-        "        at = 0.0",
-        "        for weight, value in zip(weights, inputs):",
-        "            at = at + weight * value",
-        "        size = 0.0",
-        "        for share, row in zip(shares, WEIGHTS):",
-        "            size = size + share * row[k]",
-        "        unit = np.tanh(at + offset) + np.tanh(at - offset)",
-        f"        total = total + size * unit{gate}",
-        "    return total",
-        "",
-    ])  # fmt: skip
-    parameters = [
-        f'    Quantity("share_{k}", "1", "of the learned term, power {k} of the current"),'
-        for k in range(len(network.weights))
-    ]
-    return text, parameters, states, rates, f"learned({', '.join(arguments)}, ({shares},))"
 
 
 class TermParameterisation(Parameterisation):

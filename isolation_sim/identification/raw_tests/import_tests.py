@@ -15,7 +15,7 @@ import numpy as np
 from ground_motions.argument_types import checked
 
 from ...errors import InputError
-from ...io.output_place import check_writable
+from ...io.files import check_writable
 from ...rendering import Printed, render
 from ..campaign import Campaign, write_campaign
 from ..data_checks import same_forces_notes, turned_runs, unit_notes

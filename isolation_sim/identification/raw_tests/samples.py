@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from ground_motions.readers.time_column import uniform_step
+from ground_motions.readers.lines import uniform_step
 
 from ...errors import InputError
 from ..gaps import LONGEST, fill_gaps, gap_note

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...criteria import columns
-from ...simulation.quantities import level_dofs
+from ...simulation.outputs import level_dofs
 from .page import Animation
 
 if TYPE_CHECKING:

@@ -19,21 +19,23 @@ from ...discrepancy.diagnosis import (
 )
 from ...discrepancy.interval import percent
 from ...effects.effect import in_sentence
-from ..consequence import consequence_note, consequence_table
+from ...written_names import capital
 from ..diagnosis import (
     AGAIN,
     RUNGS,
     better_law,
     cause_cells,
     cause_text,
+    consequence_note,
+    consequence_table,
     consequence_text,
     data_notes,
     errors_table,
     ladder_table,
     ladder_text,
+    plan_table,
 )
 from ..diagnosis_figures import LOOKS, STRONGEST, errors, histories, loops, over_time
-from ..planned_tests import plan_table
 from ..references import of_device
 from .page import (
     Block,
@@ -53,7 +55,6 @@ from .page import (
 )
 from .panels import panel_chart
 from .run_report import code_facts, versions
-from .text import capital
 
 if TYPE_CHECKING:
     from ...effects import Effect

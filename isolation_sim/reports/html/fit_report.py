@@ -9,6 +9,7 @@ import numpy as np
 
 from ...effects.serialisation import device_code
 from ...identification.fitted import Fit
+from ...written_names import capital
 from ..fit_tables import errors_table, parameters_table, runs_table
 from ..loops_fitted import LOOKS, loops
 from ..references import of_device
@@ -26,7 +27,6 @@ from .page import (
 )
 from .panels import panel_chart
 from .run_report import code_facts, versions
-from .text import capital
 
 if TYPE_CHECKING:
     from ...identification.fitted import LawEvaluation, RunError

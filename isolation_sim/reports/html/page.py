@@ -12,12 +12,16 @@ from pathlib import Path
 from typing import Any, ClassVar, TypeAlias
 
 from ...errors import InputError
-from ...io.atomic_write import write_text
+from ...io.files import write_text
 from ...version import __version__
+from ...written_names import capital
 from ..style import Look
 from ..tables import TextTable
 from .charts import dashes, glyph
-from .text import capital, is_number, tied
+
+# a number alone, or with words after it, as in 5.9 (5.7 to 6.1)
+_NUMBER = re.compile(r"[<>±+\-]? ?\d[\d.,e+\-]*( |$)")
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|m/s²|[mk]?m|m?s|[gtAVJNW]|k[NJ]|k?Hz|°C)(?!\w))")
 
 
 @dataclass(frozen=True)
@@ -284,6 +288,16 @@ def _template() -> Any:
         "tied": tied, "breaking": _breaking, "dashes": dashes, "glyph": glyph
     }  # fmt: skip
     return environment.get_template("page.html.j2")
+
+
+def is_number(text: str) -> bool:
+    """Whether a text is a number, with or without words after it."""
+    return _NUMBER.match(text) is not None
+
+
+def tied(text: str) -> str:
+    """Keep numbers and their units on one line."""
+    return _BEFORE_UNIT.sub("\u00a0", text)
 
 
 def _breaking(text: str) -> Any:

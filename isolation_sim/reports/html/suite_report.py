@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ...sweeps.suites.result import SCENARIO
-from ...written_names import as_written
+from ...written_names import as_written, capital
 from ..style import BAND
 from ..suite_figures import spectra_key, spectra_panel
 from ..suite_tables import (
@@ -21,7 +21,6 @@ from .page import Block, Cell, Facts, Key, Listing, Page, Prose, Row, Section, T
 from .panels import panel_chart
 from .run_report import versions
 from .sweep_report import warnings_of
-from .text import capital
 
 if TYPE_CHECKING:
     from ...sweeps.suites.result import Suite

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ...criteria import is_gain
 from ...errors import InputError, check_name
-from ...written_names import as_written
+from ...written_names import as_written, capital
 from ..sweep_tables import median_rows, sensitivity_table, value_text
 from ..tables import title_of
 from ..units import unit_of
@@ -15,7 +15,6 @@ from .charts import looks
 from .explorer import explorer
 from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table, text_rows
 from .run_report import versions
-from .text import capital
 
 if TYPE_CHECKING:
     from ...sweeps.result import Sweep

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...written_names import as_written
+from ...written_names import as_written, capital
 from ..chart import Panel
 from ..style import Look
 from ..tables import title_of
@@ -27,7 +27,6 @@ from .page import (
 )
 from .panels import panel_chart
 from .run_report import versions
-from .text import capital
 
 if TYPE_CHECKING:
     from ...tuning.tuning import Evaluation, Tuning

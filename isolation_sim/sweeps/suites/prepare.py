@@ -25,8 +25,7 @@ from ground_motions import (
 from ground_motions.component_names import component_end
 
 from ...errors import InputError
-from ...io.atomic_write import write_text
-from ...io.json_text import json_text
+from ...io.files import json_text, write_text
 from ...io.results_folder import file_name
 from ...scenario.suite import RecordSuite
 from ...scenario.targets import Target

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ground_motions.argument_types import checked
 
 from ...errors import InputError
-from ...io.atomic_write import write_text
+from ...io.files import write_text
 from ...io.results_folder import check_free, file_name, is_results, removed_if_empty, write_contents
 from ...scenario import Scenario
 from ...scenario.job import with_place

@@ -20,9 +20,9 @@ from isolation_sim.discrepancy.building.cause_search import (
     CauseSearch,
     _near,
     adequacy,
+    candidates,
     search_causes,
 )
-from isolation_sim.discrepancy.building.causes import candidates
 from isolation_sim.discrepancy.building.comparison import (
     FittedBuilding,
     compare_records,

@@ -10,7 +10,7 @@ import pytest
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.building import localisation
-from isolation_sim.discrepancy.building.causes import candidates
+from isolation_sim.discrepancy.building.cause_search import candidates
 from isolation_sim.discrepancy.building.comparison import compare_records, with_causes
 from isolation_sim.discrepancy.building.localisation import ISOLATION_LAYER, unknown_force
 from isolation_sim.discrepancy.building.model import building_model

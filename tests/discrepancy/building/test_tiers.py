@@ -16,7 +16,7 @@ from ground_motions import el_centro_1940
 from isolation_sim.archive import law_of
 from isolation_sim.cli import main
 from isolation_sim.discrepancy.building import cause_search
-from isolation_sim.discrepancy.building.causes import candidates
+from isolation_sim.discrepancy.building.cause_search import candidates
 from isolation_sim.discrepancy.building.comparison import compare_records
 from isolation_sim.discrepancy.building.isolation_force import layer_model
 from isolation_sim.discrepancy.building.model import building_model

@@ -7,7 +7,7 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import Record
-from isolation_sim.discrepancy.building.causes import candidates
+from isolation_sim.discrepancy.building.cause_search import candidates
 from isolation_sim.discrepancy.building.comparison import with_causes
 from isolation_sim.discrepancy.building.model import (
     building_model,

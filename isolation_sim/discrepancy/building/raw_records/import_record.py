@@ -14,8 +14,7 @@ from ground_motions.argument_types import checked
 
 from ....errors import InputError
 from ....identification.raw_tests.files import tables_by_name
-from ....io.atomic_write import write_text
-from ....io.output_place import check_new_files
+from ....io.files import check_new_files, write_text
 from ....rendering import Printed, render
 from ..channels import channel
 from ..record import BuildingRecord, read_building_record

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ground_motions.readers.time_column import uniform_step
+from ground_motions.readers.lines import uniform_step
 
 from ....errors import InputError
 from ....identification.raw_tests.channels import Channel as RawChannel

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ....errors import InputError, unknown_name
-from ....io.toml import read_toml
+from ....io.files import read_toml
 from ..channels import BASE, GROUND, ISOLATOR, ROTATION, Channel
 from .headings import SENSOR_QUANTITIES
 
