@@ -326,8 +326,8 @@ def fit_law(
 
     def compare(
         p: Parameterisation, begin: Sequence[NDArray], further: Sequence[NDArray]
-    ) -> tuple[bool, float, M, NDArray]:
-        """Best end on more samples: whether it diverges, its cost, its model and values."""
+    ) -> list[tuple[bool, float, M, NDArray]]:
+        """Ends on more samples, best first: whether it diverges, its cost, model and values."""
         near = LawModel(rough, p, begin[0])
         tried = pool.map(lambda s: search_roughly(near, s, 40, 1e-4), begin)
         last = distinct(sorted(tried, key=lambda o: o.cost)[:_LAST])
@@ -345,22 +345,24 @@ def fit_law(
             return diverges or not np.isfinite(result.cost), result.cost, own, result.x
 
         ends = pool.map(end, [*(o.x for o in last), *further])
-        return min(ends, key=lambda one: one[:2])
+        return sorted(ends, key=lambda one: one[:2])
 
     begin = screen_starts(p, search_constant, pool, starts, seed)
     best = compare(p, begin, [] if start is None else [start])
     holding = p.holding()
     if holding is not None and _n_currents(data) > len(p.currents):
         held = compare(holding, [holding.convert(x, p) for x in begin], [])
-        if (held[0], held[1]) <= (best[0], _AS_GOOD**2 * best[1]):
+        if held[0][:2] <= (best[0][0], _AS_GOOD**2 * best[0][1]):
             best = held
-    model, result = refine_law(*best[2:])
-    if not np.isfinite(result.cost):
-        raise InputError(
-            f"{p.law.name} diverges in {', '.join(_diverging(model, result.x))}; expected: data "
-            "that the law can follow, or another law"
-        )
-    return model, result
+    for _, _, own, values in best:
+        model, result = refine_law(own, values)
+        # what follows these samples may still diverge on all of them
+        if np.isfinite(result.cost):
+            return model, result
+    raise InputError(
+        f"{p.law.name} diverges in {', '.join(_diverging(model, result.x))}; expected: data "
+        "that the law can follow, or another law"
+    )
 
 
 def _diverging(model: LawModel, values: NDArray) -> list[str]:

@@ -98,6 +98,40 @@ def test_a_fit_begins_where_the_law_follows_the_effect(bare, noise):
     assert first_values(bare, model, strong)[-2] == pytest.approx(5 * STIFFNESS)
 
 
+def slow_field():
+    """A spring and a dashpot under a field that rises within 3 s and falls within 6 s."""
+    rng = np.random.default_rng(2)
+    time = np.arange(0, 60, 1 / 32)
+    made = []
+    for k, ends in enumerate(((5, 9, 30, 33), (12, 20, 24, 45), (0, 25, 40, 50))):
+        current = 2.0 * (np.searchsorted(ends, time) % 2)
+        field = np.empty_like(current)
+        field[0] = now = current[0]
+        for i in range(1, len(time)):
+            lag = 6.0 if now > current[i] else 3.0
+            field[i] = now = current[i] + (now - current[i]) * np.exp(-1 / (32 * lag))
+        omega = 2 * np.pi * (0.2 + 0.1 * k)
+        x, v = 5e-3 * np.sin(omega * time), 5e-3 * omega * np.cos(omega * time)
+        force = (STIFFNESS * x + 2000 * v) * (1 + 0.5 * field)
+        force += 0.005 * np.std(force) * rng.standard_normal(len(time))
+        made.append(TestRun(f"run{k}", time, x, v, force, current, velocity_measured=True))
+    return Campaign("slow field", "made", made)
+
+
+def test_a_slow_field_is_seen_before_it_is_fitted():
+    # what looks like a small gain may not be fitted at all, beside many other effects
+    campaign = slow_field()
+    data = measured_runs(campaign.runs)
+    model = Model(data, parameterise(campaign, LAWS["kelvin_voigt"], data, 1))
+    base = fit_model(model, model.parameterisation.starts(1, 0)[0], 50, 1e-10)
+    noise = np.random.default_rng(0).standard_normal((len(base.residual), 6))
+    looked_at = screen_effect(base, effect("current_lag", "rise_and_fall"), noise)
+    with workers(1) as pool:
+        (fitted,) = fit_directions(base, [refine(base, looked_at, noise)], pool, lambda: None)
+    assert fitted.values[-2:] == pytest.approx([3.0, 2.0], rel=0.05)
+    assert looked_at.gain > 0.3 * (base.cost - fitted.cost)
+
+
 def test_the_cause_leads_and_what_the_data_do_not_excite_is_left_out(bare, noise):
     listed = [
         effect("coulomb_friction"), effect("amplitude_softening", "instantaneous"),

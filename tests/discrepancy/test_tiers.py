@@ -15,7 +15,7 @@ from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.interval import Interval
 from isolation_sim.discrepancy.tiers.device_tests import _lost
-from isolation_sim.discrepancy.tiers.equation import _Candidate, _next
+from isolation_sim.discrepancy.tiers.equation import _Candidate, _Library, _next
 from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 from isolation_sim.discrepancy.tiers.regression import Regression
 from isolation_sim.discrepancy.tiers.result import EquationTerm, Ladder
@@ -600,6 +600,23 @@ def test_numbers_between_those_of_the_library_are_found():
     assert term.text.startswith("u exp(-u^2/2)") and found.verdict == "explained"
     values = {name: number.value for name, number in term.numbers.items()}
     assert values == pytest.approx({"c_1_0": 12.0, "b_1": 0.0021, "r_1": 0.0009}, rel=0.05)
+
+
+def test_the_search_of_a_number_ends_where_it_no_longer_changes(monkeypatch):
+    v = np.linspace(-1, 1, 400)
+    asked = []
+
+    def tanh(library, term, powers):
+        asked.append(term.numbers[0].value)
+        return np.tanh(v / asked[-1])[:, np.newaxis]
+
+    monkeypatch.setattr(_Library, "along", tanh)
+    found = object.__new__(_Library)._with_best_numbers(
+        Chosen(Term("tanh(v/w)", "", "N", (Number("w", "m/s", "", 0.1),)), (0,)),
+        np.zeros((400, 0)), np.tanh(v / 0.17),
+    )  # fmt: skip
+    assert found.numbers[0].value == pytest.approx(0.17, rel=0.02)
+    assert len(asked) < 25
 
 
 def test_every_term_may_stand_in_a_saved_law():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import isolation_sim as iso
 from isolation_sim.errors import InputError
+from isolation_sim.identification import law_fit
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.fitted import Estimate, labels
@@ -378,3 +380,22 @@ def test_a_diagnosis_judges_the_law_that_a_fit_gives(name, campaign_of, monkeypa
             judged.parameters_at(current), result.device.parameters_at(current), rtol=1e-12
         )
     assert judged.tested_current == result.device.tested_current
+
+
+def test_an_end_that_diverges_on_all_samples_gives_way_to_the_next(campaign_of, monkeypatch):
+    campaign = campaign_of("dahl", 0)
+    data = measured_runs(campaign.runs)
+    model = LawModel(data, parameterise(campaign, LAWS["dahl"], data, 1))
+    refined, really = [], law_fit.refine_law
+
+    def refine(model, start):
+        refined.append(start)
+        model, result = really(model, start)
+        return model, replace(result, cost=np.inf) if len(refined) == 1 else result
+
+    monkeypatch.setattr(law_fit, "refine_law", refine)
+    with ThreadPoolExecutor(1) as pool:
+        _, result = law_fit.fit_law(model, pool, starts=STARTS)
+    assert len(refined) == 2
+    assert not np.array_equal(*refined)
+    assert np.isfinite(result.cost)

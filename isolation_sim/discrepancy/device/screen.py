@@ -62,11 +62,14 @@ class _Probe:
         return ((force - data.force) * data.weight)[data.fitted] - self.base.residual
 
     def starts(self) -> list[NDArray]:
-        """Parameters to look at: one strength, and some of each other's first values."""
+        """Parameters to look at: a strength or several, and some of each other's first values."""
+        # what changes the current does not act in proportion to its strength: a slow field does not
+        # follow from a quick one
+        one_strength = self.effect.current is None
         choices = []
         for q, size in zip(self.effect.parameters, self.sizes, strict=True):
             result = [min(max(s * size, q.lower), q.upper) for s in q.starts]
-            choices.append(result[:1] if q.strength else result)
+            choices.append(result[:1] if q.strength and one_strength else result)
         return [np.array(numbers) for numbers in product(*choices)][:SCREEN_STARTS]
 
     def problem(self, parameters: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:

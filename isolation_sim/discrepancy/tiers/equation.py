@@ -157,7 +157,7 @@ class _Library:
 
         n = len(sizes)
         simplex = np.vstack([np.zeros(n), 0.4 * np.eye(n)])
-        options = {"maxfev": _SEARCHED, "initial_simplex": simplex, "xatol": 1e-2, "fatol": 0.0}
+        options = {"maxfev": _SEARCHED, "initial_simplex": simplex, "xatol": 1e-2, "fatol": np.inf}
         return at(minimize(left, np.zeros(n), method="Nelder-Mead", options=options).x)
 
 
