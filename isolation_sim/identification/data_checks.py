@@ -14,7 +14,7 @@ from ground_motions.units import STANDARD_GRAVITY
 from ..errors import InputError
 from .fitted import RunError, pooled
 from .force_channel import averaging_note
-from .noise import white_noise
+from .noise import rounding_step, white_noise
 from .run_table import TestRun
 from .velocity import smooth
 
@@ -68,9 +68,6 @@ _LARGEST_CURRENT, _LARGEST_FORCE = 100.0, 1e8
 """A, N. A larger current or force is asked for its unit. Convention."""
 _SMALLEST_FORCE, _SMALLEST_DEFORMATION = 1.0, 1e-5
 """N, m. Runs that all stay below it are asked for their unit. Convention."""
-_RAMP = 0.8
-"""Share of the changing samples within stretches of equal increments, from which a channel is made
-of ramps. Rounded sinusoids reach 0.6. Convention."""
 _ALONE, _FAR_WORSE = 2 / 3, 3.0
 """Share of the squared misfit in one run, and its error over that of the other runs, from which the
 run alone makes the misfit. Convention."""
@@ -206,29 +203,10 @@ def _noisy_channels(runs: Sequence[TestRun]) -> Iterator[str]:
 
 def _coarse_channels(runs: Sequence[TestRun]) -> Iterator[str]:
     for run, what, values in _channels(runs):
-        levels = np.unique(values)
-        steps = np.diff(levels)
-        # the levels of a rounded channel are whole multiples of one step apart
-        if len(levels) < 3 or len(values) < 2 * len(levels):
-            continue
-        if _is_ramps(values):
-            continue
-        step = float(steps.min())
-        if step > _COARSE * float(np.std(values)) and np.allclose(
-            steps / step, np.round(steps / step), atol=0.05
-        ):
-            share = 100 * step / float(np.std(values))
+        step, size = rounding_step(values), float(np.std(values))
+        if step > _COARSE * size:
+            share = 100 * step / size
             yield f"{run.name}: {what} has steps of {share:.2g} % of its RMS: coarsely quantised"
-
-
-def _is_ramps(values: NDArray) -> bool:
-    """Whether a channel changes at constant rates, and its levels are equally far apart by that."""
-    change = np.diff(values)
-    sizes = np.abs(change)
-    least = 0.05 * float(np.median(sizes[sizes > 0]))
-    steady = np.abs(np.diff(change)) < least
-    moving = sizes[1:-1] > least
-    return bool(np.mean((steady[:-1] & steady[1:])[moving]) > _RAMP) if moving.any() else False
 
 
 def _implausible_sizes(runs: Sequence[TestRun]) -> Iterator[str]:

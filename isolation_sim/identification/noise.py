@@ -41,12 +41,34 @@ _WIDTH = 1.6
 """Lines on each side of a harmonic that belong to it, behind the window."""
 _ORDER = 4
 """Order of the low-pass of noise that is drawn."""
+_NEAR_STEPS, _WHOLE = 5.5, 0.05
+"""Distances between levels of a rounded signal, in steps, that tell its step, and how near to whole
+numbers all of them lie."""
+_UNEVEN = 0.2
+"""Share of the changing samples with a third difference above which a signal is rounded, and not
+made of ramps: of rounded sinusoids it is 0.4 and more. Convention."""
 
 
 def white_noise(signal: NDArray) -> float:
     """Standard deviation of a signal's white noise."""
     power, size = _spectrum(signal)
     return float(np.sqrt(_highest(power) / size))
+
+
+def rounding_step(signal: NDArray) -> float:
+    """Step of a signal whose rounded values recur, as in a periodic test; 0 for any other."""
+    levels = np.unique(signal)
+    if len(levels) < 3 or len(signal) < 2 * len(levels):
+        return 0.0
+    steps = np.diff(levels)
+    near = steps[steps < _NEAR_STEPS * steps.min()]
+    step = float(near.sum() / np.round(near / steps.min()).sum())
+    if not np.allclose(steps / step, np.round(steps / step), 0.0, _WHOLE):
+        return 0.0
+    # ramps at a constant rate have such levels too; rounded, they would not be smooth
+    third = np.abs(np.diff(signal, 3))
+    moving = np.abs(np.lib.stride_tricks.sliding_window_view(np.diff(signal), 3)).any(axis=1)
+    return step if np.mean(third[moving] > step / 2) > _UNEVEN else 0.0
 
 
 class SensorNoise(NamedTuple):
@@ -58,10 +80,13 @@ class SensorNoise(NamedTuple):
         Its standard deviation.
     corner : float
         Share of the Nyquist frequency in which it has the sensor's variance: 1 for white noise.
+    rounded : bool
+        Whether it is rounding that recurs in every cycle.
     """
 
     deviation: float
     corner: float
+    rounded: bool = False
 
 
 def cycles_of(displacement: NDArray) -> float:
@@ -105,6 +130,8 @@ def sensor_noise(
     while ends[-1] + least <= n:
         ends.append(min(int(max(ends[-1] * ratio, ends[-1] + least)), n))
     levels = np.array([np.median(power[a:b]) / np.log(2) for a, b in pairwise(ends)])
+    # rounding that recurs in every cycle has a spectrum of lines, which the median passes by
+    rounding = rounding_step(signal) / np.sqrt(12)
     widest, result = 2.0, SensorNoise(np.sqrt(highest / size), 1.0)
     for i in range(len(levels)):
         for j in range(i + 2, len(levels) + 1):
@@ -119,6 +146,8 @@ def sensor_noise(
                 widest = ends[j] / ends[i]
                 beyond = np.minimum(levels[j:], level) @ np.diff(ends[j:])
                 result = SensorNoise(np.sqrt(level / size), (ends[j] + beyond / level) / n)
+    if result.deviation < rounding:
+        return SensorNoise(rounding, 1.0, rounded=True)
     return result
 
 

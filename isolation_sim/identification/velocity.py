@@ -106,8 +106,10 @@ def _about(
     power = terms**2
     omega = np.pi * np.arange(1, n - 1) / (n - 1)
     noise = np.full(n - 2, float(np.median(power[power.size // 2 :])) / _MEDIAN_OF_SQUARE)
-    if sensor.corner < 1:
-        plateau = 2 * (n - 1) * sensor.deviation**2
+    plateau = 2 * (n - 1) * sensor.deviation**2
+    if sensor.rounded:
+        noise = np.maximum(noise, plateau)
+    elif sensor.corner < 1:
         # beyond the corner there is nothing else
         noise = np.where(omega < np.pi * sensor.corner, plateau, np.minimum(plateau, power))
     by_velocity, sharp = omega**2, omega**_POWER

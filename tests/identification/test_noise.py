@@ -8,6 +8,7 @@ from isolation_sim.identification.noise import (
     channel_noise,
     coloured_noise,
     cycles_of,
+    rounding_step,
     sensor_noise,
     white_noise,
 )
@@ -126,6 +127,27 @@ def test_a_coarse_converter_has_noise():
     runs = [np.round(np.sin(2 * np.pi * f * TIME) / 0.02) * 0.02 for f in (0.2, 0.3)]
     assert np.median(np.abs(np.diff(runs[0], 2))) == 0
     assert np.all(channel_noise(runs, [1 / RATE] * 2).deviation > 1e-4)
+
+
+@pytest.mark.parametrize("bits", [10, 12, 14])
+def test_rounding_that_recurs_in_every_cycle_is_noise(bits):
+    time, omega = np.arange(8000) / 400, 2 * np.pi
+    exact, step = 0.013 * np.sin(omega * time), 0.03 / 2**bits
+    rounded = step * np.round(exact / step)
+    assert rounding_step(rounded) == pytest.approx(step, rel=1e-9)
+    found = sensor_noise(rounded)
+    assert found.rounded and found.deviation == pytest.approx(step / np.sqrt(12), rel=1e-9)
+    # it does not reach the velocity
+    velocity = 0.013 * omega * np.cos(omega * time)
+    wrong = np.std(smooth(rounded, 1 / 400)[1] - velocity)
+    assert wrong < 0.1 * np.std(np.gradient(rounded, 1 / 400) - velocity)
+
+
+def test_ramps_and_parabolas_are_not_rounded():
+    phase = np.arange(8000) % 400
+    ramps, parabolas = 0.01 * np.abs(phase - 200) / 100, 1e-6 * (phase - 200.0) ** 2
+    for one in (ramps, parabolas, np.sin(phase * np.pi / 200), 0.0 * phase):
+        assert rounding_step(one) == 0.0 and not sensor_noise(one + 1e-9 * phase).rounded
 
 
 def test_harmonics_of_few_cycles_are_no_noise():
