@@ -108,9 +108,9 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     metre, newton = device.length, total_force_scale(model)
     scales = _Scales(force / newton, deformation / metre, _highest_current(records), newton, metre)
     for name, effect in ISOLATOR_EFFECTS.items():
-        yield _around_the_law(name, effect, scales)
-    yield _around_the_law("moat_impact", IMPACT, scales, form="elastic", damping=0.0)
-    yield _around_the_law("moat_impact", IMPACT, scales, form="linear", exponent=1.0)
+        if effect is not IMPACT:
+            yield _around_the_law(name, effect, scales)
+    yield from _walls(scales, max(law.directions for law in model.nominal.group_laws))
     if any(law.directions > 1 for law in model.nominal.group_laws):
         return
     for name, effect in LAST_EFFECTS.items():
@@ -135,6 +135,52 @@ class _Scales(NamedTuple):
     def factor(self, unit: str) -> float:
         """A quantity of the building over that of the device, by its unit."""
         return characteristic_scale(unit, self.newton, self.metre, 1.0)
+
+
+def _walls(scales: _Scales, directions: int) -> Iterator[Candidate]:
+    """Walls at one gap all round, or a wall on one side alone."""
+    for form, fixed in _CONTACTS.items():
+        yield _around_the_law("moat_impact", IMPACT, scales, form=form, only=0.0, **fixed)
+    # in plan, nothing is known of the other direction's walls
+    if directions == 1:
+        for form, fixed in _CONTACTS.items():
+            if "damping" not in fixed:
+                yield _one_wall(scales, form, **fixed)
+
+
+_CONTACTS: dict[str, dict[str, float]] = {
+    "dissipating": {}, "elastic": {"damping": 0.0}, "linear": {"exponent": 1.0},
+}  # fmt: skip
+"""Numbers that each form of a contact fixes."""
+
+
+def _one_wall(scales: _Scales, form: str, **fixed: float) -> Candidate:
+    """A wall on the side to which the sign of its gap points."""
+    both = _around_the_law("moat_impact", IMPACT, scales, only=1.0, **fixed)
+    place = [p.name for p in both.parameters].index("gap")
+    least = both.parameters[place].lower
+
+    def apply(model: BuildingModel, values: Values) -> BuildingModel:
+        gap = values[place]
+        changed = both.apply(model, (*values[:place], max(abs(gap), least), *values[place + 1 :]))
+        numbers = changed.effects[IMPACT] | {"only": -1.0 if gap < 0 else 1.0}
+        return replace(changed, effects={**changed.effects, IMPACT: numbers})
+
+    parameters = tuple(
+        replace(p, lower=-p.upper) if p.name == "gap"
+        # without dissipation it is the elastic form
+        else replace(p, plain=(0.0,)) if p.name == "damping" else p
+        for p in both.parameters
+    )  # fmt: skip
+    starts = tuple(
+        (*start[:place], side * start[place], *start[place + 1 :])
+        for start in both.starts for side in (1.0, -1.0)
+    )  # fmt: skip
+    return replace(
+        both, parameters=parameters, starts=starts, apply=apply,
+        says=both.says.replace("in the isolation layer", "on one side of the isolation layer"),
+        form=f"one_side_{form}",
+    )  # fmt: skip
 
 
 def _around_the_law(

@@ -51,9 +51,11 @@ DAMPER = Effect(
 
 def _impact_force(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Wall that dissipates: elastic contact, more on closing than on opening, never pulling."""
-    k, gap, n, damping = parameters
+    k, gap, n, damping, only = parameters
     side, w = np.sign(signals.x), gap / 10
-    elastic = k * w * raised(positive(np.fabs(signals.x) - gap) / w, n)
+    # 0 on the side without a wall
+    met = positive(1 - only * only + only * side)
+    elastic = met * k * w * raised(positive(np.fabs(signals.x) - gap) / w, n)
     return elastic * positive(1 + damping * signals.v * side) * side
 
 
@@ -76,6 +78,14 @@ IMPACT = Effect(
             lower=0.0,
             upper=1e3,
             starts=(1.0,),
+        ),
+        EffectParameter(
+            "only",
+            "1",
+            "side of the wall, 1 or -1; 0 for both",
+            lower=-1.0,
+            upper=1.0,
+            starts=(0.0,),
         ),
     ),
     force=_impact_force,

@@ -314,6 +314,25 @@ def test_a_contact_with_a_wall_that_dissipates_is_named(isolated):
     assert cause.parameters["gap"].value == pytest.approx(gap, rel=0.03)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_wall_on_one_side_is_named_with_its_side(isolated, side):
+    """The other way the base moves beyond the gap, freely."""
+    quiet = _record(isolated, noise=0.0)
+    gap = 0.85 * side * float(np.abs(quiet.displacement("")).max())
+    model = building_model(isolated, [quiet])
+    wall = next(
+        c for c in candidates(model, [quiet])
+        if (c.name, c.form) == ("moat_impact", "one_side_linear")
+    )  # fmt: skip
+    record = _record(isolated, lambda m: with_causes(m, ((wall, (1e8, gap, 5.0)),)), seed=13)
+    x = side * record.displacement("")
+    assert x.min() < -1.05 * abs(gap)
+    diagnosis = diagnose_building(record, isolated)
+    (cause,) = diagnosis.causes
+    assert cause.name == "moat_impact" and cause.form == wall.form and not cause.acts_like
+    assert cause.parameters["gap"].value == pytest.approx(gap, rel=0.03)
+
+
 def test_a_cause_tried_last_is_only_a_rival_where_it_is_ranked_below(isolated, monkeypatch):
     record = _record(isolated, _heavier(0.15), seed=7)
     model = building_model(isolated, [record])
