@@ -9,6 +9,7 @@ on data not fitted is then the floor, and the search is repeated with weights th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from ..decisions import (
     BUILDING_EXPLAINED,
     COMPLETES,
     FALSE_ALARM,
+    FORMS_TRIED,
     INSTEAD,
     LATE_SIMULATED,
     LEAST_BUILDING_SHARE,
@@ -45,6 +47,8 @@ from .causes import candidates
 from .comparison import CauseValues, Comparison, FittedBuilding, compare_records, squared
 from .errors import excess_error, largest_excess, mean_error, relative_noise
 from .segment import Segment, cell_means
+
+T = TypeVar("T")
 
 
 class CauseSearch:
@@ -119,8 +123,9 @@ class CauseSearch:
 
     def _refined(self, rough: Sequence[FittedBuilding]) -> list[FittedBuilding]:
         """The best causes fitted with all numbers; best first."""
-        refined = [self.comparison.fit((), one.cause_values) for one in rough[:REFINED]]
-        return _rank([*refined, *rough[REFINED:]])
+        first = _few_of_each(rough, lambda one: one.cause_values[-1][0].key)[:REFINED]
+        refined = [self.comparison.fit((), one.cause_values) for one in first]
+        return _rank([*refined, *(one for one in rough if one not in first)])
 
     def _screened(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
@@ -141,8 +146,9 @@ class CauseSearch:
         simulated = sorted(
             (one for one in screened if not one[1].of_sensor), key=lambda one: one[0]
         )
+        simulated = _few_of_each(simulated, lambda one: one[1].key)[:most]
         # the error of a sensor is fitted without a simulation
-        return [(cause, starts) for _, cause, starts in of_sensors + simulated[:most]]
+        return [(cause, starts) for _, cause, starts in of_sensors + simulated]
 
     def choose(
         self, current: FittedBuilding, tried: Sequence[FittedBuilding]
@@ -398,6 +404,17 @@ def _around(
     """The causes before one, it with its numbers, and those after it."""
     causes = fitted.cause_values
     return causes[:place], causes[place], causes[place + 1 :]
+
+
+def _few_of_each(ranked: Sequence[T], key: Callable[[T], tuple[str, str]]) -> list[T]:
+    """Leave out what is ranked below several forms of the same cause: there are other causes."""
+    seen: dict[tuple[str, str], int] = {}
+    kept = []
+    for one in ranked:
+        seen[key(one)] = seen.get(key(one), 0) + 1
+        if seen[key(one)] <= FORMS_TRIED:
+            kept.append(one)
+    return kept
 
 
 def _is_last(outcome: FittedBuilding) -> bool:

@@ -144,13 +144,16 @@ def _walls(scales: _Scales, directions: int) -> Iterator[Candidate]:
     # in plan, nothing is known of the other direction's walls
     if directions == 1:
         for form, fixed in _CONTACTS.items():
-            if "damping" not in fixed:
+            if form != "elastic":  # the others are, where they do not dissipate
                 yield _one_wall(scales, form, **fixed)
 
 
-_CONTACTS: dict[str, dict[str, float]] = {
-    "dissipating": {}, "elastic": {"damping": 0.0}, "linear": {"exponent": 1.0},
-}  # fmt: skip
+_CONTACTS = {
+    "dissipating": {"dashpot": 0.0},
+    "elastic": {"damping": 0.0, "dashpot": 0.0},
+    "linear": {"exponent": 1.0, "dashpot": 0.0},
+    "dashpot": {"exponent": 1.0, "damping": 0.0},
+}
 """Numbers that each form of a contact fixes."""
 
 
@@ -169,7 +172,7 @@ def _one_wall(scales: _Scales, form: str, **fixed: float) -> Candidate:
     parameters = tuple(
         replace(p, lower=-p.upper) if p.name == "gap"
         # without dissipation it is the elastic form
-        else replace(p, plain=(0.0,)) if p.name == "damping" else p
+        else replace(p, plain=(0.0,)) if p.name in ("damping", "dashpot") else p
         for p in both.parameters
     )  # fmt: skip
     starts = tuple(
