@@ -110,9 +110,15 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     for name, effect in ISOLATOR_EFFECTS.items():
         if effect is not IMPACT:
             yield _around_the_law(name, effect, scales)
-    yield from _walls(scales, max(law.directions for law in model.nominal.group_laws))
+    for form, fixed in _CONTACTS.items():
+        yield _around_the_law("moat_impact", IMPACT, scales, form=form, only=0.0, **fixed)
     if any(law.directions > 1 for law in model.nominal.group_laws):
         return
+    motions = [r.displacement(r.axes[0]) / metre for r in records]
+    peaks = max(float(x.max()) for x in motions), min(float(x.min()) for x in motions)
+    for form, fixed in _CONTACTS.items():
+        if form != "elastic":  # the others are, where they do not dissipate
+            yield _one_wall(scales, peaks, form, **fixed)
     for name, effect in LAST_EFFECTS.items():
         if effect.current is None or _has_current(model, records):
             yield _around_the_law(name, effect, scales, last=True)
@@ -137,17 +143,6 @@ class _Scales(NamedTuple):
         return characteristic_scale(unit, self.newton, self.metre, 1.0)
 
 
-def _walls(scales: _Scales, directions: int) -> Iterator[Candidate]:
-    """Walls at one gap all round, or a wall on one side alone."""
-    for form, fixed in _CONTACTS.items():
-        yield _around_the_law("moat_impact", IMPACT, scales, form=form, only=0.0, **fixed)
-    # in plan, nothing is known of the other direction's walls
-    if directions == 1:
-        for form, fixed in _CONTACTS.items():
-            if form != "elastic":  # the others are, where they do not dissipate
-                yield _one_wall(scales, form, **fixed)
-
-
 _CONTACTS = {
     "dissipating": {"dashpot": 0.0},
     "elastic": {"damping": 0.0, "dashpot": 0.0},
@@ -157,15 +152,19 @@ _CONTACTS = {
 """Numbers that each form of a contact fixes."""
 
 
-def _one_wall(scales: _Scales, form: str, **fixed: float) -> Candidate:
+_ONE_WALL = [(gap, times) for gap in (0.95, 0.85, 0.7) for times in (1.0, 10.0)]
+"""Gaps, over the peak on their side, and stiffnesses, over that of the layer, from which fits of a
+wall start. Beyond the peak a wall would do nothing."""
+
+
+def _one_wall(scales: _Scales, peaks: tuple[float, float], form: str, **fixed: float) -> Candidate:
     """A wall on the side to which the sign of its gap points."""
     both = _around_the_law("moat_impact", IMPACT, scales, only=1.0, **fixed)
-    place = [p.name for p in both.parameters].index("gap")
-    least = both.parameters[place].lower
+    least = both.parameters[1].lower
 
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
-        gap = values[place]
-        changed = both.apply(model, (*values[:place], max(abs(gap), least), *values[place + 1 :]))
+        stiffness, gap, *others = values
+        changed = both.apply(model, (stiffness, max(abs(gap), least), *others))
         numbers = changed.effects[IMPACT] | {"only": -1.0 if gap < 0 else 1.0}
         return replace(changed, effects={**changed.effects, IMPACT: numbers})
 
@@ -175,9 +174,10 @@ def _one_wall(scales: _Scales, form: str, **fixed: float) -> Candidate:
         else replace(p, plain=(0.0,)) if p.name in ("damping", "dashpot") else p
         for p in both.parameters
     )  # fmt: skip
+    stiffness, _, *others = both.starts[0]
     starts = tuple(
-        (*start[:place], side * start[place], *start[place + 1 :])
-        for start in both.starts for side in (1.0, -1.0)
+        (times * stiffness, gap * peak, *others)
+        for peak in peaks for gap, times in _ONE_WALL if abs(peak) > least
     )  # fmt: skip
     return replace(
         both, parameters=parameters, starts=starts, apply=apply,
