@@ -324,14 +324,15 @@ def _middle(record: BuildingRecord, fitted_energy: float) -> int:
 
 
 def _quarters(record: BuildingRecord) -> tuple[int, int]:
-    """Least and largest sample at which a lone record may be divided.
+    """Least and largest sample at which a lone record may be divided: a quarter from its ends.
 
-    A quarter of it lies before and after; of the time in motion alone, if that is far to one side.
+    A quarter of the time in motion, if the record is quiet for most of its own.
     """
-    n = len(record)
     begins, ends = (_middle(record, share) for share in (QUIET_ENERGY, 1 - QUIET_ENERGY))
+    if ends - begins > len(record) // 2:
+        begins, ends = 0, len(record)
     quarter = (ends - begins) // 4
-    return min(n // 4, begins + quarter), max(3 * n // 4, ends - quarter)
+    return begins + quarter, ends - quarter
 
 
 def with_causes(model: BuildingModel, result: Iterable[tuple[Candidate, Values]]) -> BuildingModel:
