@@ -236,7 +236,7 @@ PROMISING = 8
 SIMULATED, LATE_SIMULATED = 16, 4
 """Causes, of those that need a simulation, that are fitted: those that follow the residual best to
 first order; of those that are only tried late, fewer. Effort."""
-FORMS_TRIED = 3
+FORMS_TRIED = 6
 """Forms of one cause among those that are fitted. Effort."""
 SCREENING_STEPS, REFINED = 4, 4
 """Steps of a first fit of each cause, and causes that are then fitted with all numbers. Effort."""

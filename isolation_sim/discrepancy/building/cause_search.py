@@ -483,7 +483,11 @@ def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding | None:
         if one.cause_values[-1][0].key == cause.key
         and one.criterion(n) - best.criterion(n) < STRONG_EVIDENCE
     ]  # fmt: skip
-    return min(alike, key=lambda one: one.n_parameters)
+    # what shows on one side alone need not be there alone
+    return min(
+        alike,
+        key=lambda one: (one.n_parameters, one.cause_values[-1][0].form.startswith("one_side")),
+    )
 
 
 def _best_of_each(
