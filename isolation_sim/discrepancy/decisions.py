@@ -214,6 +214,10 @@ LESS_FITTED_ENERGY = 0.3
 """The same where causes that leave little on the later samples leave more on those fitted: what
 acts in strong motion alone is then held out too. Convention.
 """
+QUIET_ENERGY = 0.005
+"""Share of a lone record's energy before and after which it is quiet, whatever the noise of its
+sensors up to 5 %. Convention.
+"""
 MOST_NOISE = 0.5
 """Share of noise in a channel's RMS from which the mean error of the channels leaves it out.
 Convention."""
@@ -232,6 +236,8 @@ PROMISING = 8
 SIMULATED, LATE_SIMULATED = 16, 4
 """Causes, of those that need a simulation, that are fitted: those that follow the residual best to
 first order; of those that are only tried late, fewer. Effort."""
+FORMS_TRIED = 6
+"""Forms of one cause among those that are fitted. Effort."""
 SCREENING_STEPS, REFINED = 4, 4
 """Steps of a first fit of each cause, and causes that are then fitted with all numbers. Effort."""
 

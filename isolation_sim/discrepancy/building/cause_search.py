@@ -9,14 +9,17 @@ on data not fitted is then the floor, and the search is repeated with weights th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...identification.least_squares import orthonormal
 from ..decisions import (
     BUILDING_EXPLAINED,
     COMPLETES,
     FALSE_ALARM,
+    FORMS_TRIED,
     INSTEAD,
     LATE_SIMULATED,
     LEAST_BUILDING_SHARE,
@@ -49,6 +52,8 @@ from .record import BuildingRecord
 from .segment import Segment, cell_means
 from .sensor_causes import sensor_causes
 from .structure_causes import structure_causes
+
+T = TypeVar("T")
 
 
 class CauseSearch:
@@ -87,15 +92,15 @@ class CauseSearch:
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
         first = [cause for cause in self._choices if not (cause.late or cause.last)]
-        best = self._refined(self._fits(current, first, SIMULATED))
+        best = self._refined(current, self._fits(current, first, SIMULATED))
         if best and self.is_explained(best[0]) and not best[0].at_bound:
             return best
         late = [cause for cause in self._choices if cause.late]
-        best = _rank(best + self._refined(self._fits(current, late, LATE_SIMULATED)))
+        best = _rank(best + self._refined(current, self._fits(current, late, LATE_SIMULATED)))
         last = self._fits(current, [c for c in self._choices if c.last], LATE_SIMULATED)
         if best:  # flexible causes imitate simple ones
             last = [one for one in last if _is_nearer(one, best[0], -STRONG_EVIDENCE)]
-        last = self._refined(last)
+        last = self._refined(current, last)
         if best and last:
             left_by_last, left = (largest_excess(self.comparison, one[0]) for one in (last, best))
             if not left_by_last < INSTEAD * left:
@@ -121,16 +126,24 @@ class CauseSearch:
             rough.append(min(fits, key=lambda outcome: outcome.cost))
         return _rank(rough + one_step[PROMISING:])
 
-    def _refined(self, rough: Sequence[FittedBuilding]) -> list[FittedBuilding]:
+    def _refined(
+        self, current: FittedBuilding, rough: Sequence[FittedBuilding]
+    ) -> list[FittedBuilding]:
         """The best causes fitted with all numbers; best first."""
-        refined = [self.comparison.fit((), one.cause_values) for one in rough[:REFINED]]
-        return _rank([*refined, *rough[REFINED:]])
+        first = _few_of_each(rough, lambda one: one.cause_values[-1][0].key)[:REFINED]
+        freed = _freed(current)
+        if freed is not None:
+            ranked = sorted(rough, key=lambda one: _left_along(current.fitted, one.fitted, freed))
+            first += [one for one in ranked[:REFINED] if one not in first]
+        refined = [self.comparison.fit((), one.cause_values) for one in first]
+        return _rank([*refined, *(one for one in rough if one not in first)])
 
     def _screened(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
     ) -> list[tuple[Candidate, Sequence[Values]]]:
         """Causes that follow the residual best to first order, each with its best starts."""
         screened = []
+        freed = _freed(current)
         for cause in choices:
             if cause.label in current.causes:
                 continue
@@ -139,14 +152,15 @@ class CauseSearch:
                 for start in cause.starts
             ]
             order = np.argsort([squared(trial) for trial in trials], kind="stable")
-            left = min(_left_along(current.fitted, trial) for trial in trials)
+            left = min(_left_along(current.fitted, trial, freed) for trial in trials)
             screened.append((left, cause, [cause.starts[k] for k in order[:STARTS_FITTED]]))
         of_sensors = [one for one in screened if one[1].of_sensor]
         simulated = sorted(
             (one for one in screened if not one[1].of_sensor), key=lambda one: one[0]
         )
+        simulated = _few_of_each(simulated, lambda one: one[1].key)[:most]
         # the error of a sensor is fitted without a simulation
-        return [(cause, starts) for _, cause, starts in of_sensors + simulated[:most]]
+        return [(cause, starts) for _, cause, starts in of_sensors + simulated]
 
     def choose(
         self, current: FittedBuilding, tried: Sequence[FittedBuilding]
@@ -297,10 +311,17 @@ class CauseSearch:
             without = self.comparison.fit((), (*before, *after))
             for other, starts in self._screened(without, fewer, RIVALS_TRIED):
                 trial = self.comparison.fit((), (*before, (other, starts[0]), *after))
-                if _is_nearer(trial, current):
+                if _is_nearer(trial, current) or self._is_enough(trial, current):
                     current = trial
                     self.rivals.setdefault(other.label, [])
         return current
+
+    def _is_enough(self, trial: FittedBuilding, current: FittedBuilding) -> bool:
+        """Whether a model of fewer numbers leaves noise alone, no more of it where held out.
+
+        Many numbers follow errors of the simulation that are smaller than the noise.
+        """
+        return trial.held_out_cost <= current.held_out_cost and self.is_explained(trial)
 
     def _exchange_variants(self, current: FittedBuilding) -> FittedBuilding:
         for k in range(len(current.cause_values)):
@@ -404,6 +425,17 @@ def _around(
     return causes[:place], causes[place], causes[place + 1 :]
 
 
+def _few_of_each(ranked: Sequence[T], key: Callable[[T], tuple[str, str]]) -> list[T]:
+    """Leave out what is ranked below several forms of the same cause: there are other causes."""
+    seen: dict[tuple[str, str], int] = {}
+    kept = []
+    for one in ranked:
+        seen[key(one)] = seen.get(key(one), 0) + 1
+        if seen[key(one)] <= FORMS_TRIED:
+            kept.append(one)
+    return kept
+
+
 def _is_last(outcome: FittedBuilding) -> bool:
     """Whether the newest cause is one that must leave far less than others."""
     return outcome.cause_values[-1][0].last
@@ -422,12 +454,22 @@ def _is_nearer(trial: FittedBuilding, current: FittedBuilding, least: float = 0.
     return trial.criterion(n) < current.criterion(n) - least
 
 
-def _left_along(residual: Sequence[NDArray], trial: Sequence[NDArray]) -> float:
+def _freed(current: FittedBuilding) -> NDArray | None:
+    """Orthonormal changes of the fitted residual by the numbers of the causes in a model."""
+    # earlier causes have taken what is in part the share of the next one
+    return None if current.optimum is None else orthonormal(current.optimum.jacobian)
+
+
+def _left_along(
+    residual: Sequence[NDArray], trial: Sequence[NDArray], freed: NDArray | None
+) -> float:
     """Least squared residual on the line from a residual to that of a trial."""
     before, after = (
         np.concatenate([part.ravel() for part in parts]) for parts in (residual, trial)
     )
     change = after - before
+    if freed is not None:
+        change -= freed @ (freed.T @ change)
     length = float(change @ change)
     if not 0 < length < np.inf:
         return np.inf
@@ -445,7 +487,11 @@ def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding | None:
         if one.cause_values[-1][0].key == cause.key
         and one.criterion(n) - best.criterion(n) < STRONG_EVIDENCE
     ]  # fmt: skip
-    return min(alike, key=lambda one: one.n_parameters)
+    # what shows on one side alone need not be there alone
+    return min(
+        alike,
+        key=lambda one: (one.n_parameters, one.cause_values[-1][0].form.startswith("one_side")),
+    )
 
 
 def _best_of_each(

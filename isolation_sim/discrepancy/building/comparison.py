@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...identification.least_squares import Optimum, levenberg_marquardt
-from ..decisions import FITTED_ENERGY, LESS_FITTED_ENERGY, MOST_NOISE
+from ..decisions import FITTED_ENERGY, LESS_FITTED_ENERGY, MOST_NOISE, QUIET_ENERGY
 from ..inference import at_bound
 from .candidate import Candidate, Parameter, Values
 from .model import JUMPS, BuildingModel
@@ -291,8 +291,8 @@ def compare_records(
     if not out and len(records) > 1:
         out = {records[-1].name}
     if len(records) == 1 and middle is None:
-        n = len(records[0])
-        middle = int(np.clip(_middle(records[0], FITTED_ENERGY), n // 4, 3 * n // 4))
+        middle = _middle(records[0], FITTED_ENERGY)
+        middle = int(np.clip(middle, *_quarters(records[0])))
     for record, floor in zip(records, floors, strict=True):
         n = len(record)
         if middle is not None:
@@ -321,6 +321,18 @@ def _middle(record: BuildingRecord, fitted_energy: float) -> int:
     values = record.values
     energy = np.cumsum(((values / values.std(axis=0)) ** 2).sum(axis=1))
     return int(np.searchsorted(energy, fitted_energy * energy[-1]))
+
+
+def _quarters(record: BuildingRecord) -> tuple[int, int]:
+    """Least and largest sample at which a lone record may be divided: a quarter from its ends.
+
+    A quarter of the time in motion, if the record is quiet for most of its own.
+    """
+    begins, ends = (_middle(record, share) for share in (QUIET_ENERGY, 1 - QUIET_ENERGY))
+    if ends - begins > len(record) // 2:
+        begins, ends = 0, len(record)
+    quarter = (ends - begins) // 4
+    return begins + quarter, ends - quarter
 
 
 def with_causes(model: BuildingModel, result: Iterable[tuple[Candidate, Values]]) -> BuildingModel:

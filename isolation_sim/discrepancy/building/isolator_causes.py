@@ -108,11 +108,17 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     metre, newton = device.length, total_force_scale(model)
     scales = _Scales(force / newton, deformation / metre, _highest_current(records), newton, metre)
     for name, effect in ISOLATOR_EFFECTS.items():
-        yield _around_the_law(name, effect, scales)
-    yield _around_the_law("moat_impact", IMPACT, scales, form="elastic", damping=0.0)
-    yield _around_the_law("moat_impact", IMPACT, scales, form="linear", exponent=1.0)
+        if effect is not IMPACT:
+            yield _around_the_law(name, effect, scales)
+    for form, fixed in _CONTACTS.items():
+        yield _around_the_law("moat_impact", IMPACT, scales, form=form, only=0.0, **fixed)
     if any(law.directions > 1 for law in model.nominal.group_laws):
         return
+    motions = [r.displacement(r.axes[0]) / metre for r in records]
+    peaks = max(float(x.max()) for x in motions), min(float(x.min()) for x in motions)
+    for form, fixed in _CONTACTS.items():
+        if form != "elastic":  # the others are, where they do not dissipate
+            yield _one_wall(scales, peaks, form, **fixed)
     for name, effect in LAST_EFFECTS.items():
         if effect.current is None or _has_current(model, records):
             yield _around_the_law(name, effect, scales, last=True)
@@ -135,6 +141,49 @@ class _Scales(NamedTuple):
     def factor(self, unit: str) -> float:
         """A quantity of the building over that of the device, by its unit."""
         return characteristic_scale(unit, self.newton, self.metre, 1.0)
+
+
+_CONTACTS = {
+    "dissipating": {"dashpot": 0.0},
+    "elastic": {"damping": 0.0, "dashpot": 0.0},
+    "linear": {"exponent": 1.0, "dashpot": 0.0},
+    "dashpot": {"exponent": 1.0, "damping": 0.0},
+}
+"""Numbers that each form of a contact fixes."""
+
+
+_ONE_WALL = [(gap, times) for gap in (0.95, 0.85, 0.7) for times in (1.0, 10.0)]
+"""Gaps, over the peak on their side, and stiffnesses, over that of the layer, from which fits of a
+wall start. Beyond the peak a wall would do nothing."""
+
+
+def _one_wall(scales: _Scales, peaks: tuple[float, float], form: str, **fixed: float) -> Candidate:
+    """A wall on the side to which the sign of its gap points."""
+    both = _around_the_law("moat_impact", IMPACT, scales, only=1.0, **fixed)
+    least = both.parameters[1].lower
+
+    def apply(model: BuildingModel, values: Values) -> BuildingModel:
+        stiffness, gap, *others = values
+        changed = both.apply(model, (stiffness, max(abs(gap), least), *others))
+        numbers = changed.effects[IMPACT] | {"only": -1.0 if gap < 0 else 1.0}
+        return replace(changed, effects={**changed.effects, IMPACT: numbers})
+
+    parameters = tuple(
+        replace(p, lower=-p.upper) if p.name == "gap"
+        # without dissipation it is the elastic form
+        else replace(p, plain=(0.0,)) if p.name in ("damping", "dashpot") else p
+        for p in both.parameters
+    )  # fmt: skip
+    stiffness, _, *others = both.starts[0]
+    starts = tuple(
+        (times * stiffness, gap * peak, *others)
+        for peak in peaks for gap, times in _ONE_WALL if abs(peak) > least
+    )  # fmt: skip
+    return replace(
+        both, parameters=parameters, starts=starts, apply=apply,
+        says=both.says.replace("in the isolation layer", "on one side of the isolation layer"),
+        form=f"one_side_{form}",
+    )  # fmt: skip
 
 
 def _around_the_law(

@@ -16,6 +16,8 @@ _SPEED = 0.1
 """m/s: velocity at which a damper's force is reported."""
 _TINY = 1e-12
 """Keeps the power's derivatives finite at rest."""
+_TOUCH = 2e-3
+"""Overrun, over the gap, at which half of a wall's dashpot acts: its force does not jump."""
 
 
 def _power_force(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -51,10 +53,13 @@ DAMPER = Effect(
 
 def _impact_force(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Wall that dissipates: elastic contact, more on closing than on opening, never pulling."""
-    k, gap, n, damping = parameters
+    k, gap, n, damping, dashpot, only = parameters
     side, w = np.sign(signals.x), gap / 10
-    elastic = k * w * raised(positive(np.fabs(signals.x) - gap) / w, n)
-    return elastic * positive(1 + damping * signals.v * side) * side
+    # 0 on the side without a wall
+    met = positive(1 - only * only + only * side)
+    u, closing = positive(np.fabs(signals.x) - gap), signals.v * side
+    elastic = k * w * raised(u / w, n) * positive(1 + damping * closing)
+    return met * positive(elastic + dashpot * closing * u / (u + _TOUCH * gap)) * side
 
 
 def _plan_impact_force(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -77,9 +82,24 @@ IMPACT = Effect(
             upper=1e3,
             starts=(1.0,),
         ),
+        EffectParameter(
+            "dashpot",
+            "N s/m",
+            "dashpot beside the spring",
+            lower=0.0,
+            starts=(1.0,),
+        ),
+        EffectParameter(
+            "only",
+            "1",
+            "side of the wall, 1 or -1; 0 for both",
+            lower=-1.0,
+            upper=1.0,
+            starts=(0.0,),
+        ),
     ),
     force=_impact_force,
-    source="Hunt and Crossley (1975)",
+    source="Hunt and Crossley (1975); with the dashpot, Anagnostopoulos (1988)",
     plan=EffectInPlan(force=_plan_impact_force),
 )
 

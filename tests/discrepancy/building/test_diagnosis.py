@@ -16,8 +16,11 @@ from scipy.signal import butter, sosfiltfilt
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.adapters.building import intervals
+from isolation_sim.discrepancy.building import cause_search
 from isolation_sim.discrepancy.building.cause_search import (
     CauseSearch,
+    _freed,
+    _left_along,
     _near,
     adequacy,
     candidates,
@@ -312,6 +315,92 @@ def test_a_contact_with_a_wall_that_dissipates_is_named(isolated):
     (cause,) = diagnosis.causes
     assert cause.name == "moat_impact" and not cause.acts_like
     assert cause.parameters["gap"].value == pytest.approx(gap, rel=0.03)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_wall_on_one_side_is_named_with_its_side(isolated, side):
+    """The other way the base moves beyond the gap, freely."""
+    quiet = _record(isolated, noise=0.0)
+    gap = 0.85 * side * float(np.abs(quiet.displacement("")).max())
+    model = building_model(isolated, [quiet])
+    wall = next(
+        c for c in candidates(model, [quiet])
+        if (c.name, c.form) == ("moat_impact", "one_side_linear")
+    )  # fmt: skip
+    record = _record(isolated, lambda m: with_causes(m, ((wall, (1e8, gap, 5.0)),)), seed=13)
+    x = side * record.displacement("")
+    assert x.min() < -1.05 * abs(gap)
+    diagnosis = diagnose_building(record, isolated)
+    (cause,) = diagnosis.causes
+    assert cause.name == "moat_impact" and cause.form == wall.form and not cause.acts_like
+    assert cause.parameters["gap"].value == pytest.approx(gap, rel=0.03)
+
+
+def test_a_dashpot_beside_the_spring_of_a_wall_is_told_from_other_contacts(isolated):
+    quiet = _record(isolated, noise=0.0)
+    gap = -0.85 * float(np.abs(quiet.displacement("")).max())
+    model = building_model(isolated, [quiet])
+    listed = {c.form: c for c in candidates(model, [quiet]) if c.name == "moat_impact"}
+    wall = listed["one_side_dashpot"], (1e8, gap, 5e6)
+    record = _record(isolated, lambda m: with_causes(m, (wall,)), seed=14)
+    comparison = compare_records(model, [record])
+    noise = sum(segment.noise_cost for segment in comparison.fitted)
+
+    def left(form):
+        cause = listed[form]
+        starts = sorted(cause.starts, key=lambda s: comparison.evaluate(((cause, s),)).cost)
+        return min(comparison.fit((), ((cause, start),)).cost for start in starts[:2]) / noise
+
+    assert left("one_side_dashpot") < 1.2
+    assert min(left("one_side_linear"), left("dashpot")) > 2
+
+
+@pytest.mark.parametrize(("before", "after"), [(60.0, 0.0), (0.0, 90.0)])
+def test_quiet_time_does_not_move_the_division_of_a_record(isolated, before, after):
+    plain = _record(isolated)
+    n = (round(before / GROUND.dt), round(after / GROUND.dt))
+    quiet = replace(
+        plain,
+        ground=replace(plain.ground[0], acceleration=np.pad(plain.ground[0].acceleration, n)),
+        response={name: np.pad(values, n) for name, values in plain.response.items()},
+    )
+    model = building_model(isolated, [plain])
+    (first,), (second,) = (compare_records(model, [r]).fitted for r in (plain, quiet))
+    # one period more or less
+    assert abs(second.samples.stop - n[0] - first.samples.stop) * GROUND.dt < 2.0
+
+
+def test_a_second_cause_is_screened_with_the_numbers_of_the_first_free(isolated):
+    """With the first one's numbers as they were fitted alone, another cause would seem nearer."""
+    record = _record(isolated, noise=0.0)
+    model = building_model(isolated, [record])
+    listed = {c.label: c for c in candidates(model, [record])}
+    force, stiffness = (listed[k] for k in ("isolator_force_error", "isolator_stiffness_error"))
+    true = with_causes(model, ((force, (0.1,)), (stiffness, (-8e5,))))
+    record = replace(record, response=dict(zip(CHANNELS, true.predict(record).T, strict=True)))
+    comparison = compare_records(model, [record])
+    current = comparison.fit((), ((force, (0.05,)),))
+    trial = comparison.fitted_residuals((*current.cause_values, (stiffness, stiffness.starts[0])))
+    fixed, free = (
+        _left_along(current.fitted, trial, freed) / current.cost
+        for freed in (None, _freed(current))
+    )
+    assert free < 0.5 < 0.8 < fixed
+
+
+def test_many_numbers_give_way_to_one_that_leaves_noise_alone(isolated, monkeypatch):
+    record = _record(isolated, lambda m: _with(m, "isolator_force_error", "", (-0.05,)), seed=15)
+    model = building_model(isolated, [record])
+    comparison = compare_records(model, [record])
+    many = next(c for c in candidates(model, [record]) if c.name == "isolator_amplitude_softening")
+    space = CauseSearch(comparison)
+    current = comparison.fit((), ((many, min(many.starts)),))
+    # were it nearer to the fitted data by errors of the simulation
+    monkeypatch.setattr(cause_search, "_is_nearer", lambda *_: False)
+    monkeypatch.setattr(FittedBuilding, "held_out_cost", 1.0)
+    assert space._exchange_for_simpler(current).causes == ("isolator_force_error",)
+    monkeypatch.setattr(CauseSearch, "is_explained", lambda *_: False)
+    assert space._exchange_for_simpler(current).causes == current.causes
 
 
 def test_a_cause_tried_last_is_only_a_rival_where_it_is_ranked_below(isolated, monkeypatch):
