@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -110,15 +111,16 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     for name, effect in ISOLATOR_EFFECTS.items():
         if effect is not IMPACT:
             yield _around_the_law(name, effect, scales)
-    for form, fixed in _CONTACTS.items():
-        yield _around_the_law("moat_impact", IMPACT, scales, form=form, only=0.0, **fixed)
+    for form, numbers in _CONTACTS.items():
+        fixed = {**numbers, "only": 0.0}
+        yield _around_the_law("moat_impact", IMPACT, scales, form=form, fixed=fixed)
     if any(law.directions > 1 for law in model.nominal.group_laws):
         return
     motions = [r.displacement(r.axes[0]) / metre for r in records]
     peaks = max(float(x.max()) for x in motions), min(float(x.min()) for x in motions)
-    for form, fixed in _CONTACTS.items():
+    for form, numbers in _CONTACTS.items():
         if form != "elastic":  # the others are, where they do not dissipate
-            yield _one_wall(scales, peaks, form, **fixed)
+            yield _one_wall(scales, peaks, form, numbers)
     for name, effect in LAST_EFFECTS.items():
         if effect.current is None or _has_current(model, records):
             yield _around_the_law(name, effect, scales, last=True)
@@ -157,15 +159,17 @@ _ONE_WALL = [(gap, times) for gap in (0.95, 0.85, 0.7) for times in (1.0, 10.0)]
 wall start. Beyond the peak a wall would do nothing."""
 
 
-def _one_wall(scales: _Scales, peaks: tuple[float, float], form: str, **fixed: float) -> Candidate:
+def _one_wall(
+    scales: _Scales, peaks: tuple[float, float], form: str, fixed: Mapping[str, float]
+) -> Candidate:
     """A wall on the side to which the sign of its gap points."""
-    both = _around_the_law("moat_impact", IMPACT, scales, only=1.0, **fixed)
+    both = _around_the_law("moat_impact", IMPACT, scales, fixed={**fixed, "only": 1.0})
     least = both.parameters[1].lower
 
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
         stiffness, gap, *others = values
         changed = both.apply(model, (stiffness, max(abs(gap), least), *others))
-        numbers = changed.effects[IMPACT] | {"only": -1.0 if gap < 0 else 1.0}
+        numbers = {**changed.effects[IMPACT], "only": -1.0 if gap < 0 else 1.0}
         return replace(changed, effects={**changed.effects, IMPACT: numbers})
 
     parameters = tuple(
@@ -192,14 +196,14 @@ def _around_the_law(
     scales: _Scales,
     last: bool = False,
     form: str = "",
-    **fixed: float,
+    fixed: Mapping[str, float] = MappingProxyType({}),
 ) -> Candidate:
     """An effect around the isolators' law, in its own form or in one with fixed numbers."""
     free = [q for q in effect.parameters if q.name not in fixed]
 
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
         numbers = dict(zip((q.name for q in free), values, strict=True))
-        return replace(model, effects={**model.effects, effect: numbers | fixed})
+        return replace(model, effects={**model.effects, effect: {**numbers, **fixed}})
 
     parameters = [
         Parameter(q.name, q.unit, q.lower, q.upper, factor=scales.factor(q.unit), plain=q.plain)
