@@ -113,7 +113,9 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
             yield _around_the_law(name, effect, scales)
     for form, numbers in _CONTACTS.items():
         fixed = {**numbers, "only": 0.0}
-        yield _around_the_law("moat_impact", IMPACT, scales, form=form, fixed=fixed)
+        both = _around_the_law("moat_impact", IMPACT, scales, form=form, fixed=fixed)
+        stiff = _wall_starts(both, scales.size("m"), _STIFF_WALL)
+        yield replace(both, starts=(*both.starts, *stiff))
     if any(law.directions > 1 for law in model.nominal.group_laws):
         return
     motions = [r.displacement(r.axes[0]) / metre for r in records]
@@ -154,9 +156,19 @@ _CONTACTS = {
 """Numbers that each form of a contact fixes."""
 
 
-_ONE_WALL = [(gap, times) for gap in (0.95, 0.85, 0.7) for times in (1.0, 10.0)]
-"""Gaps, over the peak on their side, and stiffnesses, over that of the layer, from which fits of a
-wall start. Beyond the peak a wall would do nothing."""
+_STIFF_WALL = [(0.98, 10.0), (0.98, 100.0)]
+"""Gaps, over the peak, and stiffnesses, over that of the layer, from which fits of a stiff wall
+start: it lies close to the peak. Beyond the peak a wall would do nothing."""
+_ONE_WALL = [(gap, times) for gap in (0.95, 0.85, 0.7) for times in (1.0, 10.0)] + _STIFF_WALL
+"""The same of a wall on one side, with the peak on this side."""
+
+
+def _wall_starts(
+    contact: Candidate, peak: float, choices: Sequence[tuple[float, float]]
+) -> Iterator[Values]:
+    """Values from which fits of a wall start."""
+    stiffness, _, *others = contact.starts[0]
+    return ((times * stiffness, gap * peak, *others) for gap, times in choices)
 
 
 def _one_wall(
@@ -173,15 +185,11 @@ def _one_wall(
         return replace(changed, effects={**changed.effects, IMPACT: numbers})
 
     parameters = tuple(
-        replace(p, lower=-p.upper) if p.name == "gap"
-        # without dissipation it is the elastic form
-        else replace(p, plain=(0.0,)) if p.name in ("damping", "dashpot") else p
-        for p in both.parameters
-    )  # fmt: skip
-    stiffness, _, *others = both.starts[0]
+        replace(p, lower=-p.upper) if p.name == "gap" else p for p in both.parameters
+    )
     starts = tuple(
-        (times * stiffness, gap * peak, *others)
-        for peak in peaks for gap, times in _ONE_WALL if abs(peak) > least
+        start for peak in peaks if abs(peak) > least
+        for start in _wall_starts(both, peak, _ONE_WALL)
     )  # fmt: skip
     return replace(
         both, parameters=parameters, starts=starts, apply=apply,

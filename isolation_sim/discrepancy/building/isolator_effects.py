@@ -81,6 +81,7 @@ IMPACT = Effect(
             lower=0.0,
             upper=1e3,
             starts=(1.0,),
+            plain=(0.0,),  # an elastic wall
         ),
         EffectParameter(
             "dashpot",
@@ -88,6 +89,7 @@ IMPACT = Effect(
             "dashpot beside the spring",
             lower=0.0,
             starts=(1.0,),
+            plain=(0.0,),
         ),
         EffectParameter(
             "only",
