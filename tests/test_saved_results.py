@@ -20,6 +20,7 @@ from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws import LAWS
 from isolation_sim.laws.law import Law, Quantity
+from isolation_sim.structures import plan_building
 from studies.study import perform
 
 pytestmark = pytest.mark.filterwarnings("ignore::isolation_sim.errors.TestedRangeWarning")
@@ -238,6 +239,18 @@ def test_a_summary_of_a_diagnosis_says_what_was_found(diagnosis):
         "coulomb_friction", "F", 1.0, "N",
     ]  # fmt: skip
     assert "explained, coulomb_friction; error 20 % to 2 %, noise 1 %" in repr(diagnosis)
+
+
+def test_a_run_in_plan_is_pickled():
+    """Its laws in plan are made by a function, and have no name."""
+    building = plan_building([3e5], [2e8], [2e8], base_mass=3e5, plan=(20.0, 12.0))
+    isolated = building.on(iso.law("kelvin_voigt", {"k": 1e7, "c": 1e6}), biaxial=True)
+    record = iso.el_centro_1940().cut(0, 2)
+    made = iso.simulate(isolated, [record, record.scaled(0.5)], "passive_off")
+    assert made.isolated.group_laws[0].directions == 2
+    found = pickle.loads(pickle.dumps(made))
+    assert found.isolated.group_laws == made.isolated.group_laws
+    assert same(found.criteria, made.criteria)
 
 
 def test_suites_and_tunings_are_loaded_too(tmp_path, swept):

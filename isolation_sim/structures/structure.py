@@ -458,6 +458,10 @@ class IsolatedStructure:
         if used != list(range(len(used))):
             raise InputError(f"coil channels are {used}; expected: 0, 1, 2 without gaps")
 
+    def __reduce__(self) -> tuple:
+        """Pickle the parts: a law in plan, which may have no name, is derived from them again."""
+        return type(self), (self.structure, self.elements)
+
     @cached_property
     def groups(self) -> tuple[tuple[int, ...], ...]:
         """Indices of the elements of each device: one, or one per direction."""
