@@ -26,7 +26,7 @@ def by_recording(files: Iterable[Path]) -> list[tuple[str, list[Path]]]:
         match = _STEM.fullmatch(path.stem)
         if match and match["base"] not in stems:
             keys[path] = match["base"], path.suffix.lower()
-            groups.setdefault(keys[path], {})[component_end(path.stem).lower()] = path
+            groups.setdefault(keys[path], {})[_end(match).lower()] = path
     components = {key: _components(group) for key, group in groups.items()}
     result: dict[Path, tuple[str, list[Path]]] = {}
     for path in files:
@@ -41,7 +41,11 @@ def by_recording(files: Iterable[Path]) -> list[tuple[str, list[Path]]]:
 def component_end(name: str) -> str:
     """End of a name that tells which component it is, such as FN or 090; empty if there is none."""
     match = _STEM.fullmatch(name)
-    return (match["word"] or match["azimuth"]) if match else ""
+    return _end(match) if match else ""
+
+
+def _end(match: re.Match[str]) -> str:
+    return match["word"] or match["azimuth"]
 
 
 def _components(group: dict[str, Path]) -> list[Path]:

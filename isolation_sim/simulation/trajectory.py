@@ -79,7 +79,7 @@ class Trajectory:
     @cached_property
     def values(self) -> NDArray:
         """All outputs at the samples, (n_samples, n_outputs), in the order of ``outputs.names``."""
-        return self.combined(np.eye(len(self.outputs.names)))
+        return self._motion() @ self.outputs.rows.T
 
     def combined(self, columns: NDArray) -> NDArray:
         """Sums of outputs at the samples, without computing every output.
@@ -94,11 +94,15 @@ class Trajectory:
         numpy.ndarray, shape (n_samples, n)
             ``values @ columns``.
         """
+        return self._motion() @ (self.outputs.rows.T @ columns)
+
+    def _motion(self) -> NDArray:
+        """Modes, device forces and ground accelerations at the samples: the inputs of outputs."""
         samples = self.grid.samples
         modal = self.modal[samples]
         ground = self.work.ground[samples, :, 0]
         force = device_forces(self.isolated, self.modes, modal, self.states, self.current)
-        return np.concatenate([modal, force, ground], axis=1) @ (self.outputs.rows.T @ columns)
+        return np.concatenate([modal, force, ground], axis=1)
 
     @cached_property
     def states(self) -> NDArray:
