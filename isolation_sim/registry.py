@@ -52,7 +52,7 @@ COMMANDS: Registry[Any] = Registry(
 )
 """Commands of ``isolation-sim`` that other packages add, each a ``typer.Typer``."""
 
-Kind = Literal["law", "effect", "controller", "criterion", "study", "reader"]
+Kind = Literal["law", "effect", "controller", "criterion", "study", "reader", "test reader"]
 
 
 def available_controllers() -> tuple[str, ...]:
@@ -113,18 +113,18 @@ def named_controllers(
 
 @checked
 def register(kind: Kind, thing: Any, name: str | None = None, *, replace: bool = False) -> None:
-    """Register a law, an effect, a controller, a criterion, a study or a reader under a name.
+    """Register a law, an effect, a controller, a criterion, a study or a reader of files.
 
     The name is valid in this process. The worker processes of a sweep do not know it; for them use
     a place, ``"my_laws.py:CUBIC"``, or install a package with an entry point.
 
     Parameters
     ----------
-    kind : {"law", "effect", "controller", "criterion", "study", "reader"}
+    kind : {"law", "effect", "controller", "criterion", "study", "reader", "test reader"}
         Kind of object.
     thing : object
         A ``Law``; the forms of an ``Effect``; a controller's class; a `Criterion`; a study's
-        module; a function that reads a file of ground motion.
+        module; a function that reads a file of ground motion, or one of device tests.
     name : str, optional
         Its own name by default; required for a study or a reader.
     replace : bool, default False
@@ -143,8 +143,10 @@ def registry(kind: str) -> Registry[Any]:
     from ground_motions.readers import READERS
 
     from .effects import EFFECTS
+    from .identification.raw_tests.readers import TEST_READERS
     from .laws import LAWS
 
-    kinds = {each.kind: each for each in (LAWS, EFFECTS, CONTROLLERS, CRITERIA, STUDIES, READERS)}
+    registries = LAWS, EFFECTS, CONTROLLERS, CRITERIA, STUDIES, READERS, TEST_READERS
+    kinds = {each.kind: each for each in registries}
     check_name("kind", kind, kinds)
     return kinds[kind]

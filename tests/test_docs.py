@@ -25,6 +25,7 @@ from ground_motions.readers import READERS
 from isolation_sim.cli import app, main
 from isolation_sim.effects import extend
 from isolation_sim.identification.campaign import Campaign, TestRun, write_campaign
+from isolation_sim.identification.raw_tests.readers import TEST_READERS
 from isolation_sim.laws import LAWS, CurrentDependence
 from isolation_sim.registry import CONTROLLERS
 from isolation_sim.scenario import main_job
@@ -141,7 +142,7 @@ def test_commands_named_in_passing_exist():
         "docs/guide/step_by_step.md"))],
 )  # fmt: skip
 def test_the_python_of_a_page_runs(page, desk, monkeypatch):
-    for registry in (CONTROLLERS, READERS):  # what a page registers is forgotten
+    for registry in (CONTROLLERS, READERS, TEST_READERS):  # what a page registers is forgotten
         monkeypatch.setattr(registry, "_registered", {})
     blocks = _blocks(TEXTS[page], "python")
     isolated = iso.reference_building().on(iso.reference_isolators())

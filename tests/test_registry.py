@@ -31,6 +31,7 @@ from isolation_sim.cli import main
 from isolation_sim.criterion import CRITERIA
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.campaign import Campaign, TestRun, write_campaign
+from isolation_sim.identification.raw_tests.readers import TEST_READERS
 from isolation_sim.laws import LAWS
 from isolation_sim.registry import COMMANDS, CONTROLLERS, STUDIES
 from isolation_sim.sweeps.design import Design
@@ -38,7 +39,7 @@ from isolation_sim.sweeps.plan import SweepPlan
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")
-REGISTRIES = (LAWS, EFFECTS, CONTROLLERS, CRITERIA, STUDIES, COMMANDS, READERS)
+REGISTRIES = (LAWS, EFFECTS, CONTROLLERS, CRITERIA, STUDIES, COMMANDS, READERS, TEST_READERS)
 
 READER = '''"""Files of a recorder of one's own."""
 

@@ -84,11 +84,13 @@ def read_scenario(file: Path | None) -> Scenario:
 
 def read_values(texts: list[str] | None, option: str, example: str) -> dict[str, str]:
     """Values by name of an option NAME=VALUE that may be repeated."""
-    values = {}
+    values: dict[str, str] = {}
     for text in texts or ():
         name, _, value = (part.strip() for part in text.partition("="))
         if not (name and value):
             raise InputError(f"{option} {text}: expected: a name and a value, such as {example}")
+        if name in values:
+            raise InputError(f"{option} {name}", f"{values[name]!r} and {value!r}", "one of them")
         values[name] = value
     return values
 

@@ -27,7 +27,8 @@ EXAMPLES = examples(
 
 def import_tests(
     tests: Annotated[
-        list[Path], typer.Argument(help="Text, Excel and MATLAB files, or folders of them.")
+        list[Path],
+        typer.Argument(help="Text, Excel, MATLAB and LabVIEW files, or folders of them."),
     ],
     out: Annotated[
         Path | None,
@@ -40,7 +41,8 @@ def import_tests(
         list[str] | None,
         typer.Option(
             help="Column of a quantity, as force=HEADING, force=3 or current=none, or of a "
-            "building's channel, as base_x_acceleration=HEADING; may be repeated."
+            "building's channel, as base_x_acceleration=HEADING; may be repeated, also for several "
+            "sensors of a quantity."
         ),
     ] = None,
     unit: Annotated[
@@ -109,7 +111,7 @@ def import_tests(
     result = run_import(
         tests,
         out,
-        columns=read_values(column, "--column", "force=3"),
+        columns=_columns_of_tests(column),
         units=read_values(unit, "--unit", "force=kN"),
         current=current,
         current_from_name=current_from_name,
@@ -122,6 +124,15 @@ def import_tests(
         print("nothing is written; --out my_tests writes the campaign")
     else:
         print(f"campaign: {result.folder}")
+
+
+def _columns_of_tests(texts: list[str] | None) -> dict[str, list[str]]:
+    """Columns by quantity; several sensors of one if the option is repeated for it."""
+    columns: dict[str, list[str]] = {}
+    for text in texts or ():
+        ((quantity, column),) = read_values([text], "--column", "force=3").items()
+        columns.setdefault(quantity, []).append(column)
+    return columns
 
 
 def _check_outputs(out: Path | None, write_settings: Path | None, force: bool) -> None:

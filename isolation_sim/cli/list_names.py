@@ -109,10 +109,14 @@ def _criteria() -> Rows:
 def _readers() -> Rows:
     from ground_motions.readers import READERS
 
+    from ..identification.raw_tests.readers import TEST_READERS
+
     entries = []
-    for name, read in _usable(READERS):
-        entries.append([name, (read.__doc__ or "").partition("\n")[0], READERS.place(name)])
-    return ["reader", "files", "place"], entries
+    for what, readers in (("ground motion", READERS), ("test files", TEST_READERS)):
+        for name, read in _usable(readers):
+            words = (read.__doc__ or "").partition("\n")[0]
+            entries.append([name, what, words, readers.place(name)])
+    return ["suffix", "of", "files", "place"], entries
 
 
 def _studies() -> Rows:

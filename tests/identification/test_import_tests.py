@@ -141,6 +141,197 @@ def test_matlab_files(tmp_path, kind):
     assert_is_the_test(imported.campaign.runs[0])
 
 
+def test_matlab_files_of_version_7_3(tmp_path):
+    # as MATLAB writes them: columns first, texts as numbers, cells and structs by references
+    h5py = pytest.importorskip("h5py")
+    columns = {"time": TIME, "disp": 1e3 * X, "force": FORCE, "curr": CURRENT}
+    units = ("s", "mm", "N", "A")
+
+    def put(place, name, value, kind):
+        place.create_dataset(name, data=value).attrs["MATLAB_class"] = np.bytes_(kind)
+
+    with h5py.File(tmp_path / "one.mat", "w", userblock_size=512) as file:
+        test = file.create_group("test")
+        for (name, values), unit in zip(columns.items(), units, strict=True):
+            put(test, name, values[None], "double")
+            put(
+                test.require_group("units"),
+                name,
+                np.array([[ord(unit[0])], *([ord(c)] for c in unit[1:])], np.uint16),
+                "char",
+            )
+    with h5py.File(tmp_path / "several.mat", "w", userblock_size=512) as file:
+        tests = file.create_group("tests")
+        for name, values in columns.items():
+            refs = []
+            for k in range(2):
+                put(file.require_group("#refs#"), f"{name}{k}", values[None], "double")
+                refs.append(file[f"#refs#/{name}{k}"].ref)
+            tests.create_dataset(
+                f"{name}_{units[[*columns].index(name)]}", data=np.array([refs], h5py.ref_dtype)
+            )
+    header = b"MATLAB 7.3 MAT-file, Platform: GLNXA64, HDF5 schema 1.00 .".ljust(124) + b"\0\2IM"
+    for name, count in (("one", 1), ("several", 2)):
+        path = tmp_path / f"{name}.mat"
+        path.write_bytes(header + path.read_bytes()[128:])
+        imported = iso.import_tests(path)
+        assert len(imported.campaign.runs) == count
+        for run in imported.campaign.runs:
+            assert_is_the_test(run)
+
+
+def test_formats_without_their_library(tmp_path, monkeypatch):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "a.mat", "w", userblock_size=512) as file:
+        file["x"] = X
+    header = b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM"
+    (tmp_path / "a.mat").write_bytes(header + (tmp_path / "a.mat").read_bytes()[128:])
+    (tmp_path / "a.tdms").write_bytes(b"")
+    for name, module, extra in (("a.mat", "h5py", "hdf5"), ("a.tdms", "nptdms", "tdms")):
+        monkeypatch.setitem(__import__("sys").modules, module, None)
+        assert f"pip install 'isolation-sim[{extra}]'" in refused(tmp_path / name)
+        monkeypatch.undo()
+    assert "not a MATLAB .mat file" in refused(written(tmp_path, header.decode() + "x", "b.mat"))
+    assert "not a file *.tdms" in refused(written(tmp_path, "no TDMS", "b.tdms"))
+    assert "no table" in refused(written(tmp_path, "TDSm cut off", "c.tdms"))
+
+
+LVM = (
+    "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t{point}\n"
+    "X_Columns\t{columns}\nDate\t2026/11/27\n***End_of_Header***\t\n\t\n{segments}"
+)
+SEGMENT = (
+    "Channels\t3\t\t\nSamples\t400\t400\t400\nY_Unit_Label\tMillimeters\tNewtons\tAmps\t\n"
+    "X_Dimension\tTime\tTime\tTime\t\nX0\t0\t0\t0\t\nDelta_X\t{step}\t{step}\t{step}\t\n"
+    "***End_of_Header***\t\t\t\t\n{names}\tComment\n{rows}"
+)
+
+
+@pytest.mark.parametrize("columns", ["One", "Multi", "No"])
+def test_measurement_files_of_labview(tmp_path, columns):
+    each = (1e3 * X, FORCE, CURRENT)
+    names, form, values = {
+        "One": ("X_Value\tWeg\tKraft\tStrom", "%.4f\t%.6f\t%.4f\t%.2f", (TIME, *each)),
+        "Multi": (
+            "X_Value\tWeg\tX_Value\tKraft\tX_Value\tStrom",
+            "\t".join(["%.4f"] * 6), [c for one in each for c in (TIME, one)],
+        ),
+        "No": ("X_Value\tWeg\tKraft\tStrom", "\t%.6f\t%.4f\t%.2f", each),
+    }[columns]  # fmt: skip
+    segment = SEGMENT.format(step="0.005", names=names, rows=rows(form, *values))
+    text = LVM.format(point=",", columns=columns, segments=2 * segment.replace(".", ","))
+    runs = iso.import_tests(written(tmp_path, text, "rig.lvm")).campaign.runs
+    assert [run.name for run in runs] == ["rig_1", "rig_2"]
+    for run in runs:
+        assert_is_the_test(run)
+    assert "LabVIEW Measurement" in refused(written(tmp_path, HEADING + PLAIN, "other.lvm"))
+
+
+@pytest.mark.parametrize("clock", [False, True])
+def test_tdms_files_of_labview(tmp_path, clock):
+    tdms = pytest.importorskip("nptdms")
+    step = {} if clock else {"wf_increment": 0.005}
+    channels = [
+        tdms.ChannelObject("4mm_1Hz", name, values, {"unit_string": unit, **step})
+        for name, values, unit in (
+            ("Position", 1e3 * X, "mm"), ("Load", FORCE, "N"), ("Coil current", CURRENT, "A"),
+        )
+    ]  # fmt: skip
+    if clock:
+        times = np.datetime64("2026-11-27T10:00:00") + (5 * np.arange(N)).astype("timedelta64[ms]")
+        channels.append(tdms.ChannelObject("4mm_1Hz", "Time", times))
+    with tdms.TdmsWriter(tmp_path / "rig.tdms") as file:
+        file.write_segment([*channels, tdms.ChannelObject("settings", "limits", np.ones(3))])
+    (run,) = iso.import_tests(tmp_path).campaign.runs
+    assert_is_the_test(run)
+
+
+@pytest.mark.parametrize(
+    "form",
+    ["10:%02d:%06.3f", "27.11.2026 10:%02d:%06.3f", "2026-11-27T10:%02d:%06.3fZ", "0:%02d:%06.3f",
+     "11/27/2026 10:%02d:%06.3f PM"],
+)  # fmt: skip
+def test_times_of_day(tmp_path, form):
+    cells = [form % divmod(59 * 60 + 58.5 + t, 60) for t in TIME]
+    # over an hour, and for half of them over midnight
+    over = [c.replace("10:60", "11:00").replace("0:60", "1:00") for c in cells]
+    text = "Zeit;Weg [mm];Kraft [N];Strom [A]\n"
+    text += rows("%s;%.6f;%.6f;%.2f", over, 1e3 * X, FORCE, CURRENT)
+    imported = iso.import_tests(written(tmp_path, text))
+    assert_is_the_test(imported.campaign.runs[0])
+    assert "h:min:s" in imported.summary()
+
+
+def test_a_test_over_midnight(tmp_path):
+    cells = [f"23:59:{59 + t:06.3f}" if t < 1 else f"00:00:{t - 1:06.3f}" for t in TIME]
+    text = "Date,Clock,Disp (mm),Force (N)\n"
+    text += rows("27/11/26,%s,%.6f,%.6f", cells, 1e3 * X, FORCE)
+    run = iso.import_tests(written(tmp_path, text), current=2.0).campaign.runs[0]
+    assert_is_the_test(run)
+
+
+def test_times_rounded_to_seconds_are_refused(tmp_path):
+    cells = [f"10:00:{int(t):02d}" for t in TIME]
+    text = "Clock,Disp (mm),Force (N)\n" + rows("%s,%.6f,%.6f", cells, 1e3 * X, FORCE)
+    told = refused(written(tmp_path, text))
+    assert "--column time=none --rate 200" in told
+    run = iso.import_tests(
+        tmp_path / "test.csv", columns={"time": "none"}, rate=200.0, current=2.0
+    ).campaign.runs[0]
+    assert_is_the_test(run)
+
+
+def test_several_sensors_of_a_quantity(tmp_path):
+    text = "Time (s),LVDT 1 (mm),LVDT 2 (cm),Cell left (kN),Cell right (kN),Current (A)\n"
+    text += rows("%.4f,%.6f,%.7f,%.6f,%.6f,%.2f", TIME, 1.2e3 * X, 0.8e2 * X, 0.3e-3 * FORCE,
+                 0.7e-3 * FORCE, CURRENT)  # fmt: skip
+    path = written(tmp_path, text)
+    told = refused(path, columns={"force": 4})
+    assert "'LVDT 1 (mm)', 'LVDT 2 (cm)'" in told and "whose mean is read" in told
+    columns = {"displacement": ["LVDT 1", "LVDT 2"], "force": [4, 5]}
+    imported = iso.import_tests(path, columns=columns)
+    assert_is_the_test(imported.campaign.runs[0])
+    assert "Cell right (kN)" in imported.summary()
+    assert "different columns" in refused(path, columns={**columns, "force": [4, "Cell left"]})
+
+
+def test_several_tables_of_a_file(tmp_path):
+    table = "Data Acquisition: cycle %d\nTime,Disp,Force,Current\ns,mm,N,A\n"
+    numbers = rows("%.4f,%.6f,%.6f,%.2f", TIME, 1e3 * X, FORCE, CURRENT)
+    path = written(tmp_path, "Rig 4\n" + "".join(table % k + numbers for k in (1, 10, 100)))
+    runs = iso.import_tests(path).campaign.runs
+    assert [run.name for run in runs] == ["test_1", "test_2", "test_3"]
+    for run in runs:
+        assert_is_the_test(run)
+    half = len(numbers) // 2
+    half = numbers.index("\n", half) + 1
+    broken = written(tmp_path, HEADING + numbers[:half] + "stopped\n" + numbers[half:])
+    assert "again from line" in refused(broken)
+
+
+def test_a_reader_of_ones_own(tmp_path, monkeypatch):
+    import pandas
+
+    from isolation_sim.identification.raw_tests.readers import TEST_READERS
+
+    monkeypatch.setattr(TEST_READERS, "_registered", {})
+
+    def read_rig(path):
+        values = np.fromfile(path).reshape(-1, 3)
+        frame = pandas.DataFrame(values, columns=["Disp [mm]", "Force [N]", "Current [A]"])
+        frame.attrs["rate_Hz"] = 200.0
+        return {"first": frame, "second": frame}
+
+    iso.register("test reader", read_rig, "rig")
+    np.column_stack([1e3 * X, FORCE, CURRENT]).tofile(tmp_path / "a.rig")
+    runs = iso.import_tests(tmp_path).campaign.runs
+    assert [run.name for run in runs] == ["a_first", "a_second"]
+    for run in runs:
+        assert_is_the_test(run)
+    (tmp_path / "b.rig").write_bytes(b"12345678")
+    assert "test reader 'rig': given ValueError" in refused(tmp_path / "b.rig")
+
+
 @pytest.mark.parametrize(
     ("heading", "unit", "quantities"),
     [
@@ -284,7 +475,7 @@ def test_tests_of_a_folder(tmp_path):
     assert "a pattern that fits a test" in refused(tmp_path, hold_out=["x*"])
     assert "a pattern that fits a test" in refused(tmp_path, leave_out=["x*"])
     assert "expected: 2 or more" in refused(tmp_path, hold_out=1)
-    assert "expected: test files (.csv" in refused(tmp_path / "photo.jpg")
+    assert "expected: test files (.asc, .csv" in refused(tmp_path / "photo.jpg")
     current = "Time (s),Disp (mm),Force (kN),I (A)\n" + rows("%.4f,%.6f,%.6f,1", TIME, X, X)
     written(tmp_path, current, "T12.csv")
     assert "none recognised as the current, which 'T12' has" in refused(tmp_path)

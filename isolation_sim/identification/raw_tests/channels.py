@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ground_motions.units import UNITS
 
 from ...errors import InputError, unknown_name
+from .clock import CLOCK_UNIT
 
 NEEDED = ("time", "displacement", "force")
 CHOSEN = (*NEEDED, "current")
@@ -18,7 +19,9 @@ _SAME = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sek": "s", "sekunden": "s",
     "msec": "ms", "mikrometer": "um", "micron": "um", "inch": "in", "inches": "in", "lbs": "lbf",
     "kips": "kip", "amp": "A", "amps": "A", "ampere": "A", "degc": "C", "deg": "C", "celsius": "C",
-    "newton": "N", "mm_s": "mm/s", "m_s": "m/s", "cm_s": "cm/s", "in_s": "in/s", "m_s2": "m/s2",
+    "newton": "N", "newtons": "N", "kilonewton": "kN", "kilonewtons": "kN", "meter": "m",
+    "meters": "m", "millimeter": "mm", "millimeters": "mm", "amperes": "A", CLOCK_UNIT: "s",
+     "mm_s": "mm/s", "m_s": "m/s", "cm_s": "cm/s", "in_s": "in/s", "m_s2": "m/s2",
     "mm_s2": "mm/s2", "cm_s2": "cm/s2",
 }  # fmt: skip
 _SPELLINGS = {"²": "2", "^": "", "°": "deg", "µ": "u", "μ": "u", "/sec": "/s", " ": ""}
@@ -63,12 +66,18 @@ class Heading(NamedTuple):
 
 
 class Channel(NamedTuple):
-    """A column that holds a quantity."""
+    """A column that holds a quantity, or several sensors of it."""
 
     column: int  # From 0
     heading: str
     unit: str
     factor: float  # From the unit to SI
+    others: tuple[Channel, ...] = ()  # Further sensors, which are added
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """Columns of all sensors."""
+        return (self.column, *(one.column for one in self.others))
 
 
 def unit_factor(quantity: str, unit: str) -> float | None:
@@ -119,33 +128,44 @@ def heading_of(text: str, unit_below: str = "") -> Heading:
 def find_channels(
     headings: Sequence[Heading],
     usable: Sequence[bool],
-    columns: Mapping[str, str],
+    columns: Mapping[str, str | Sequence[str]],
     units: Mapping[str, str],
     place: str,
 ) -> dict[str, Channel]:
     """Column of each quantity, chosen by the caller or recognised by name and unit.
 
-    ``usable``: whether a column has numbers. ``columns``: headings or numbers by quantity;
-    ``"none"`` for no column. ``units``: for columns whose heading has none, or a wrong one.
+    ``usable``: whether a column has numbers. ``columns``: headings or numbers by quantity, a list
+    for several sensors; ``"none"`` for no column. ``units``: for columns whose heading has none,
+    or a wrong one.
     """
-    places = {}
+    channels, unclear = {}, {}
     for quantity in UNITS:
         if quantity in columns:
-            k = _by_choice(columns[quantity], headings, f"{place}, --column {quantity}")
+            choices = columns[quantity]
+            each = [choices] if isinstance(choices, str) else choices
+            option = f"{place}, --column {quantity}"
+            ks = [_by_choice(choice, headings, option) for choice in each]
+            if len(set(ks)) < len(ks) or (len(ks) > 1 and None in ks):
+                raise InputError(option, ", ".join(map(repr, each)), "different columns")
         else:
-            k = _recognised(quantity, headings, usable, units, place)
-        if k is not None:
-            places[quantity] = k
-    channels, unclear = {}, {}
-    for quantity, k in places.items():
-        # times are in s unless their heading says otherwise; slow ones are asked for
-        given = units.get(quantity, "")
-        unit = given or headings[k].unit or ("s" if quantity == "time" else "")
-        factor = (given_factor if given else unit_factor)(quantity, unit)
-        if factor is None:
-            unclear[quantity] = headings[k].text
-        else:
-            channels[quantity] = Channel(k, headings[k].text, given or headings[k].unit, factor)
+            ks = [_recognised(quantity, headings, usable, units, place)]
+        sensors = []
+        for k in ks:
+            if k is None:
+                continue
+            # times are in s unless their heading says otherwise; slow ones are asked for
+            given = units.get(quantity, "")
+            unit = given or headings[k].unit or ("s" if quantity == "time" else "")
+            factor = (given_factor if given else unit_factor)(quantity, unit)
+            if factor is None:
+                unclear[quantity] = headings[k].text
+                continue
+            # forces add; of any other quantity several sensors show the mean
+            share = 1.0 if quantity == "force" else 1 / len(ks)
+            shown = given or headings[k].unit
+            sensors.append(Channel(k, headings[k].text, shown, share * factor))
+        if sensors:
+            channels[quantity] = sensors[0]._replace(others=tuple(sensors[1:]))
     if unclear:
         texts = ", ".join(f"{text!r} ({quantity})" for quantity, text in unclear.items())
         options = (f"--unit {quantity}=UNIT ({', '.join(UNITS[quantity])})" for quantity in unclear)
@@ -153,7 +173,7 @@ def find_channels(
     return channels
 
 
-def check_choices(columns: Mapping[str, str], units: Mapping[str, str]) -> None:
+def check_choices(columns: Mapping[str, Any], units: Mapping[str, str]) -> None:
     """Refuse unknown quantities and units of the caller."""
     of_units = [key.rpartition(":")[2] for key in units]
     for option, quantities in (("--column", columns), ("--unit", of_units)):
@@ -249,13 +269,14 @@ def _recognised(
         and heading.unit and not named_quantities(_split(heading.text, "")[0])
         and unit_factor(quantity, heading.unit) is not None
     ]  # fmt: skip
-    candidates = first or [*named, *alone]
+    candidates = first or [*dict.fromkeys([*named, *alone])]
     if len(candidates) > 1 and quantity in CHOSEN:
         texts = [headings[k].text for k in candidates]
         raise InputError(
             place,
             f"{len(candidates)} columns for the {quantity}, "
             f"{listed([headings[k] for k in candidates])}",
-            f'one of them, such as --column {quantity}="{texts[0]}"',
+            f'one of them, such as --column {quantity}="{texts[0]}"; or several, whose '
+            f"{'sum' if quantity == 'force' else 'mean'} is read, the option for each",
         )
     return candidates[0] if len(candidates) == 1 else None

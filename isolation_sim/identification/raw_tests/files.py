@@ -9,8 +9,11 @@ from pathlib import Path
 
 from ...errors import InputError
 from ..run_table import MINIMUM_SAMPLES
-from .tables import READERS, RawTable, read_tables
+from .raw_table import RawTable
+from .readers import read_tables, suffixes
 
+_KIND = re.compile(r"\b(sheet|table) ")
+"""Words before the name of a sheet and the number of a table."""
 _NOT_IN_NAMES = re.compile(r'[\\/:*?"<>|\s]+')
 
 
@@ -18,7 +21,7 @@ def tables_by_name(
     places: Sequence[Path], leave_out: Sequence[str], kind: str = "test"
 ) -> tuple[dict[str, RawTable], list[str]]:
     """Tables by the names of their tests or records, and notes of files without one."""
-    expected = f"{kind} files ({', '.join(READERS)}) or a folder of them"
+    expected = f"{kind} files ({', '.join(suffixes())}) or a folder of them"
     by_name: dict[str, RawTable] = {}
     notes = []
     fitting: set[str] = set()
@@ -31,7 +34,7 @@ def tables_by_name(
     for path in (path for place in places for path in _files(place, expected)):
         tables = [] if left_out(path.name, path.stem) else read_tables(path)
         for table in tables:
-            part = table.part.removeprefix("sheet ") if len(tables) > 1 else ""
+            part = _KIND.sub("", table.part) if len(tables) > 1 else ""
             name = _NOT_IN_NAMES.sub("_", f"{path.stem} {part}".strip())
             if name in by_name:
                 raise InputError(
@@ -62,11 +65,12 @@ def pattern_of(names: Iterable[str], kind: str = "test") -> str:
 def _files(place: Path, expected: str) -> list[Path]:
     """The files of a folder that can be read, in the order of the numbers in their names."""
     if not place.is_dir():
-        if place.suffix.lower() not in READERS:
+        if place.suffix.lower() not in suffixes():
             raise InputError(f"{place}: {place.suffix or 'no'} file; expected: {expected}")
         return [place]
+    known = suffixes()
     return sorted(
-        (p for p in place.iterdir() if p.suffix.lower() in READERS and p.name[0] not in ".~"),
+        (p for p in place.iterdir() if p.suffix.lower() in known and p.name[0] not in ".~"),
         key=lambda path: [
             (int(part), "") if part.isdigit() else (0, part)
             for part in re.split(r"(\d+)", path.name.lower())

@@ -22,9 +22,10 @@ from ..data_checks import same_forces_notes, turned_runs, unit_notes
 from ..run_table import TestRun, make_run
 from ..spikes import repaired
 from .channels import NEEDED, Channel, check_choices, find_channels, listed
+from .clock import CLOCK_UNIT
 from .files import pattern_of, tables_by_name
+from .raw_table import RawTable
 from .samples import samples_of
-from .tables import RawTable
 
 __all__ = ["ImportedTests", "import_tests"]
 
@@ -34,7 +35,7 @@ _CURRENT_IN_NAME = re.compile(r"(?<![A-Za-z\d.,])(\d+(?:[.,p]\d+)?) ?(m?)A(?![A-
 class _Choices(NamedTuple):
     """Choices of the caller; see `import_tests`."""
 
-    columns: dict[str, str]
+    columns: dict[str, list[str]]
     units: dict[str, str]
     current: float | None
     current_from_name: bool
@@ -79,8 +80,10 @@ class ImportedTests(Printed):
         ]  # fmt: skip
         yield render("tables:TextTable", f"Tests of {self.campaign.name}", headings, rows)
         columns = Counter(
-            (what, channel.heading, channel.unit or "s, none given")
-            for channels in self.channels for what, channel in channels.items()
+            (what, one.heading, one.unit or "s, none given")
+            for channels in self.channels
+            for what, channel in channels.items()
+            for one in (channel, *channel.others)
         )  # fmt: skip
         yield render(
             "tables:TextTable", "Columns", ("read as", "heading", "unit", "tests"),
@@ -94,7 +97,7 @@ def import_tests(
     tests: str | Path | Sequence[str | Path],
     out: str | Path | None = None,
     *,
-    columns: Mapping[str, str | int] | None = None,
+    columns: Mapping[str, str | int | Sequence[str | int]] | None = None,
     units: Mapping[str, str] | None = None,
     current: float | None = None,
     current_from_name: bool = False,
@@ -108,14 +111,16 @@ def import_tests(
     ----------
     tests : str or pathlib.Path, or a sequence of them
         Files, or folders of them: text tables (``.csv``, ``.txt``, ``.dat``, ``.asc``, ``.tsv``),
-        Excel workbooks (``.xlsx``, ``.xlsm``; a test per sheet) and MATLAB files (``.mat`` up to
-        version 7; a test per struct or matrix).
+        Excel workbooks (``.xlsx``, ``.xlsm``; a test per sheet), MATLAB files (``.mat``; a test per
+        struct or matrix), LabVIEW's (``.lvm``, ``.tdms``; a test per segment or group), and those
+        of readers that are registered.
     out : str or pathlib.Path, optional
         Campaign folder to make; it must not exist. By default nothing is written.
     columns : mapping, optional
         Heading of a column, or its number from 1, by quantity: ``time``, ``displacement``,
         ``force``, ``current``, ``velocity``, ``acceleration``, ``temperature``; ``"none"`` for no
-        column. The others are recognised by usual English and German names.
+        column. Of a list of columns the mean is read, and of forces the sum. The others are
+        recognised by usual English and German names.
     units : mapping, optional
         Unit by quantity, for columns whose heading has none or a wrong one, or a multiple of it:
         ``{"current": "0.1667 A"}`` of the volts of a coil of 6 ohm, ``{"force": "-1 kN"}`` of a
@@ -146,7 +151,10 @@ def import_tests(
         fits no test; or the folder exists. Errors name the options of ``isolation-sim import``.
     """
     choices = _Choices(
-        {quantity: str(column) for quantity, column in (columns or {}).items()},
+        {
+            quantity: [str(c) for c in ([column] if isinstance(column, str | int) else column)]
+            for quantity, column in (columns or {}).items()
+        },
         {quantity: str(unit) for quantity, unit in (units or {}).items()},
         current,
         current_from_name,
@@ -215,6 +223,8 @@ def _read_test(
             ", ".join(options),
         )
     data, notes = samples_of(table, channels, choices.rate)
+    if "time" in channels and headings[channels["time"].column].unit == CLOCK_UNIT:
+        data["time"] = data["time"] - data["time"][0]
     for what, channel in channels.items():
         own = headings[channel.column].unit
         if own and channel.unit != own:
@@ -222,7 +232,7 @@ def _read_test(
     if "current" not in channels and (choices.current_from_name or choices.current is not None):
         current = _current_in(name, place) if choices.current_from_name else choices.current
         data["current"] = np.full(len(data["time"]), current)
-    read = {channel.column for channel in channels.values()}
+    read = {k for channel in channels.values() for k in channel.columns}
     unused = tuple(heading.text for k, heading in enumerate(headings) if k not in read)
     velocity = f"column {channels['velocity'].heading}" if "velocity" in channels else ""
     run = make_run(name, data, place, velocity, ignored_columns=unused)

@@ -12,7 +12,7 @@ from ground_motions.readers.lines import uniform_step
 from ...errors import InputError
 from ..gaps import LONGEST, fill_gaps, gap_note
 from .channels import Channel
-from .tables import RawTable
+from .raw_table import RawTable
 
 _MOST_REPEATED = 0.01
 """Share of rows whose time may repeat that of the row before."""
@@ -24,7 +24,10 @@ def samples_of(
     table: RawTable, channels: Mapping[str, Channel], rate: float | None
 ) -> tuple[dict[str, NDArray], list[str]]:
     """Channels in SI at a constant step, and notes of what was changed."""
-    data = {what: one.factor * table.numbers(one.column) for what, one in channels.items()}
+    data = {
+        what: np.sum([c.factor * table.numbers(c.column) for c in (one, *one.others)], axis=0)
+        for what, one in channels.items()
+    }
     lines = np.array(table.lines)
     headings = {what: channel.heading for what, channel in channels.items()}
     notes: list[str] = []

@@ -339,6 +339,22 @@ def test_loggers_with_other_times_are_cut_to_the_common_ones(tmp_path):
     )
 
 
+def test_loggers_with_times_of_day_are_aligned(tmp_path):
+    channels = motion()
+    late = slice(20, 590)
+    clock = [f"10:59:{57 + t:06.3f}" if t < 3 else f"11:00:{t - 3:06.3f}" for t in TIME]
+
+    def rows(part, *keys):
+        cells = zip(clock[part], *(channels[key][part] for key in keys), strict=True)
+        return "".join(f"{t};{a:.9g};{b:.9g}\n" for t, a, b in cells)
+
+    head = "Timestamp;table [m/s2];base [m/s2]\n"
+    written(tmp_path, head + rows(slice(None), *ONE[:2]), "a.csv")
+    written(tmp_path, f"Timestamp;F1 [m/s2];LVDT iso [m]\n{rows(late, *ONE[2:])}", "b.csv")
+    imported = iso.import_building_record(tmp_path)
+    assert_is(imported.record, {key: values[late] for key, values in channels.items()})
+
+
 def test_loggers_of_other_rates_are_resampled_only_if_asked(tmp_path):
     channels = motion()
     a = text([TIME, channels[ONE[0]], channels[ONE[1]]], ",")

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from ....errors import InputError
 from ....identification.raw_tests.channels import columns_named
-from ....identification.raw_tests.tables import RawTable
+from ....identification.raw_tests.raw_table import RawTable
 from ....rendering import Printed, render
 from ..channels import BASE, GROUND, ISOLATOR, ROTATION, Channel, channel, required
 from .settings import TIME, RecordSettings

@@ -14,7 +14,7 @@ from ....identification.raw_tests.channels import (
     find_channels,
     listed,
 )
-from ....identification.raw_tests.tables import RawTable
+from ....identification.raw_tests.raw_table import RawTable
 from ..channels import AXES, ROTATION, Channel
 from .columns import Column, OpenColumn
 from .headings import (

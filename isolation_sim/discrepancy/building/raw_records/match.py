@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from ....identification.raw_tests.tables import RawTable
+from ....identification.raw_tests.raw_table import RawTable
 from ..channels import BASE, GROUND, ISOLATOR
 from .columns import Column, Match
 from .guess import columns_of_settings, find_times_and_currents, guess_sensors, sensor_of_settings

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from ....errors import InputError
 from ....identification.raw_tests.channels import listed, unit_factor
-from ....identification.raw_tests.tables import RawTable
+from ....identification.raw_tests.raw_table import RawTable
 from ..channels import AXES, BASE, GROUND, ISOLATOR, ROTATION, Channel
 from .columns import MOST_SHOWN, Column, OpenColumn, lacking_channels, places_of
 from .guess import Sensor
