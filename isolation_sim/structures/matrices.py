@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from numpy.typing import ArrayLike
 from ground_motions.argument_types import checked
 
 from ..errors import InputError, PlausibilityWarning, warn
+from ..io.mat_file import mat_variables
 from .checks import matrix, numbers
 from .plausibility import implausible_matrices
 from .structure import Structure
@@ -233,7 +233,7 @@ def read_matrices(
         File with the arrays ``M`` (kg), ``C`` (N s/m) and ``K`` (N/m), each (n, n), and optionally
         ``influence`` (n, n_directions), ``base`` (dof numbers), ``storey_heights_m`` (n_storeys)
         and ``isolator_positions_m`` (n_isolators, 2); see ``from_matrices``. Other arrays are
-        ignored. A ``.mat`` file has the same variables and MATLAB's format up to version 7;
+        ignored. A ``.mat`` file has the same variables (version 7.3 needs the extra ``hdf5``);
         ``base`` counts dofs from 0 there, too.
     names, drift_rows, storeys, directions, heights, isolator_positions
         As in `from_matrices`; heights and positions in place of the file's.
@@ -286,27 +286,11 @@ def _read_npz(path: Path) -> dict[str, np.ndarray]:
 
 
 def _read_mat(path: Path) -> dict[str, np.ndarray]:
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        with path.open("rb") as file:
-            content = loadmat(file)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except NotImplementedError:
-        raise InputError(
-            f"{path}: MATLAB's format 7.3 is HDF5; expected: save('{path.name}', 'M', 'C', 'K', "
-            "'-v7')"
-        ) from None
-    except (OSError, ValueError, TypeError, EOFError, MatReadError, zlib.error):
-        raise InputError(f"{path}: not a MATLAB .mat file of full number arrays") from None
     # MATLAB has no vectors: heights and base dofs are matrices of one row or column
     vectors = ("influence", "base", "storey_heights_m")
     return {
-        key: value.ravel() if key in vectors and 1 in value.shape else _full(value)
-        for key, value in content.items()
-        if not key.startswith("__")
+        key: value.ravel() if key in vectors and 1 in np.shape(value) else _full(value)
+        for key, value in mat_variables(path, squeezed=False).items()
     }
 
 

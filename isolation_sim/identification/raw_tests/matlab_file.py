@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import InputError
+from ...io.mat_file import mat_variables
 from ..run_table import MINIMUM_SAMPLES
 from .channels import Heading, heading_of
 from .rate import rate_of
@@ -22,71 +22,7 @@ _MOST_COLUMNS = 64
 
 def read_mat(path: Path) -> list[RawTable]:
     """MATLAB files: a struct or a matrix per test (version 7.3 needs the extra hdf5)."""
-    from scipy.io import loadmat
-
-    try:
-        with path.open("rb") as file:
-            content = loadmat(file, simplify_cells=True)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except NotImplementedError:
-        content = _read_hdf5(path)
-    except Exception:  # SciPy raises many kinds
-        raise InputError(f"{path}: not a MATLAB .mat file") from None
-    variables = {name: value for name, value in content.items() if not name.startswith("__")}
-    return list(_structs(path, "", variables))
-
-
-def _read_hdf5(path: Path) -> dict[str, Any]:
-    """Variables of a file of version 7.3, which is HDF5, as ``loadmat`` gives those of others."""
-    try:
-        import h5py
-    except ModuleNotFoundError:
-        raise InputError(
-            f"{path}: MATLAB's format 7.3 needs h5py, which is not installed; expected: pip "
-            "install 'isolation-sim[hdf5]', or save(..., '-v7') in MATLAB"
-        ) from None
-
-    def value_of(item: Any) -> Any:
-        if isinstance(item, h5py.Group):
-            return {name: value_of(each) for name, each in item.items()}
-        if item.attrs.get("MATLAB_empty"):
-            return np.zeros(0)
-        kind = item.attrs.get("MATLAB_class", b"").decode()
-        values = item[()]
-        if item.dtype == h5py.ref_dtype:  # cells, or a field of the structs of an array
-            return [value_of(file[each]) for each in np.ravel(values)]
-        if kind == "char":
-            return "".join(map(chr, np.ravel(values)))
-        # columns come first in MATLAB
-        turned = np.asarray(values).T.squeeze()
-        return turned if turned.ndim else turned.item()
-
-    try:
-        with h5py.File(path) as file:
-            # names with # hold what cells and structs refer to
-            return {
-                name: _struct_array(value_of(each))
-                for name, each in file.items()
-                if not name.startswith("#")
-            }
-    except OSError:
-        raise InputError(f"{path}: not a MATLAB .mat file") from None
-
-
-def _struct_array(value: Any) -> Any:
-    """A list of structs where each field of a struct has the values of all of them."""
-    if not isinstance(value, dict):
-        return value
-    lengths = {len(each) if isinstance(each, list) else 0 for each in value.values()}
-    length = max(lengths, default=0)
-    if len(lengths) == 1 and length > 1 and not any(map(_is_text_list, value.values())):
-        return [{name: each[k] for name, each in value.items()} for k in range(length)]
-    return {name: _struct_array(each) for name, each in value.items()}
-
-
-def _is_text_list(value: Any) -> bool:
-    return isinstance(value, list) and all(isinstance(each, str) for each in value)
+    return list(_structs(path, "", mat_variables(path)))
 
 
 def _structs(path: Path, name: str, value: Any, above: float | None = None) -> Iterator[RawTable]:
