@@ -8,9 +8,11 @@ Forms:
     hyperbolic     factor 1 / (1 + h)
     core           the same as exponential, for F - k x alone: rubber of stiffness k around a lead
                    core or beside a slider keeps its force
+    dissipation    the same as exponential, with h' = gain (F - k x) v - h / cooling, and the secant
+                   stiffness k = <F x> / <x^2>, means over the last second
 
 F is the force after the factor, so that a device that weakens heats less. Elastic work swings h
-within a cycle and cancels over it; only h > 0 weakens.
+within a cycle and cancels over it, where it is not taken out; only h > 0 weakens.
 """
 
 from typing import Any
@@ -74,6 +76,23 @@ def _of_core(signals: Signals, parameters: tuple) -> Any:
     return signals.force - parameters[2] * signals.x
 
 
+def rates_dissipation(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Heat by the work that is not elastic, heat out; moving means."""
+    warmth, product, square = states
+    secant = product / (positive(square) + REST**2)
+    dissipative = signals._replace(force=signals.force - secant * signals.x)
+    return (
+        rates_exponential(dissipative, (warmth,), parameters)[0],
+        (signals.force * signals.x - product) / WINDOW,
+        (signals.x**2 - square) / WINDOW,
+    )
+
+
+WINDOW = 1.0
+"""s: averaging time of the secant stiffness, about a cycle."""
+REST = 1e-6
+"""m: an RMS deformation well below it has no secant stiffness."""
+
 PARAMETERS = (
     EffectParameter(
         "gain", "1/J", "loss of force for work done", lower=0.0, strength=True, starts=(0.02, 0.1),
@@ -128,6 +147,22 @@ FORMS = (
         force=core,
         needs=frozenset({"force"}),
         source="Kalpakidis & Constantinou (2009): the yield force of the lead alone falls",
+        gradual=True,
+    ),
+    Effect(
+        cause="self_heating",
+        form="dissipation",
+        title="Self-heating by the dissipated work",
+        parameters=PARAMETERS,
+        states=(
+            WARMTH,
+            Quantity("product", "J", "moving mean of force times deformation"),
+            Quantity("square", "m^2", "moving mean square of the deformation"),
+        ),
+        rates=rates_dissipation,
+        factor=exponential,
+        needs=frozenset({"force"}),
+        source="lumped heat balance; elastic work by the secant stiffness of the storage modulus",
         gradual=True,
     ),
 )  # fmt: skip

@@ -206,6 +206,24 @@ def test_heat_of_a_core_leaves_the_rubber_alone():
     assert abs(rate) < 1e-10
 
 
+def test_elastic_work_does_not_heat():
+    """Beside a stiff spring the dashpot alone heats, once the secant stiffness is known."""
+    k, c, gain = 2e5, 500.0, 1e-5
+    t, x, v = sine(8e-3, 1.0, 8)
+    of_dashpot = gain * c * np.concatenate([[0], np.cumsum((v[1:] ** 2 + v[:-1] ** 2) / 2)]) * t[1]
+    swings = []
+    for form in ("dissipation", "exponential"):
+        numbers = {"gain": gain, "cooling": 1e5}
+        device = extend(
+            law("kelvin_voigt", {"k": k, "c": c}), [(effect("self_heating", form), numbers)]
+        )
+        _, states = respond(device, t, x, v, 0.0, tolerance=1e-8)
+        later = t > 3
+        error = states[0][later] - of_dashpot[later]
+        swings.append(np.ptp(error) / of_dashpot[-1])
+    assert swings[0] < 0.01 and swings[1] > 0.05
+
+
 def test_temperature_leaves_the_reference_alone():
     for form in ("exponential", "linear", "arrhenius"):
         one = effect("ambient_temperature", form)
