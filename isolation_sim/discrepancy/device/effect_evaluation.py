@@ -23,6 +23,7 @@ from ...identification.measured_runs import MeasuredRuns
 from ...identification.run_starts import lead_in
 from ...laws.emit import function_text, straight_line, symbols
 from .carried_history import RestSlopes, after_rests, by_inputs, first_states, has_unknown_starts
+from .late_motion import late_motion
 
 _KINK = 0.5
 """Change of a state's decay rate times the step, above which its rate has a kink in the step."""
@@ -43,6 +44,10 @@ def evaluate(
     # ``motion`` (m, m/s) and ``current`` (A) may take the place of the measured ones. Returned are,
     # by function, "motion" (2, n_samples), "current", "factor" and "force" (n_samples,).
     x, v = (data.x, data.v) if motion is None else motion
+    if effect.delay is not None:
+        late = float(effect.delay(tuple(parameters)))
+        longest = max(max(abs(q.lower), abs(q.upper)) for q in effect.parameters if q.unit == "s")
+        return {"motion": late_motion(data, x, v, late, longest)}
     current = data.current if current is None else current
     signals = Signals(x, v, data.a, current, force, data.temperature)
     if not effect.states:
