@@ -159,6 +159,10 @@ class Effect:
         -> tuple of the states' time derivatives.
     motion : callable or None
         -> (x, v) that the law sees, m and m/s.
+    delay : callable or None
+        ``delay(parameters)`` -> time, s, by which the motion that the law sees is late. Along a
+        measured run that motion itself is taken; ``motion`` stands for it where only an instant is
+        known, as in a simulation.
     current : callable or None
         -> current that the law sees, A.
     factor : callable or None
@@ -195,6 +199,7 @@ class Effect:
     recovery: Callable[..., Any] | None = None
     rates: Callable[..., tuple] | None = None
     motion: Callable[..., tuple] | None = None
+    delay: Callable[..., Any] | None = None
     current: Callable[..., Any] | None = None
     factor: Callable[..., Any] | None = None
     force: Callable[..., Any] | None = None

@@ -8,6 +8,7 @@ from ground_motions.argument_types import checked
 from ground_motions.registry import Registry
 
 from ..errors import check_name
+from ..old_names import renamed_value
 from .effect import Effect
 
 
@@ -52,5 +53,7 @@ def effect(cause: str, form: str | None = None) -> Effect:
     forms = {one.form: one for one in EFFECTS[cause]}
     if form is None:
         return next(iter(forms.values()))
+    if cause == "sensor_delay":
+        form = renamed_value("form of sensor_delay", form, second_order="shift")
     check_name(f"form of {cause}", form, forms)
     return forms[form]

@@ -2,8 +2,8 @@
 
 Forms:
 
-    second_order    the force belongs to the motion `delay` earlier:
-                    x' = x - t v + t^2 a / 2,   v' = v - t a
+    shift           the force belongs to the motion `delay` earlier. In a simulation, which
+                    knows an instant alone:  x' = x - t v + t^2 a / 2,   v' = v - t a
     filter          the force passes a low-pass filter of first order, time constant `delay`
     butterworth     the same of second order, Butterworth's: cut-off frequency
                     sqrt(2) / (2 pi `delay`)
@@ -31,6 +31,11 @@ def motion(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """The motion that the recorded force belongs to."""
     (t,) = parameters
     return signals.x - t * signals.v + t**2 / 2 * signals.a, signals.v - t * signals.a
+
+
+def delay(parameters: tuple) -> Any:
+    """The time by which that motion is earlier."""
+    return parameters[0]
 
 
 def rates_filter(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -85,7 +90,7 @@ LATENESS = EffectParameter(
 FORMS = (
     Effect(
         cause="sensor_delay",
-        form="second_order",
+        form="shift",
         title="Sensor delay",
         parameters=(
             EffectParameter(
@@ -94,10 +99,11 @@ FORMS = (
             ),
         ),
         motion=motion,
+        delay=delay,
         needs=frozenset({"acceleration"}),
         of_device=False,
         alike=SERIES_SPRING,
-        source="Taylor series of the motion",
+        source="interpolated motion; its Taylor series in a simulation",
     ),
     Effect(
         cause="sensor_delay",

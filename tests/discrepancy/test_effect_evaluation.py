@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from isolation_sim.discrepancy.device import effect_functions as example
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.measured_runs import measured_runs
@@ -42,3 +43,20 @@ def test_the_largest_current_is_that_of_the_jumps(dt):
     late = late & (np.arange(len(late)) * dt % 0.5 > 0.05)
     exact = data.current + 0.5 * (largest - data.current)
     assert seen[late] == pytest.approx(exact[late], abs=1e-6)
+
+
+def test_the_derivatives_of_the_example_are_those_of_its_step():
+    def step(state, lag):
+        states, by = np.array([state]), np.empty((1, 4))
+        ends = (0.0, 0.0, 0.0, 1.2, 0.0, 20.0), (0.0, 0.0, 0.0, 1.9, 0.0, 20.0)
+        parameters = np.array([lag])
+        example.step_with_slopes.py_func(*ends[0], *ends[1], 0.01, states, parameters, by)
+        other = np.array([state])
+        example.step.py_func(*ends[0], *ends[1], 0.01, other, parameters)
+        assert states[0] == other[0]
+        return states[0], by[0]
+
+    _, by = step(0.7, 0.05)
+    for k, d in enumerate(((1e-5, 0.0), (0.0, 1e-5))):
+        ends = [step(0.7 + side * d[0], 0.05 + side * d[1])[0] for side in (-1, 1)]
+        assert by[k] == pytest.approx((ends[1] - ends[0]) / 2e-5, rel=1e-6)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from isolation_sim.discrepancy.device.carried_history import can_carry_history, carry_history
 from isolation_sim.discrepancy.device.model import EACH_RUN, FittedModel, Model, fit_model
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.campaign import Campaign
@@ -44,6 +45,52 @@ def test_derivatives_by_the_law_pass_the_effect(form, bare):
             ends.append(model.forces(moved, False)[0])
         slope = (ends[1] - ends[0]) / (2 * step)
         assert np.linalg.norm(columns[:, k] - slope) <= 2e-4 * np.linalg.norm(slope)
+
+
+FOLLOWERS = [form for form in FORMS if "force" in form.needs]
+FOLLOWERS += [carry_history(form) for form in FOLLOWERS if can_carry_history(form)]
+
+
+@pytest.fixture(scope="module")
+def series():
+    """Three runs of one device: strain stiffening, a moving current and a lag before the law."""
+    time, runs = np.arange(0, 3.0, 1 / 128), []
+    for k, rate in enumerate((1.3, 0.7, 1.9)):
+        x = 6e-3 * np.sin(2 * np.pi * rate * time) * np.minimum(time, 1.0)
+        v = np.gradient(x, time)
+        force = (4e4 * x + 900 * v) * (1 - 0.1 * k)
+        runs.append(TestRun(f"run{k}", time, x, v, force, 1 + np.sin(2 * time)))
+    campaign = Campaign("series", "made", tuple(runs))
+    data = measured_runs(campaign.runs)
+    model = Model(data, parameterise(campaign, LAWS["strain_stiffening"], data))
+    model = model.with_effects(EFFECTS["current_lag"][0])
+    return model, np.append(model.parameterisation.starts(1, 0)[0], 0.2)
+
+
+@pytest.mark.parametrize("form", FOLLOWERS, ids=lambda form: form.name)
+def test_what_follows_the_force_has_exact_derivatives(form, series):
+    model, before = series
+    lag = len(before) - 1
+    model = model.with_effects(form)
+    own = [np.clip(q.starts[0] * model.size(q), q.lower, q.upper) for q in form.parameters]
+    values = np.concatenate([before, own])
+    _, columns = model.forces(values, True)
+
+    def force(k, factor):
+        moved = values.copy()
+        moved[k] += factor * 1e-4 * abs(values[k])
+        return model.forces(moved, False)[0]
+
+    for k in range(len(values)):
+        if not values[k]:
+            continue
+        # central differences of fourth order
+        slope = (8 * (force(k, 1) - force(k, -1)) - force(k, 2) + force(k, -2)) / (
+            12e-4 * abs(values[k])
+        )
+        # what changes the law's motion or current has forward differences
+        error = 1e-3 if k == lag else 1e-6
+        assert np.linalg.norm(columns[:, k] - slope) <= error * np.linalg.norm(slope), k
 
 
 def test_the_device_alone_has_no_effects_of_the_instruments(bare):

@@ -9,8 +9,10 @@ run's own forces are best met.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,30 +56,108 @@ def of_device(effect: Effect) -> Effect:
     return effect.fresh if isinstance(effect, CarriedHistory) and effect.fresh else effect
 
 
-def first_states(effect: Effect, data: MeasuredRuns, first: NDArray, p: NDArray) -> NDArray:
+def first_states(
+    effect: Effect, data: MeasuredRuns, first: NDArray, p: NDArray, slope: NDArray | None = None,
+    own: int = 0,
+) -> tuple[NDArray, NDArray | None]:  # fmt: skip
     """States at the start of each run, (n_runs, n_states), from those of a fresh device."""
+    # ``slope``: their derivatives, (n_runs, n_states, n_directions), in directions of which those
+    # from ``own`` on are the effect's parameters
     if not keeps_history(effect) or effect.carried is None or data.past is None:
-        return first
-    return np.maximum(first, np.column_stack(effect.carried(data.past, tuple(p))))
+        return first, slope
+    carried = np.column_stack(effect.carried(data.past, tuple(p)))
+    if slope is not None:
+        slope = slope.copy()
+        for run, state in np.argwhere(carried > first):
+            past = Past(*(float(one[run]) for one in data.past))
+            slope[run, state] = 0.0
+            slope[run, state, own : own + len(p)] = _by_parameters(effect.carried, past, p)[state]
+    return np.maximum(first, carried), slope
+
+
+class RestSlopes(NamedTuple):
+    """Derivatives that ``after_rests`` needs, in directions that include the parameters."""
+
+    force: NDArray  # (n_samples, n_directions), of the law's force
+    factor: NDArray  # (n_samples, n_directions), of the effect's factor
+    first: NDArray  # (n_runs, 1, n_directions), of the states at the start
+    own: int  # First direction that is a parameter of the effect
 
 
 def after_rests(
-    effect: Effect, data: MeasuredRuns, force: NDArray, factor: NDArray, first: NDArray, p: NDArray
-) -> NDArray:
+    effect: Effect, data: MeasuredRuns, force: NDArray, factor: NDArray, first: NDArray, p: NDArray,
+    by: RestSlopes | None = None,
+) -> tuple[NDArray, NDArray | None]:  # fmt: skip
     """Move the states at the start of each run, (n_runs, 1), by a step to the forces of the run."""
-    # ``force``: of the law, N; ``factor``: of the effect that begins with ``first``, (n_samples,)
+    # ``force``: of the law, N; ``factor``: of the effect that begins with ``first``, (n_samples,).
+    # Returned are the states, and their derivatives if those of the others are given.
     assert effect.carried is not None and effect.recovery is not None and data.past is not None
     time = effect.recovery(tuple(p))
     before = effect.carried(data.past, tuple(p))[0]  # each run, without recovery
     result, most, so_far = np.zeros_like(first), 0.0, 0.0
+    slopes = None if by is None else np.zeros_like(by.first)
+    by_most = by_so_far = np.zeros(0 if by is None else by.first.shape[2])
     for k, run in enumerate(data.runs):
         # runs that are left out here were made all the same
-        most += max(float(before[k]) - so_far, 0.0)
+        added = float(before[k]) - so_far
+        most += max(added, 0.0)
         simulated = force[run] * factor[run]
-        slope = simulated * np.exp(-np.arange(len(simulated)) * data.dt[k] / time)
-        step = (simulated - data.force[run]) @ slope / max(slope @ slope, 1e-300)
-        result[k] = np.clip(first[k] + step, 0.0, most)
-        most = max(-float(np.log(max(factor[run][-1], 1e-300))), 0.0)
+        seconds = np.arange(len(simulated)) * data.dt[k]
+        fading = np.exp(-seconds / time)
+        slope, misfit = simulated * fading, simulated - data.force[run]
+        size = max(slope @ slope, 1e-300)
+        step = misfit @ slope / size
+        moved = float(first[k, 0] + step)
+        result[k] = np.clip(moved, 0.0, most)
+        left = -float(np.log(max(factor[run][-1], 1e-300)))
         own = Past(0.0, 0.0, 0.0, 0.0, data.force[run] @ data.v[run] * data.dt[k])
+        if by is not None and slopes is not None:
+            places = slice(by.own, by.own + len(p))
+            of_time, of_before, of_own = np.zeros((3, len(by_most)))
+            past = Past(*(float(one[k]) for one in data.past))
+            of_time[places] = _by_parameters(effect.recovery, p)[0]
+            of_before[places] = _by_parameters(effect.carried, past, p)[0]
+            of_own[places] = _by_parameters(effect.carried, own, p)[0]
+            if added > 0:
+                by_most = by_most + of_before - by_so_far
+            if moved > most:
+                slopes[k, 0] = by_most
+            elif moved >= 0:
+                weight = fading * (simulated + misfit - 2 * step * slope) / size
+                by_time = (misfit * slope - 2 * step * slope**2) @ seconds / (size * time**2)
+                slopes[k, 0] = by.first[k, 0] + by_time * of_time
+                slopes[k, 0] += (weight * factor[run]) @ by.force[run]
+                slopes[k, 0] += (weight * force[run]) @ by.factor[run]
+            ending = by.factor[run][-1] / factor[run][-1]
+            by_most, by_so_far = (-ending if left > 0 else 0.0 * ending), of_before + of_own
+        most = max(left, 0.0)
         so_far = float(before[k] + effect.carried(own, tuple(p))[0])
-    return result
+    return result, slopes
+
+
+def _by_parameters(function: Callable[..., Any], *arguments: Any) -> NDArray:
+    """Derivatives of what a function of an effect returns by its parameters, its last argument."""
+    return by_inputs(function, *arguments)[:, -len(arguments[-1]) :]
+
+
+def by_inputs(function: Callable[..., Any], *arguments: Any) -> NDArray:
+    """Derivatives of what a function of an effect returns by all inputs, (n_results, n_inputs)."""
+    kinds = tuple((type(one) if hasattr(one, "_fields") else tuple, len(one)) for one in arguments)
+    numbers = np.concatenate([np.asarray(one, float) for one in arguments])
+    return np.array(_jacobian(function, kinds)(numbers))
+
+
+@lru_cache(maxsize=64)
+def _jacobian(function: Callable[..., Any], kinds: tuple[tuple[Any, int], ...]) -> Any:
+    """CasADi's function for these derivatives; an argument is a named tuple or a plain one."""
+    import casadi
+
+    inputs = casadi.SX.sym("inputs", sum(n for _, n in kinds))
+    arguments, at = [], 0
+    for kind, n in kinds:
+        symbols = casadi.vertsplit(inputs)[at : at + n]
+        arguments.append(tuple(symbols) if kind is tuple else kind(*symbols))
+        at += n
+    result = function(*arguments)
+    rows = casadi.vertcat(*(result if isinstance(result, tuple) else (result,)))
+    return casadi.Function("slopes", [inputs], [casadi.jacobian(casadi.SX(rows), inputs)])

@@ -8,6 +8,7 @@ lag may be far shorter than a sample.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache, reduce
 from types import ModuleType
 from typing import Any
@@ -21,7 +22,8 @@ from ...generated import load_written
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.run_starts import lead_in
 from ...laws.emit import function_text, straight_line, symbols
-from .carried_history import after_rests, first_states, has_unknown_starts
+from .carried_history import RestSlopes, after_rests, by_inputs, first_states, has_unknown_starts
+from .late_motion import late_motion
 
 _KINK = 0.5
 """Change of a state's decay rate times the step, above which its rate has a kink in the step."""
@@ -42,38 +44,126 @@ def evaluate(
     # ``motion`` (m, m/s) and ``current`` (A) may take the place of the measured ones. Returned are,
     # by function, "motion" (2, n_samples), "current", "factor" and "force" (n_samples,).
     x, v = (data.x, data.v) if motion is None else motion
+    if effect.delay is not None:
+        late = float(effect.delay(tuple(parameters)))
+        longest = max(max(abs(q.lower), abs(q.upper)) for q in effect.parameters if q.unit == "s")
+        return {"motion": late_motion(data, x, v, late, longest)}
     current = data.current if current is None else current
+    signals = Signals(x, v, data.a, current, force, data.temperature)
     if not effect.states:
-        signals = Signals(x, v, data.a, current, force, data.temperature)
         return _at_once(effect, signals, tuple(parameters))
-    first = np.zeros((len(data.starts) - 1, len(effect.states)))
-    # a slow effect begins at the first sample: before it the device may have rested for long
-    periods = np.zeros_like(data.periods) if effect.gradual else data.periods
-    ahead = lead_in(data.starts, data.dt, periods, x)
-    if effect.start is not None:
-        for run, k in enumerate(data.starts[:-1] + ahead.lead):
-            signals = Signals(x[k], v[k], data.a[k], current[k], force[k], data.temperature[k])
-            first[run] = effect.start(signals, tuple(parameters))
-    rows = [name for name in HOOKS for _ in range(_width(effect, name))]
-    out = np.empty((len(rows), len(x)))
+    return _Runs(effect, data, signals, parameters).evaluate()
 
-    def trajectory(first: NDArray) -> None:
-        _compiled(effect).trajectory(
-            data.starts, data.dt, *ahead, x, v, data.a, current, force, data.temperature,
-            np.ascontiguousarray(parameters, float), first, np.zeros(len(effect.states)), out,
+
+def differentiate(
+    effect: Effect, data: MeasuredRuns, force: NDArray, parameters: NDArray, by_force: NDArray,
+    own: int,
+) -> tuple[dict[str, Any], dict[str, NDArray]]:  # fmt: skip
+    """Evaluate an effect that follows the law's ``force`` (N), and its derivatives.
+
+    Of the directions of ``by_force``, the force's own derivatives, (n_samples, n_directions), those
+    from ``own`` on are the effect's parameters.
+    """
+    signals = Signals(data.x, data.v, data.a, data.current, force, data.temperature)
+    return _Runs(effect, data, signals, parameters).differentiate(by_force, own)
+
+
+class _Runs:
+    """An effect along runs, through its compiled functions."""
+
+    def __init__(
+        self, effect: Effect, data: MeasuredRuns, signals: Signals, parameters: NDArray
+    ) -> None:
+        self.effect, self.data, self.signals = effect, data, signals
+        self.parameters = np.ascontiguousarray(parameters, float)
+        # a slow effect begins at the first sample: before it the device may have rested for long
+        periods = np.zeros_like(data.periods) if effect.gradual else data.periods
+        self.ahead = lead_in(data.starts, data.dt, periods, signals.x)
+        self.rows = [name for name in HOOKS for _ in range(_width(effect, name))]
+        self.out = np.empty((len(self.rows), len(signals.x)))
+        self.arguments = (
+            data.starts, data.dt, *self.ahead, signals.x, signals.v, data.a, signals.current,
+            signals.force, data.temperature, self.parameters,
         )  # fmt: skip
 
-    if has_unknown_starts(effect) and data.past is not None:
-        for _ in range(_STEPS_TO_START):
-            trajectory(first)
-            factor = out[rows.index("factor")]
-            first = after_rests(effect, data, force, factor, first, parameters)
-    else:
-        first = first_states(effect, data, first, parameters)
-    trajectory(first)
-    return {
-        name: out[:2] if name == "motion" else out[rows.index(name)] for name in dict.fromkeys(rows)
-    }
+    def evaluate(self) -> dict[str, Any]:
+        first, _ = self._fresh()
+
+        def follow(first: NDArray, slope: NDArray | None) -> NDArray | None:
+            state = np.zeros(len(self.effect.states))
+            _compiled(self.effect).trajectory(*self.arguments, first, state, self.out)
+            return None
+
+        self._from_start(first, None, follow)
+        return self._by_function(self.out)
+
+    def differentiate(
+        self, by_force: NDArray, own: int
+    ) -> tuple[dict[str, Any], dict[str, NDArray]]:
+        n, n_own, n_directions = len(self.effect.states), len(self.parameters), by_force.shape[1]
+        by_out = np.empty((len(self.rows), *by_force.shape))
+        state, new_slope = np.zeros(n), np.empty((n, n_directions))
+        by = np.empty((max(n, len(self.rows)), n + n_own + 2))
+
+        def follow(first: NDArray, slope: NDArray | None) -> NDArray | None:
+            assert slope is not None
+            _compiled(self.effect).trajectory_with_slopes(
+                *self.arguments, first, state, self.out, by_force, own, slope.copy(), new_slope,
+                by, by_out,
+            )  # fmt: skip
+            return by_out
+
+        first, by_signals = self._fresh()
+        slope = np.zeros((*first.shape, n_directions))
+        for run, (of_force, of_own) in enumerate(by_signals):
+            slope[run] = of_force * by_force[self._at(run)]
+            slope[run, :, own : own + n_own] += of_own
+        self._from_start(first, (by_force, slope, own), follow)
+        return self._by_function(self.out), self._by_function(by_out)
+
+    def _from_start(
+        self, first: NDArray, by: tuple[NDArray, Any, int] | None, follow: Callable[..., Any]
+    ) -> None:
+        """Follow each run from the states that the runs before have left, from fresh ones."""
+        effect, data, force, p = self.effect, self.data, self.signals.force, self.parameters
+        slope: Any
+        slope, own = (None, 0) if by is None else by[1:]
+        if has_unknown_starts(effect) and data.past is not None:
+            place = self.rows.index("factor")
+            for _ in range(_STEPS_TO_START):
+                by_out = follow(first, slope)
+                known = None if by is None else RestSlopes(by[0], by_out[place], slope, own)
+                first, slope = after_rests(effect, data, force, self.out[place], first, p, known)
+        else:
+            first, slope = first_states(effect, data, first, p, slope, own)
+        follow(first, slope)
+
+    def _fresh(self) -> tuple[NDArray, list[tuple[NDArray, NDArray]]]:
+        """First states of a fresh device in each run; their derivatives by force and parameters."""
+        effect, p = self.effect, tuple(self.parameters)
+        first = np.zeros((len(self.data.dt), len(effect.states)))
+        if effect.start is None:
+            return first, []
+        by_signals = []
+        for run in range(len(first)):
+            at = self._at(run)
+            here = Signals(*(one[at] for one in self.signals))
+            first[run] = effect.start(here, p)
+            if "force" in effect.needs:
+                by = by_inputs(effect.start, here, p)
+                n = len(here)
+                by_signals.append((by[:, Signals._fields.index("force"), np.newaxis], by[:, n:]))
+        return first, by_signals
+
+    def _at(self, run: int) -> int:
+        """Sample at which the device goes into a run from rest."""
+        return int(self.data.starts[run] + self.ahead.lead[run])
+
+    def _by_function(self, rows: NDArray) -> dict[str, Any]:
+        return {
+            name: rows[:2] if name == "motion" else rows[self.rows.index(name)]
+            for name in dict.fromkeys(self.rows)
+        }
 
 
 def _at_once(effect: Effect, signals: Signals, parameters: tuple) -> dict[str, Any]:
@@ -121,21 +211,38 @@ def _text(effect: Effect) -> str:
     unpack = [f"{name} = s[{i}]" for i, name in enumerate(z_names)]
     unpack += [f"{name} = parameters[{k}]" for k, name in enumerate(p_names)]
     named = dict(zip([*names, *z_names, *p_names], [*signals, *z, *p], strict=True))
-    _, _, statements, results = straight_line(named, outputs)
-    arguments = ", ".join(names)
-    respond = [*unpack, *statements, *(f"out[{i}, k] = {r}" for i, r in enumerate(results))]
     ends = [f"{name}_{end}" for end in (0, 1) for name in names]
     both, (h,) = symbols(ends), symbols(["h"])
     begin, end = Signals(*both[: len(names)]), Signals(*both[len(names) :])
-    named = dict(zip([*ends, "h", *z_names, *p_names], [*both, h, *z, *p], strict=True))
-    new = _rosenbrock(effect, begin, end, h, z, tuple(p))
-    _, _, statements, results = straight_line(named, new)
-    step = [*unpack, *statements, *(f"s[{i}] = {r}" for i, r in enumerate(results))]
+    new = _rosenbrock(effect, begin, end, h, z, tuple(p)) if z else []
+    at_ends = dict(zip([*ends, "h", *z_names, *p_names], [*both, h, *z, *p], strict=True))
+
+    def body(inputs: dict[str, Any], values: list, place: str, by: list) -> list[str]:
+        """Statements that store values in ``place``, and their derivatives in an array."""
+        slopes = casadi.jacobian(casadi.vertcat(*values), casadi.vertcat(*by))
+        entries = [(i, j) for i in range(len(values)) for j in range(len(by))]
+        wanted = [*values, *(slopes[i, j] for i, j in entries)]
+        _, _, statements, results = straight_line(inputs, wanted)
+        stored = [f"{place.format(i)} = {one}" for i, one in enumerate(results[: len(values)])]
+        derivatives = zip(entries, results[len(values) :], strict=True)
+        stored += [f"by[{i}, {j}] = {one}" for (i, j), one in derivatives]
+        return [*unpack, *statements, *stored, "return"]
+
+    arguments, steps = f"{', '.join(names)}, s, parameters, out, k", f"{', '.join(ends)}, h, s"
+    variables = [*z, *p]
     functions = [
         "from isolation_sim.compilation.options import exact, math",
-        assigned({"N_STATES": len(effect.states)}),
-        function_text("respond", f"{arguments}, s, parameters, out, k", respond, "@exact"),
-        function_text("step", f"{', '.join(ends)}, h, s, parameters", step, "@exact"),
+        assigned({"N_STATES": len(z), "N_PARAMETERS": len(p), "N_OUTPUTS": len(outputs)}),
+        function_text("respond", arguments, body(named, outputs, "out[{}, k]", []), "@exact"),
+        function_text("step", f"{steps}, parameters", body(at_ends, new, "s[{}]", []), "@exact"),
+    ]
+    # only what follows the force has its derivatives carried along
+    follows = "force" in effect.needs
+    by_response = body(named, outputs, "out[{}, k]", [*variables, here.force] * follows)
+    by_step = body(at_ends, new, "s[{}]", [*variables, begin.force, end.force] * follows)
+    functions += [
+        function_text("respond_with_slopes", f"{arguments}, by", by_response, "@exact"),
+        function_text("step_with_slopes", f"{steps}, parameters, by", by_step, "@exact"),
     ]
     return kernel_text([effect_kernel], {effect_functions: "\n\n".join(functions)})
 

@@ -6,6 +6,8 @@ from ...compilation.options import exact
 from ...effects.current_lag import SHORTEST
 
 N_STATES = 1
+N_PARAMETERS = 1
+N_OUTPUTS = 1
 GAMMA = 1 - 1 / 2**0.5
 """Coefficient of the Rosenbrock step, of every effect."""
 
@@ -26,4 +28,44 @@ def step(
     drift = GAMMA * (current_1 - current_0) / lag
     first = ((current_0 - s[0]) / lag + drift) / (1 + GAMMA * h / lag)
     second = ((current_1 - s[0] - h * first) / lag - drift - 2 * first) / (1 + GAMMA * h / lag)
+    s[0] += h * (1.5 * first + 0.5 * second)
+
+
+@exact
+def respond_with_slopes(x, v, a, current, force, temperature, s, parameters, out, k, by):
+    """The same, and its derivatives by states, parameters and force, a row of by for each."""
+    out[0, k] = s[0]
+    by[0, 0] = 1.0
+    by[0, 1] = 0.0
+    by[0, 2] = 0.0
+
+
+@exact
+def step_with_slopes(
+    x_0, v_0, a_0, current_0, force_0, temperature_0,
+    x_1, v_1, a_1, current_1, force_1, temperature_1, h, s, parameters, by,
+):  # fmt: skip
+    """The same, and derivatives of the new states by states, parameters, and force at both ends."""
+    short = SHORTEST * np.exp(-((parameters[0] / SHORTEST) ** 2))
+    lag = parameters[0] + short
+    by_lag = 1 - 2 * parameters[0] / SHORTEST**2 * short
+    drift = GAMMA * (current_1 - current_0) / lag
+    below = 1 + GAMMA * h / lag
+    first = ((current_0 - s[0]) / lag + drift) / below
+    second = ((current_1 - s[0] - h * first) / lag - drift - 2 * first) / below
+    # of the lag: 1 / lag and what is over it
+    first_by = ((s[0] - current_0) / lag**2 - drift / lag + first * GAMMA * h / lag**2) / below
+    second_by = (
+        (s[0] + h * first - current_1) / lag**2
+        - h * first_by / lag
+        + drift / lag
+        - 2 * first_by
+        + second * GAMMA * h / lag**2
+    ) / below
+    by_first = -1 / lag / below
+    by_second = ((-1 - h * by_first) / lag - 2 * by_first) / below
+    by[0, 0] = 1 + h * (1.5 * by_first + 0.5 * by_second)
+    by[0, 1] = h * (1.5 * first_by + 0.5 * second_by) * by_lag
+    by[0, 2] = 0.0
+    by[0, 3] = 0.0
     s[0] += h * (1.5 * first + 0.5 * second)

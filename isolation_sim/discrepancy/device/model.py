@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
@@ -15,7 +16,7 @@ from ...identification.law_fit import LawModel
 from ...identification.least_squares import DETERMINED, Optimum, orthonormal, unit_columns
 from ...identification.measured_runs import MeasuredRuns
 from .carried_history import has_unknown_starts
-from .effect_evaluation import evaluate
+from .effect_evaluation import differentiate, evaluate
 
 # A load cell that is set to zero before every run: no run tells the offset of another. This form
 # needs the measured force itself, so that it cannot be an effect of the catalogue: the mean of each
@@ -38,10 +39,6 @@ def run_means(data: MeasuredRuns, values: NDArray) -> NDArray:
     sums = np.add.reduceat(values, data.starts[:-1], axis=0)
     lengths = data.lengths.reshape(-1, *[1] * (values.ndim - 1))
     return np.repeat(sums / lengths, data.lengths, axis=0)
-
-
-_DIFFERENCE = 1e-4
-"""Change of the law's force with which its derivatives pass an effect, relative to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,28 +123,25 @@ class Model(LawModel):
         self, values: NDArray, derivatives: bool, inner: NDArray | None = None
     ) -> tuple[NDArray, NDArray]:
         """Force of all samples, (n_samples,), N, and its derivatives, (n_samples, n_values)."""
-        # Derivatives are exact by the law's parameters and differences by the effects' parameters.
-        # ``inner`` is the law's force before any effect, if it is known and no derivatives are
-        # wanted.
+        # Derivatives are exact by the law's parameters, and by those of effects that follow the
+        # force; by those of other effects they are differences. ``inner`` is the law's force before
+        # any effect, if it is known and no derivatives are wanted.
         law, own = values[: self.n_law], [values[s] for s in self.slices()]
         if inner is None or derivatives:
             inner, jacobian = self._law_force(law, own, derivatives)
-        evaluated = [self._evaluate(e, inner, p) for e, p in zip(self.effects, own, strict=True)]
-        force = _combined(inner, evaluated)
         if not derivatives:
-            return self._with_offsets(self.data.record(force)), np.empty((0, len(values)))
-        columns = np.empty((len(force), len(values)))
-        by_law = jacobian @ self.parameterisation.spread
-        columns[:, : self.n_law] = self._passed(by_law, inner, force, evaluated, own)
-        for place, effect in enumerate(self.effects):
-            for k, quantity in enumerate(effect.parameters):
-                moved = [p.copy() for p in own]
-                step = quantity.difference * max(abs(moved[place][k]), 0.01 * self.size(quantity))
-                if moved[place][k] + step > quantity.upper:
-                    step = -step
-                moved[place][k] += step
-                other = self._moved(inner, evaluated, place, law, moved)
-                columns[:, self.slices()[place].start + k] = (other - force) / step
+            evaluated = [
+                self._evaluate(e, inner, p) for e, p in zip(self.effects, own, strict=True)
+            ]
+            force = self._with_offsets(self.data.record(_combined(inner, evaluated)))
+            return force, np.empty((0, len(values)))
+        by_inner = np.zeros((len(inner), len(values)))
+        np.matmul(jacobian, self.parameterisation.spread, out=by_inner[:, : self.n_law])
+        for place, k, step, moved in self._moves(own):
+            effect = self.effects[place]
+            if effect.motion is not None or effect.current is not None:
+                by_inner[:, k] = (self._law_force(law, moved, False)[0] - inner) / step
+        force, columns = self._behind_effects(inner, by_inner, own)
         return self._with_offsets(self.data.record(force)), self.recorded(columns)
 
     def recorded(self, columns: NDArray) -> NDArray:
@@ -155,42 +149,60 @@ class Model(LawModel):
         columns = self.data.record(columns)
         return columns - run_means(self.data, columns) if EACH_RUN in self.effects else columns
 
-    def _passed(
-        self, by_law: NDArray, inner: NDArray, force: NDArray, evaluated: list, own: list
-    ) -> NDArray:
-        """Derivatives of the law's force as they come out behind the effects."""
-        following = [k for k, effect in enumerate(self.effects) if "force" in effect.needs]
-        if not following:
-            for one in evaluated:
-                if "factor" in one:
-                    by_law = by_law * one["factor"][:, np.newaxis]
-            return by_law
-        passed = np.empty_like(by_law)
-        for k, column in enumerate(by_law.T):
-            size = float(np.linalg.norm(column))
-            step = _DIFFERENCE * float(np.linalg.norm(inner)) / size if size > 0 else 1.0
-            changed, moved = list(evaluated), inner + step * column
-            for place in following:
-                changed[place] = self._evaluate(self.effects[place], moved, own[place])
-            passed[:, k] = (_combined(moved, changed) - force) / step
-        return passed
+    def _moves(self, own: list) -> Iterator[tuple[int, int, float, list]]:
+        """Differences: an effect's place, the value's, the step and all parameters after it."""
+        for place, effect in enumerate(self.effects):
+            for k, quantity in enumerate(effect.parameters):
+                moved = [p.copy() for p in own]
+                step = quantity.difference * max(abs(moved[place][k]), 0.01 * self.size(quantity))
+                if moved[place][k] + step > quantity.upper:
+                    step = -step
+                moved[place][k] += step
+                yield place, self.slices()[place].start + k, step, moved
+
+    def _behind_effects(
+        self, inner: NDArray, by_inner: NDArray, own: list
+    ) -> tuple[NDArray, NDArray]:
+        """The law's force and its derivatives by all values as they come out behind effects."""
+        evaluated: list[dict[str, Any]] = []
+        slopes: list[tuple[slice, dict[str, NDArray]]] = []
+        for effect, parameters, place in zip(self.effects, own, self.slices(), strict=True):
+            if "force" in effect.needs:
+                here, by = differentiate(
+                    effect, self.data, inner, parameters, by_inner, place.start
+                )
+                slopes.append((slice(0, by_inner.shape[1]), by))
+            else:
+                here = self._evaluate(effect, inner, parameters)
+                shape = len(inner), len(parameters)
+                slopes.append((place, {name: np.empty(shape) for name in here}))
+            evaluated.append(here)
+        for at, k, step, moved in self._moves(own):
+            columns, by = slopes[at]
+            if by and "force" not in self.effects[at].needs:
+                other = self._evaluate(self.effects[at], inner, moved[at])
+                for name, values in by.items():
+                    values[:, k - columns.start] = (other[name] - evaluated[at][name]) / step
+        factors = [one.get("factor") for one in evaluated]
+        for factor in factors:
+            if factor is not None:
+                by_inner *= factor[:, np.newaxis]
+        for at, (columns, by) in enumerate(slopes):
+            if "factor" in by:
+                others = inner
+                for factor in (*factors[:at], *factors[at + 1 :]):
+                    others = others if factor is None else others * factor
+                by["factor"] *= others[:, np.newaxis]
+                by_inner[:, columns] += by["factor"]
+            if "force" in by:
+                by_inner[:, columns] += by["force"]
+        return _combined(inner, evaluated), by_inner
 
     def _with_offsets(self, force: NDArray) -> NDArray:
         """The force with each run's own load-cell offset, if that effect is there."""
         if EACH_RUN not in self.effects:
             return force
         return force + run_means(self.data, self.data.force - force)
-
-    def _moved(
-        self, inner: NDArray, evaluated: list, place: int, law: NDArray, own: list
-    ) -> NDArray:
-        """Force after the parameters of one effect have changed."""
-        effect = self.effects[place]
-        if effect.motion is not None or effect.current is not None:
-            inner = self._law_force(law, own, False)[0]
-        changed = list(evaluated)
-        changed[place] = self._evaluate(effect, inner, own[place])
-        return _combined(inner, changed)
 
     def law_force(self, values: NDArray) -> NDArray:
         """Force of the law before any effect, N, on the motion and current that effects leave."""
