@@ -35,8 +35,11 @@ def test_the_motion_is_that_of_another_instant(late):
     x, v = evaluate(form, data, data.force, np.array([-late]))["motion"]
     exact = position(np.arange(0.0, 4.0, DT), 4.0)
     # without the first quarter of a second: the measured velocity has a corner there
-    assert x[125:] == pytest.approx(exact[125:], abs=4e-2 * 5e-3)
-    assert v[125:] == pytest.approx(np.gradient(exact, DT)[125:], abs=3e-2 * np.max(v))
+    inside = slice(125, -30)
+    assert x[inside] == pytest.approx(exact[inside], abs=2e-3 * 5e-3)
+    assert v[inside] == pytest.approx(np.gradient(exact, DT)[inside], abs=5e-3 * np.max(v))
+    # at the end the motion goes on by a guess
+    assert x[-30:] == pytest.approx(exact[-30:], abs=4e-2 * 5e-3)
 
 
 def test_a_late_displacement_is_named_with_its_delay():
