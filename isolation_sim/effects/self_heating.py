@@ -24,6 +24,12 @@ from .effect import Effect, EffectParameter, Past, Signals
 from .followers import positive
 
 
+WINDOW = 1.0
+"""s: averaging time of the secant stiffness, about a cycle."""
+REST = 1e-6
+"""m: an RMS deformation well below it has no secant stiffness."""
+
+
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
     return np.exp(-positive(states[0]))
@@ -87,11 +93,6 @@ def rates_dissipation(signals: Signals, states: tuple, parameters: tuple) -> tup
         (signals.x**2 - square) / WINDOW,
     )
 
-
-WINDOW = 1.0
-"""s: averaging time of the secant stiffness, about a cycle."""
-REST = 1e-6
-"""m: an RMS deformation well below it has no secant stiffness."""
 
 PARAMETERS = (
     EffectParameter(
