@@ -55,7 +55,7 @@ def instantaneous(signals: Signals, states: tuple, parameters: tuple) -> Any:
 
 def network(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
-    return 1 - parameters[0] * (1 - states[0])
+    return 1 - parameters[0] * (1 - positive(states[0]))
 
 
 def rates_network(signals: Signals, states: tuple, parameters: tuple) -> tuple:

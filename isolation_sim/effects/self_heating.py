@@ -23,7 +23,6 @@ from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Past, Signals
 from .followers import positive
 
-
 WINDOW = 1.0
 """s: averaging time of the secant stiffness, about a cycle."""
 REST = 1e-6
