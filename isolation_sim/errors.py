@@ -32,3 +32,11 @@ class ControllerWarning(UserWarning):
 
 class AccuracyWarning(UserWarning):
     """Some steps of a run missed the tolerance; with the accuracy that all steps meet."""
+
+
+def not_installed(what: str, library: str, extra: str) -> InputError:
+    """Error of what needs a library of an extra."""
+    return InputError(
+        f"{what} needs {library}, which is not installed; expected: "
+        f"pip install 'isolation-sim[{extra}]'"
+    )

@@ -11,7 +11,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 
-from ..errors import InputError, check_name
+from ..errors import InputError, check_name, not_installed
 from ..rendering import render
 from .columns import read_columns
 from .files import atomic_write, read_netcdf
@@ -177,10 +177,7 @@ def _write_xlsx(parts: dict[str, Any], path: Path) -> None:
     try:
         import openpyxl  # noqa: F401
     except ModuleNotFoundError:
-        raise InputError(
-            "xlsx needs openpyxl, which is not installed; expected: "
-            "pip install 'isolation-sim[excel]'"
-        ) from None
+        raise not_installed("xlsx", "openpyxl", "excel") from None
     tables = {}
     for name, part in parts.items():
         for axis, table in _flat(part).items():

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ..errors import InputError, not_installed
 
 VERSIONS = ("2.0", "3.0")
 
@@ -30,10 +30,7 @@ class Unit:
         try:
             import fmpy
         except ModuleNotFoundError:
-            raise InputError(
-                f"{self.file}: needs FMPy, which is not installed; expected: "
-                "pip install 'isolation-sim[fmi]'"
-            ) from None
+            raise not_installed(f"{self.file}:", "FMPy", "fmi") from None
         if not self.file.is_file():
             raise InputError(f"{self.file}: no such file; expected: a functional mock-up unit")
         try:

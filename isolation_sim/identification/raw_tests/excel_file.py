@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...errors import InputError
+from ...errors import InputError, not_installed
 from .raw_table import RawTable, Row, tables_of_rows
 
 
@@ -13,10 +13,7 @@ def read_excel(path: Path) -> list[RawTable]:
     try:
         import openpyxl
     except ModuleNotFoundError:
-        raise InputError(
-            f"{path}: needs openpyxl, which is not installed; expected: "
-            "pip install 'isolation-sim[excel]'"
-        ) from None
+        raise not_installed(f"{path}:", "openpyxl", "excel") from None
     try:
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
         sheets = {sheet.title: list(sheet.iter_rows(values_only=True)) for sheet in book.worksheets}

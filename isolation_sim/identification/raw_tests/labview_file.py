@@ -11,8 +11,7 @@ import numpy as np
 
 from ground_motions.readers.lines import is_number, read_lines
 
-from ...errors import InputError
-from ..run_table import MINIMUM_SAMPLES
+from ...errors import InputError, not_installed
 from .channels import Heading, heading_of
 from .raw_table import RawTable, Row, with_point
 
@@ -37,7 +36,7 @@ def read_lvm(path: Path) -> list[RawTable]:
         stop = ends[number + 1] if number + 1 < len(ends) else len(rows)
         part = f"table {number}" if len(ends) > 2 else ""
         tables.append(_segment(path, part, rows[ends[number - 1] : end], rows[end + 1 : stop]))
-    return [table for table in tables if len(table.lines) >= MINIMUM_SAMPLES]
+    return tables
 
 
 def _segment(path: Path, part: str, above: Sequence[Row], below: Sequence[Row]) -> RawTable:
@@ -70,10 +69,7 @@ def read_tdms(path: Path) -> list[RawTable]:
     try:
         from nptdms import TdmsFile
     except ModuleNotFoundError:
-        raise InputError(
-            f"{path}: needs npTDMS, which is not installed; expected: "
-            "pip install 'isolation-sim[tdms]'"
-        ) from None
+        raise not_installed(f"{path}:", "npTDMS", "tdms") from None
     try:
         with path.open("rb") as file:
             if file.read(4) != b"TDSm":
@@ -86,8 +82,7 @@ def read_tdms(path: Path) -> list[RawTable]:
     except Exception as error:  # npTDMS raises many kinds
         words = " ".join(str(error).split())
         raise InputError(f"{path}: cannot be read ({words}); expected: a file *.tdms") from None
-    tables = [_group(path, group) for group in groups]
-    return [table for table in tables if len(table.lines) >= MINIMUM_SAMPLES]
+    return [_group(path, group) for group in groups]
 
 
 def _group(path: Path, group: Any) -> RawTable:

@@ -107,7 +107,7 @@ def tables_of_frames(path: Path, result: Any) -> list[RawTable]:
         rate = frame.attrs.get("rate_Hz")
         lines = list(range(1, len(frame) + 1))
         tables.append(RawTable(path, str(part), headings, [*columns], lines, rate=rate))
-    return [table for table in tables if len(table.lines) >= MINIMUM_SAMPLES]
+    return tables
 
 
 def _blocks(rows: Sequence[Row], width: int) -> list[list[Row]]:

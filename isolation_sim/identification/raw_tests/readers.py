@@ -9,6 +9,7 @@ from typing import Any
 from ground_motions.registry import Registry
 
 from ...errors import InputError
+from ..run_table import MINIMUM_SAMPLES
 from .raw_table import RawTable, tables_of_frames
 
 TEST_READERS: Registry[Callable[[Path], Any]] = Registry(
@@ -31,7 +32,8 @@ def read_tables(path: Path) -> list[RawTable]:
     read = TEST_READERS[name]
     try:
         result = read(path)
-        return result if isinstance(result, list) else tables_of_frames(path, result)
+        tables = result if isinstance(result, list) else tables_of_frames(path, result)
+        return [table for table in tables if len(table.lines) >= MINIMUM_SAMPLES]
     except (InputError, OSError):
         raise
     except Exception as error:
