@@ -303,10 +303,24 @@ def test_several_tables_of_a_file(tmp_path):
     assert [run.name for run in runs] == ["test_1", "test_2", "test_3"]
     for run in runs:
         assert_is_the_test(run)
-    half = len(numbers) // 2
-    half = numbers.index("\n", half) + 1
-    broken = written(tmp_path, HEADING + numbers[:half] + "stopped\n" + numbers[half:])
-    assert "again from line" in refused(broken)
+
+
+def test_a_text_among_the_numbers(tmp_path):
+    lines = rows("%.4f,%.6f,%.6f,%.2f", TIME, 1e3 * X, FORCE, CURRENT).splitlines(keepends=True)
+    heading = "Time,Disp,Force,Current\ns,mm,N,A\n"
+    path = written(tmp_path, heading + "".join([*lines[:150], "cycle 2\n", *lines[150:], "end"]))
+    imported = iso.import_tests(path)
+    assert_is_the_test(imported.campaign.runs[0])
+    assert "line 153 among the numbers left out, 'cycle 2'" in imported.notes[0]
+    assert "what stands below line 403 is left out" in imported.notes[0]
+    few = [*lines[:150], "stopped\n", *lines[150:155], "resumed\n", *lines[155:]]
+    imported = iso.import_tests(written(tmp_path, heading + "".join(few)))
+    assert "lines 153 to 159 among the numbers left out, 'stopped'" in imported.notes[0]
+    # the times begin again: another test
+    runs = iso.import_tests(written(tmp_path, heading + "Test 2\n".join(["".join(lines)] * 2)))
+    assert [run.name for run in runs.campaign.runs] == ["test_1", "test_2"]
+    for run in runs.campaign.runs:
+        assert_is_the_test(run)
 
 
 def test_a_reader_of_ones_own(tmp_path, monkeypatch):
@@ -394,7 +408,8 @@ def test_choices_of_the_caller(tmp_path):
         ("Time (s),x (mm),Vert load (kN),Arm (kN)\n" + rows("%f,%f,%f,%f", *[TIME] * 4),
          "2 columns for the force, 'Vert load (kN)', 'Arm (kN)'; expected: one of them"),
         ("t,x_mm,F_kN\n" + rows("%.1f,%.6f,%.6f", 1e3 * TIME, X, X), "no unit, and steps of 5"),
-        (HEADING + PLAIN + "Block 2\n" + PLAIN, "from line 2, and again from line 403"),
+        ("x (mm),F (kN)\n" + "Block 2\n".join([rows("%f,%f", X, X)] * 2),
+         "from line 2, and again from line 403; expected: one table, a heading above each, or a"),
         (HEADING + PLAIN.replace("0.5000,0.000000", "0.5000,OVER"), "column Disp (mm): given 'OV"),
         (HEADING + rows("%.2f,%.6f,%.6f", TIME, X, X), "line 4: given the first of 199 times"),
         (HEADING + rows("%.4f,%.6f,%.6f", TIME % 1, X, X), "line 202: given a time of 0 s after"),

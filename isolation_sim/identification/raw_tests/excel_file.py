@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ...errors import InputError, not_installed
-from .raw_table import RawTable, Row, tables_of_rows
+from .raw_table import RawTable, Row, is_data, tables_of_rows
 
 
 def read_excel(path: Path) -> list[RawTable]:
@@ -26,11 +26,10 @@ def read_excel(path: Path) -> list[RawTable]:
     tables: list[RawTable] = []
     for title, values in sheets.items():
         width = max(map(len, values), default=0)
-        rows = [
-            Row(k, ["" if cell is None else str(cell).strip() for cell in row])
-            for k, row in enumerate(values, 1)
-        ]
-        for row in rows:
-            row.cells.extend([""] * (width - len(row.cells)))
-        tables += tables_of_rows(path, f"sheet {title}", rows, width)
+        rows = []
+        for k, row in enumerate(values, 1):
+            cells = ["" if cell is None else str(cell).strip() for cell in row]
+            cells += [""] * (width - len(cells))
+            rows.append(Row(k, cells, is_data(cells)))
+        tables += tables_of_rows(path, f"sheet {title}", rows)
     return tables

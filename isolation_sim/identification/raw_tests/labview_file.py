@@ -25,10 +25,11 @@ def read_lvm(path: Path) -> list[RawTable]:
     if not lines[0].startswith("LabVIEW Measurement"):
         raise InputError(f"{path}, line 1", repr(lines[0][:40]), "LabVIEW Measurement")
     comma = any(line.split()[:2] == ["Separator", "Comma"] for line in lines[:40])
-    rows = [
-        Row(number, [cell.strip() for cell in line.split("," if comma else "\t")])
-        for number, line in enumerate(lines, 1)
-    ]
+    rows = []
+    for number, line in enumerate(lines, 1):
+        cells = [cell.strip() for cell in line.split("," if comma else "\t")]
+        numbers = all(is_number(with_point(cell)) for cell in cells if cell)
+        rows.append(Row(number, cells, numbers and any(cells)))
     # the header of the file ends first, then that of each segment
     ends = [k for k, row in enumerate(rows) if row.cells[0] == _END]
     tables = []
@@ -42,10 +43,7 @@ def read_lvm(path: Path) -> list[RawTable]:
 def _segment(path: Path, part: str, above: Sequence[Row], below: Sequence[Row]) -> RawTable:
     header = {row.cells[0]: row.cells[1:] for row in above}
     names = next((row.cells for row in below if row.cells[0] == _X), [_X])
-    block = [
-        row for row in below
-        if any(row.cells) and all(is_number(with_point(cell)) for cell in row.cells if cell)
-    ]  # fmt: skip
+    block = [row for row in below if row.numbers]
     units = iter(header.get("Y_Unit_Label", []))
     headings: list[Heading] = []
     columns = []

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,6 +26,7 @@ class Row(NamedTuple):
 
     line: int
     cells: list[str]
+    numbers: bool  # Whether it belongs to a table
     comment: bool = False  # Whether it may stand among numbers
 
 
@@ -71,30 +70,73 @@ class RawTable:
         return numbers
 
 
-def tables_of_rows(path: Path, part: str, rows: Sequence[Row], width: int) -> list[RawTable]:
-    """Tables of rows of cells; a further one begins where quantities are named again."""
-    place = f"{path}, {part}" if part else str(path)
-    blocks = _blocks(rows, width) if width else []
-    starts = [0] if blocks else []
-    for before, block in pairwise(blocks):
-        between = [row for row in rows if before[-1].line < row.line < block[0].line]
-        named = [row.line for row in between if sum(map(names_quantity, row.cells)) > 1]
-        if not named:
-            raise InputError(
-                place,
-                f"rows of numbers from line {before[0].line}, and again from line {block[0].line}",
-                "one table, or a heading above each",
-            )
-        starts.append(before[-1].line)
-    tables: list[RawTable] = []
-    for number, (start, block) in enumerate(zip(starts, blocks, strict=True), 1):
-        end = starts[number] if number < len(blocks) else math.inf
-        several = f"table {number}" if len(blocks) > 1 else ""
-        own = [row for row in rows if start < row.line <= end]
-        table = _table(path, f"{part} {several}".strip(), own, block)
+def tables_of_rows(path: Path, part: str, rows: Sequence[Row]) -> list[RawTable]:
+    """Tables of rows of cells; one begins at a heading, or where the time begins again."""
+    tests: list[list[RawTable]] = []  # of each test its sections between texts
+    heading: list[Row] = []  # what stands above the test
+    last = 0
+    for block in _blocks(rows):
+        between = [row for row in rows if last < row.line < block[0].line]
+        last = block[-1].line
+        if not tests or any(sum(map(names_quantity, row.cells)) > 1 for row in between):
+            heading = between
+            tests.append([_table(path, part, heading, block)])
+            continue
+        table = _table(path, part, heading, block)
+        if _begins_again(tests[-1][-1], table):
+            tests.append([table])
+        else:
+            tests[-1].append(table)
+            texts = [row for row in between if any(row.cells) and not row.comment]
+            tests[-1][0].notes.append(_left_out_between(texts))
+    tables = [_joined(sections) for sections in tests]
+    if tables and any(any(row.cells) and not row.comment for row in rows if row.line > last):
+        tables[-1].notes.append(f"what stands below line {last} is left out")
+    if len(tables) > 1:
         # what the file says of its rate stands above its first table
-        tables.append(replace(table, rate=table.rate or (tables[0].rate if tables else None)))
+        tables = [
+            replace(table, part=f"{part} table {number}".strip(), rate=table.rate or tables[0].rate)
+            for number, table in enumerate(tables, 1)
+        ]
     return tables
+
+
+def _joined(sections: Sequence[RawTable]) -> RawTable:
+    """One table of its sections, with the notes of the first."""
+    if len(sections) == 1:
+        return sections[0]
+    columns: list[NDArray | list[str]] = []
+    for parts in zip(*(section.columns for section in sections), strict=True):
+        if isinstance(parts[0], list):
+            columns.append([cell for column in parts for cell in column])
+        else:
+            columns.append(np.concatenate(parts))
+    lines = [line for section in sections for line in section.lines]
+    return replace(sections[0], columns=columns, lines=lines)
+
+
+def _left_out_between(rows: Sequence[Row]) -> str:
+    """Note of what stands among the numbers of a table."""
+    first, last = rows[0], rows[-1]
+    lines = f"line {first.line}" if first is last else f"lines {first.line} to {last.line}"
+    return f"{lines} among the numbers left out, {' '.join(first.cells).strip()!r}"
+
+
+def _begins_again(before: RawTable, after: RawTable) -> bool:
+    """Whether the times of rows without a heading of their own begin again after a text."""
+    clocks = [
+        k for k, heading in enumerate(before.headings)
+        if "time" in heading.quantities and before.usable(k)
+    ]  # fmt: skip
+    # a name that may be that of a time, "t", comes after one that is
+    clocks.sort(key=lambda k: len(before.headings[k].quantities))
+    if not clocks or before.headings != after.headings:
+        raise InputError(
+            before.place,
+            f"rows of numbers from line {before.lines[0]}, and again from line {after.lines[0]}",
+            "one table, a heading above each, or a column of times",
+        )
+    return bool(np.nanmin(after.numbers(clocks[0])) <= np.nanmax(before.numbers(clocks[0])))
 
 
 def tables_of_frames(path: Path, result: Any) -> list[RawTable]:
@@ -110,19 +152,20 @@ def tables_of_frames(path: Path, result: Any) -> list[RawTable]:
     return tables
 
 
-def _blocks(rows: Sequence[Row], width: int) -> list[list[Row]]:
+def _blocks(rows: Sequence[Row]) -> list[list[Row]]:
     """Sequences of rows of numbers that are long enough for a test."""
     blocks: list[list[Row]] = [[]]
     for row in rows:
-        if len(row.cells) == width and is_data(row.cells) and not row.comment:
+        if row.numbers:
             blocks[-1].append(row)
         elif blocks[-1] and any(row.cells) and not row.comment:
             blocks.append([])
     return [block for block in blocks if len(block) >= MINIMUM_SAMPLES]
 
 
-def _table(path: Path, part: str, rows: Sequence[Row], block: Sequence[Row]) -> RawTable:
+def _table(path: Path, part: str, heading: Sequence[Row], block: Sequence[Row]) -> RawTable:
     """Table of a block of rows, with the names and units above it."""
+    rows = [*heading, *block]
     width = len(block[0].cells)
     # a row that begins the table but has text where the others have numbers is above it
     texts = [_are_texts([row.cells[k] for row in block]) for k in range(width)]
@@ -141,8 +184,6 @@ def _table(path: Path, part: str, rows: Sequence[Row], block: Sequence[Row]) -> 
     notes = []
     if any(is_data(cells, least=2) for cells in above):
         notes.append(f"numbers above line {block[0].line} are left out")
-    if any(any(row.cells) and not row.comment for row in rows if row.line > block[-1].line):
-        notes.append(f"what stands below line {block[-1].line} is left out")
     headings, columns = [], []
     for k in used:
         cells = [row.cells[k] for row in block]

@@ -36,8 +36,8 @@ def read_text(path: Path) -> list[RawTable]:
         comment = bool(_COMMENT.match(line)) and not (separator == ";" and is_data(cells))
         numbers = len(cells) == width and is_data(cells) and not comment
         cells = cells if numbers else _heading_cells(line, separator, width)
-        rows.append(Row(number, cells, comment))
-    return tables_of_rows(path, "", rows, width)
+        rows.append(Row(number, cells, numbers, comment))
+    return tables_of_rows(path, "", rows)
 
 
 def _cells(line: str, separator: str) -> list[str]:
