@@ -316,3 +316,19 @@ NEGLIGIBLE_LOSS = 0.03
 Convention; as ``EQUATION_GAIN``."""
 EQUATION_PREFERRED = 1.05
 """Factor on the learned term's left-out error up to which the equation is offered. Convention."""
+
+# The next tests
+
+BEYOND_TESTED = 1.5
+"""Factor on the largest tested velocity, acceleration and force up to which a test that tells two
+causes apart is proposed. Convention."""
+REACHED_AGAIN = 1.02
+"""Factor on the largest tested velocity and acceleration up to which a missing condition is
+proposed. Convention."""
+SINUSOIDAL = 0.03
+"""Share of a motion's variance beside its sinusoid up to which a run is a sinusoid, in the middle
+half: it may begin and end softly. Convention."""
+STEADY_CURRENT = 0.02
+"""Range of a current over the largest one up to which it is steady. Convention."""
+GRID_CELLS = 4
+"""Conditions of a grid per tested one, up to which the tests are taken for a grid. Convention."""

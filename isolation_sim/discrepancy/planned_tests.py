@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,23 +17,18 @@ from ..identification.loop_cycles import find_frequency
 from ..identification.run_table import TestRun
 from ..io.csv_table import write_table
 from ..rendering import Printed, render
+from .decisions import (
+    BEYOND_TESTED,
+    GRID_CELLS,
+    REACHED_AGAIN,
+    SINUSOIDAL,
+    STEADY_CURRENT,
+)
 from .device.conditions import same_values
 from .interval import number
 
 if TYPE_CHECKING:
     import pandas
-
-BEYOND = 1.5
-"""Factor on the largest tested velocity, acceleration and force up to which a test is proposed."""
-_SINUSOIDAL = 0.03
-"""Share of a motion's variance beside its sinusoid up to which a run is a sinusoid, in the middle
-half: it may begin and end softly. Convention."""
-_STEADY = 0.02
-"""Range of a current over the largest one up to which it is steady. Convention."""
-_GRID = 4
-"""Conditions of a grid per tested one, up to which the tests are taken for a grid. Convention."""
-_REACHED = 1.02
-"""Factor on the largest tested velocity and acceleration up to which a condition is proposed."""
 
 
 @dataclass(frozen=True)
@@ -86,8 +81,8 @@ class PlannedTest:
         cause, rival = self.tells
         return (
             f"To distinguish {cause} from {rival}: {self.words}; their predictions differ there by "
-            f"{self.difference:.3g} times the force's noise (RMS). Only tests up to {BEYOND:g} "
-            "times the tested velocity, acceleration and force were compared."
+            f"{self.difference:.3g} times the force's noise (RMS). Only tests up to "
+            f"{BEYOND_TESTED:g} times the tested velocity, acceleration and force were compared."
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -127,6 +122,20 @@ class TestPlan(Printed):
     tests: tuple[PlannedTest, ...]
     notes: tuple[str, ...] = ()
 
+    @property
+    def matrix(self) -> tuple[PlannedTest, ...]:
+        """Each test once, also if it tells several causes apart; their least difference."""
+        tests: dict[Any, PlannedTest] = {}
+        for one in self.tests:
+            same = tests.setdefault(one.words or id(one), one)
+            if same is not one:
+                tests[one.words] = replace(
+                    same,
+                    why=f"{same.why}, {one.why.removeprefix('tells ')}",
+                    difference=min(same.difference, one.difference),
+                )
+        return tuple(tests.values())
+
     def to_records(self) -> list[dict[str, Any]]:
         """List the tests as rows of a test matrix.
 
@@ -135,7 +144,7 @@ class TestPlan(Printed):
         list of dict
             With a number each, ``test``.
         """
-        return [{"test": k} | one.to_dict() for k, one in enumerate(self.tests, 1)]
+        return [{"test": k} | one.to_dict() for k, one in enumerate(self.matrix, 1)]
 
     def to_dict(self) -> dict[str, Any]:
         """Return the plan as plain numbers and text.
@@ -179,7 +188,7 @@ class TestPlan(Printed):
         return Path(path)
 
     def __repr__(self) -> str:
-        return f"TestPlan({self.name!r}, {len(self.tests)} tests)"
+        return f"TestPlan({self.name!r}, {len(self.matrix)} tests)"
 
     def _shown(self) -> Iterator[Any]:
         if self.tests:
@@ -196,7 +205,7 @@ def missing_conditions(
     largest = max(float(np.max(np.abs(run.current))) for run in runs)
     sinusoids = [
         (run, *one) for run in runs
-        if np.ptp(run.current) <= _STEADY * largest and (one := _sinusoid(run)) is not None
+        if np.ptp(run.current) <= STEADY_CURRENT * largest and (one := _sinusoid(run)) is not None
     ]  # fmt: skip
     if len(sinusoids) < 2:
         return (), ("Fewer than two tests are sinusoids at a constant current: there is no grid.",)
@@ -204,7 +213,7 @@ def missing_conditions(
     currents = np.array([float(np.mean(run.current)) for run, *_ in sinusoids])
     groups = [
         same_values(amplitudes, 0.15), same_values(frequencies, 0.15),
-        same_values(currents, 0.0, _STEADY * largest),
+        same_values(currents, 0.0, STEADY_CURRENT * largest),
     ]  # fmt: skip
     notes = tuple(
         f"All sinusoids have one {what}: they cannot show the dependence on it."
@@ -216,14 +225,14 @@ def missing_conditions(
     cycles = float(np.median([np.ptp(run.time) * f for run, _, f in sinusoids]))
     rate = float(np.median([1 / run.step for run, *_ in sinusoids]))
     cells = list(product(*groups))
-    if len(cells) > _GRID * len(sinusoids):
+    if len(cells) > GRID_CELLS * len(sinusoids):
         grid = " x ".join(str(len(group)) for group in groups)
         return (), (*notes, f"The tests are no grid of amplitudes, frequencies, currents ({grid}).")
     tests = []
     for a, f, i in cells:
         amplitude, omega = float(np.mean(amplitudes[a])), float(np.mean(speed[f]))
-        within = amplitude * omega <= _REACHED * fastest
-        within &= amplitude * omega**2 <= _REACHED * hardest
+        within = amplitude * omega <= REACHED_AGAIN * fastest
+        within &= amplitude * omega**2 <= REACHED_AGAIN * hardest
         if within and not (a & f & i).any():
             frequency = omega / (2 * np.pi)
             tests.append(PlannedTest(
@@ -244,6 +253,6 @@ def _sinusoid(run: TestRun) -> tuple[float, float] | None:
     phase = 2 * np.pi * frequency * (run.time[middle] - run.time[0])
     columns = np.stack([np.ones_like(phase), np.cos(phase), np.sin(phase)], axis=1)
     values: NDArray = np.linalg.lstsq(columns, x, rcond=None)[0]
-    if np.var(x - columns @ values) > _SINUSOIDAL * np.var(x):
+    if np.var(x - columns @ values) > SINUSOIDAL * np.var(x):
         return None
     return float(np.ptp(x)) / 2, frequency

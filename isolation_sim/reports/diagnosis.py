@@ -320,7 +320,7 @@ _TEST_HEADINGS = (
 def plan_table(plan: TestPlan) -> TextTable:
     """Tests of a plan."""
     rows = []
-    for k, (test, row) in enumerate(zip(plan.tests, plan.to_records(), strict=True), 1):
+    for k, (test, row) in enumerate(zip(plan.matrix, plan.to_records(), strict=True), 1):
         numbers = (f"{row[key]:g}" for key in ("amplitude_mm", "frequency_Hz", "cycles"))
         rows.append(
             (str(k), *numbers, _current_text(test), f"{row['sample_rate_Hz']:g}", _why_text(test))

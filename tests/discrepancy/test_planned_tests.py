@@ -98,6 +98,18 @@ def test_a_plan_prints_rivals_first_with_steps_and_rests():
     assert "differ there by 12.3 times" in tests[0].sentence
 
 
+def test_a_test_that_tells_two_pairs_apart_is_made_once():
+    one = PlannedTest(8e-3, 1.0, (2.0,), 12.0, 500.0, "tells a from b", tells=("a", "b"),
+                      difference=12.0, words="a sinusoid")  # fmt: skip
+    other = replace(one, why="tells a from c", tells=("a", "c"), difference=5.0)
+    third = PlannedTest(4e-3, 1.0, (2.0,), 12.0, 500.0, "this combination was not tested")
+    plan = TestPlan("rig", (one, other, third, replace(third, amplitude=6e-3)))
+    first, *rest = plan.to_records()
+    assert first["why"] == "tells a from b, a from c" and first["difference_over_noise"] == 5.0
+    assert [row["amplitude_mm"] for row in rest] == [4.0, 6.0]
+    assert "tells a from b, a from c" in " ".join(str(plan).split())
+
+
 def test_what_has_no_plan_is_refused(tmp_path):
     with pytest.raises(iso.InputError, match="neither a saved diagnosis nor a campaign"):
         iso.plan_tests(tmp_path / "missing")

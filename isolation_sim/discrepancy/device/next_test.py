@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from ...identification.current_basis import tested_currents
 from ...identification.measured_runs import MeasuredRuns
-from ..planned_tests import BEYOND, PlannedTest
+from ..decisions import BEYOND_TESTED
+from ..planned_tests import PlannedTest
 from .effect_search import EffectSearch
 from .model import FittedModel
 
@@ -48,7 +49,7 @@ def rival_tests(
         moves = test.v != 0
         for pair, rival in rivals.items():
             forces = [force, _force(rival, test)]
-            if not np.max(np.abs(forces)) <= BEYOND * np.max(np.abs(data.force)):
+            if not np.max(np.abs(forces)) <= BEYOND_TESTED * np.max(np.abs(data.force)):
                 continue  # a law that diverges, or a force that the rig may not reach
             differ = float(np.sqrt(np.mean((forces[0] - forces[1])[moves] ** 2))) / noise
             if differ > found.get(pair, (0.0,))[0]:
@@ -73,7 +74,7 @@ def _planned(
 def _within(data: MeasuredRuns, test: MeasuredRuns) -> bool:
     """Whether a test is little faster than those that were made."""
     return all(
-        np.max(np.abs(new)) <= BEYOND * np.max(np.abs(old))
+        np.max(np.abs(new)) <= BEYOND_TESTED * np.max(np.abs(old))
         for new, old in ((test.v, data.v), (test.a, data.a))
     )
 
