@@ -111,7 +111,7 @@ def import_tests(
     result = run_import(
         tests,
         out,
-        columns=_columns_of_tests(column),
+        columns=_sensors(column),
         units=read_values(unit, "--unit", "force=kN"),
         current=current,
         current_from_name=current_from_name,
@@ -126,8 +126,8 @@ def import_tests(
         print(f"campaign: {result.folder}")
 
 
-def _columns_of_tests(texts: list[str] | None) -> dict[str, list[str]]:
-    """Columns by quantity; several sensors of one if the option is repeated for it."""
+def _sensors(texts: list[str] | None) -> dict[str, list[str]]:
+    """Columns by quantity or channel; several sensors of one if the option is repeated for it."""
     columns: dict[str, list[str]] = {}
     for text in texts or ():
         ((quantity, column),) = read_values([text], "--column", "force=3").items()
@@ -154,7 +154,7 @@ def _columns(
     """What each column of a building record's files is taken for."""
     from ..discrepancy.building.raw_records.import_record import read_columns
 
-    columns = read_values(column, "--column", "force=3")
+    columns = _sensors(column)
     units = read_values(unit, "--unit", "force=kN")
     return read_columns(files, settings, columns, units, rate, leave_out or [])
 

@@ -163,9 +163,9 @@ def _blocks(rows: Sequence[Row]) -> list[list[Row]]:
     return [block for block in blocks if len(block) >= MINIMUM_SAMPLES]
 
 
-def _table(path: Path, part: str, heading: Sequence[Row], block: Sequence[Row]) -> RawTable:
+def _table(path: Path, part: str, lines_above: Sequence[Row], block: Sequence[Row]) -> RawTable:
     """Table of a block of rows, with the names and units above it."""
-    rows = [*heading, *block]
+    rows = [*lines_above, *block]
     width = len(block[0].cells)
     # a row that begins the table but has text where the others have numbers is above it
     texts = [_are_texts([row.cells[k] for row in block]) for k in range(width)]

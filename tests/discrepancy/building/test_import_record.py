@@ -558,3 +558,90 @@ def test_options_of_device_tests_are_refused(tmp_path, capsys):
     assert code == 2 and "--hold-out: given with a building record; expected: device tests" in told
     code, _, told = called(capsys, raw, "--force")
     assert code == 2 and "--force: given with device tests" in told
+
+
+def test_several_sensors_of_a_channel(tmp_path):
+    channels = motion(floors=2)
+    floor = channels.pop("floor1_acceleration")
+    many = plain({**channels, "A3": 1.1 * floor, "A4": 0.9 * floor})
+    many = many.replace("A3 [A]", "A3 [m/s2]").replace("A4 [A]", "A4 [m/s2]")
+    files = written(tmp_path, many)
+    expected = channels | {"floor1_acceleration": floor}
+    imported = iso.import_building_record(files, columns={"floor1_acceleration": ["A3", "A4"]})
+    assert_is(imported.record, expected)
+    assert imported.notes == (
+        "floor1_acceleration is the mean of 'A3 [m/s2]', 'A4 [m/s2]', which differ from it by 10 % "
+        "(RMS)",
+    )
+    assert "A3 [m/s2], A4 [m/s2]" in str(imported)
+    # the settings that it writes import the same
+    again = written(tmp_path, imported.settings, "again.toml")
+    assert_is(iso.import_building_record(files, settings=again).record, expected)
+    options = ["--building", "--column", "floor1_acceleration=A3"]
+    with pytest.raises(SystemExit) as stop:
+        main(["import", str(files), *options, "--column", "floor1_acceleration=A4"])
+    assert stop.value.code == 0
+    assert "one column" in refused(files, columns={"time": [1, 2]})
+    placed = {"column": "A3", "position_m": [0, 3]}
+    told = refused(files, settings={"channels": {"floor1_acceleration": placed}})
+    assert "given one of floor1_acceleration; expected: that of an acceleration along x" in told
+    assert "none alone" in refused(files, columns={"floor1_acceleration": ["A3", "none"]})
+
+
+def planar(channels, places):
+    """Sensors at positions of floors that move as rigid bodies."""
+    shown = {}
+    for place, sensors in places.items():
+        quantity = "displacement" if place == "isolator" else "acceleration"
+        turn = channels[f"{place}_rotation_{quantity}"]
+        for k, (axis, x, y) in enumerate(sensors):
+            lever = -y if axis == "x" else x
+            shown[place, k] = channels[f"{place}_{axis}_{quantity}"] + lever * turn
+    return shown
+
+
+def test_sensors_at_positions_give_the_rotation(tmp_path):
+    channels = motion(axes=("x", "y"))
+    for k, place in enumerate(("base", "floor1", "isolator"), 1):
+        quantity = "displacement" if place == "isolator" else "acceleration"
+        channels[f"{place}_rotation_{quantity}"] = 0.1 * k * channels["isolator_x_displacement"]
+    places = {
+        "base": [("x", 0, 4), ("x", 0, -4), ("y", 6, 0)],
+        "floor1": [("x", 1, 4), ("x", 2, -4), ("y", 6, 1), ("y", -5, 0)],
+        "isolator": [("x", 0, 4), ("y", 5, 0), ("y", -5, 0)],
+    }
+    sensors = planar(channels, places)
+    names = ["ground_x_acceleration", "ground_y_acceleration"]
+    heads = ["Time [s]", *(f"{name} [m/s^2]" for name in names)]
+    heads += [f"s{n} [{'m' if key[0] == 'isolator' else 'm/s^2'}]" for n, key in enumerate(sensors)]
+    rows = text([TIME, *(channels[name] for name in names), *sensors.values()], ",")
+    files = written(tmp_path, ",".join(heads) + "\n" + rows)
+    entries = {}
+    for place, each in places.items():
+        quantity = "displacement" if place == "isolator" else "acceleration"
+        for k, (axis, *at) in enumerate(each):
+            entry = {"column": 4 + list(sensors).index((place, k)), "position_m": at}
+            entries.setdefault(f"{place}_{axis}_{quantity}", []).append(entry)
+    given = {"channels": entries}
+    imported = iso.import_building_record(files, settings=given)
+    assert_is(imported.record, channels)
+    assert any("rigid body by 4 sensors, which differ from it by" in n for n in imported.notes)
+    again = written(tmp_path, imported.settings, "again.toml")
+    assert_is(iso.import_building_record(files, settings=again).record, channels)
+    # without a rotation that the building does not have
+    fewer = {**entries, "floor1_rotation_acceleration": "none"}
+    record = iso.import_building_record(files, settings={"channels": fewer}).record
+    assert not any(name.startswith("floor1_rotation") for name in record.response)
+    alone = {**entries, "floor1_y_acceleration": entries["floor1_y_acceleration"][:1]}
+    alone["floor1_x_acceleration"] = entries["floor1_x_acceleration"][:1]
+    told = refused(files, settings={"channels": alone})
+    assert "floor1, acceleration: given 2 sensors at (1, 4) m, (6, 1) m" in told
+    lacking = {**entries, "floor1_x_acceleration": entries["floor1_x_acceleration"][0]["column"]}
+    assert "given no position of 's3" in refused(files, settings={"channels": lacking})
+    ground = {"ground_x_acceleration": {"column": 2, "position_m": [0, 1]}}
+    assert "given one of ground_x_acceleration" in refused(files, settings={"channels": ground})
+    # of one direction, whose keys have it
+    entries = {key: one for key, one in entries.items() if "_y_" not in key}
+    entries |= {"ground_y_acceleration": "none"}
+    told = refused(files, settings={"channels": entries, "direction": "x"})
+    assert "given position_m, in a record of one direction" in told

@@ -30,7 +30,9 @@ class Column(NamedTuple):
     unit: str
     factor: float  # From the unit to SI, with sign and scale
     channel: Channel | None  # None for the time and the current
-    key: str  # time, current, or that of the channel
+    key: str  # time, current, or that of the channel, with " 2" for its second sensor
+    scale: float = 1.0  # Beside the unit's factor
+    at: tuple[float, float] | None = None  # Sensor's position in the plan, m
 
 
 class OpenColumn(NamedTuple):
@@ -96,10 +98,13 @@ class Match(Printed):
         lines = ["# Settings of an import: isolation-sim import FILES --settings THIS_FILE", ""]
         lines += _general(self.settings)
         lines += ["", "# sign = -1 and scale = 1.02 may be added to a channel.", "[channels]"]
+        sensors = defaultdict(list)
+        for one in self.columns:
+            if one.key != TIME or len(self.tables) == 1:
+                sensors[one.key.split()[0]].append(self._entry(*one[:2], one.unit))
         entries = {
-            one.key: self._entry(one.table, one.position, one.unit)
-            for one in self.columns
-            if one.key != TIME or len(self.tables) == 1
+            key: each[0] if len(each) == 1 else f"[{', '.join(each)}]"
+            for key, each in sensors.items()
         }
         time = self.settings.channels.get(TIME)
         if time is not None and len(self.tables) > 1 and time.column.lower() != "none":
@@ -123,9 +128,9 @@ class Match(Printed):
         if len(self.tables) > 1:
             parts["file"] = self.file_of(table)
         for one in self.columns:
-            entry = self.settings.channels.get(one.key)
-            if one[:2] == (table, index) and entry and entry.factor != 1:
-                parts["scale"] = entry.factor
+            if one[:2] == (table, index):
+                parts |= {"scale": one.scale} if one.scale != 1 else {}
+                parts |= {"position_m": list(one.at)} if one.at is not None else {}
         return _inline({key: value for key, value in parts.items() if value != ""})
 
 

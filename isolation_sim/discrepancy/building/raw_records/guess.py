@@ -28,7 +28,7 @@ from .headings import (
     sensor_factor,
     sensor_units,
 )
-from .settings import CURRENT, TIME, Entry, RecordSettings, channel_of
+from .settings import CURRENT, TIME, Entry, RecordSettings, channel_of, sensor_key
 
 
 class Sensor(NamedTuple):
@@ -42,6 +42,13 @@ class Sensor(NamedTuple):
     scale: float
     relative: bool
     prescribed: bool  # Whether by the settings
+    number: int = 1  # Of several sensors of the channel that the settings name, from 1
+    at: tuple[float, float] | None = None  # In the plan, m
+
+    @property
+    def key(self) -> str:
+        """Key of the channel, and the sensor's number from 2."""
+        return sensor_key(self.channel.key, self.number)
 
 
 def columns_of_settings(
@@ -140,7 +147,8 @@ def sensor_of_settings(
     tables: Mapping[str, RawTable], settings: RecordSettings, table: str, k: int, key: str
 ) -> Sensor:
     """The sensor of a column that the settings name."""
-    one = channel_of(key)
+    name, _, number = key.partition(" ")
+    one = channel_of(name)
     assert one is not None
     heading = tables[table].headings[k]
     entry = settings.channels[key]
@@ -152,7 +160,9 @@ def sensor_of_settings(
         )
     if entry.unit and sensor_factor(one, unit) is None:
         raise InputError(f"{place}.unit", repr(unit), sensor_units(one))
-    return Sensor(table, k, heading, one, unit, entry.factor, False, True)
+    return Sensor(
+        table, k, heading, one, unit, entry.factor, False, True, int(number or 1), entry.position
+    )
 
 
 def guess_sensors(

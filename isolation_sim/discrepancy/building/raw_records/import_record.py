@@ -16,12 +16,13 @@ from ....errors import InputError
 from ....identification.raw_tests.files import tables_by_name
 from ....io.files import check_new_files, write_text
 from ....rendering import Printed, render
-from ..channels import channel
+from ..channels import ROTATION, channel
 from ..record import BuildingRecord, read_building_record
 from ..record_checks import check_quantities, record_problems
 from .columns import Column, Match, places_of
 from .match import drop_unused_tables, match_columns
-from .merge import Samples, merge
+from .merge import merge
+from .sensors import Samples
 from .settings import CURRENT, channel_of, read_settings
 
 __all__ = ["ImportedRecord", "import_building_record"]
@@ -69,7 +70,7 @@ def import_building_record(
     out: str | Path | None = None,
     *,
     settings: str | Path | Mapping[str, Any] | None = None,
-    columns: Mapping[str, str | int] | None = None,
+    columns: Mapping[str, str | int | Sequence[str | int]] | None = None,
     units: Mapping[str, str] | None = None,
     rate: float | None = None,
     leave_out: Sequence[str] = (),
@@ -91,7 +92,8 @@ def import_building_record(
         Heading of a column, or its number from 1, by channel: ``time``, ``current``,
         ``ground_acceleration``, ``base_acceleration``, ``floor1_acceleration``, ...,
         ``isolator_displacement``, each also with a direction, as ``base_x_acceleration``;
-        ``"none"`` for no column. They go before those of ``settings``.
+        ``"none"`` for no column; a list for several sensors, whose mean is taken. They go before
+        those of ``settings``, which may also have positions of sensors.
     units : mapping, optional
         Unit by channel, or for all of ``acceleration``, ``displacement``, ``current`` or ``time``.
     rate : float, optional
@@ -137,13 +139,16 @@ def check_no_input(path: Path, match: Match) -> None:
 def read_columns(
     files: str | Path | Sequence[str | Path],
     settings: str | Path | Mapping[str, Any] | None,
-    columns: Mapping[str, str | int] | None,
+    columns: Mapping[str, str | int | Sequence[str | int]] | None,
     units: Mapping[str, str] | None,
     rate: float | None,
     leave_out: Sequence[str],
 ) -> Match:
     """Read files, and say what each column is taken for."""
-    chosen = {key: str(column) for key, column in (columns or {}).items()}
+    chosen = {
+        key: [str(column)] if isinstance(column, str | int) else [str(one) for one in column]
+        for key, column in (columns or {}).items()
+    }
     choices = read_settings(settings, chosen, dict(units or {}), rate)
     places = [files] if isinstance(files, str | Path) else list(files)
     tables, notes = tables_by_name([Path(place) for place in places], leave_out, "record")
@@ -219,7 +224,7 @@ def _read_back(text: str, name: str, match: Match) -> BuildingRecord:
                 message = place + message[len(name) :]
             for one in match.columns:
                 message = message.replace(
-                    f"{place}, {_name(one.key)}: ",
+                    f"{place}, {one.channel.name if one.channel else _name(one.key)}: ",
                     f"{match.tables[one.table].place}, column {one.heading!r}, {one.key}: ",
                 )
             if match.settings.relative is None and message.endswith("relative to the ground"):
@@ -241,8 +246,11 @@ def _row(name: str, values: np.ndarray, columns: Sequence[Column]) -> tuple[str,
     """Channel, range, unit, heading, its unit, and file."""
     one = channel(name)
     key, unit = (one.key, one.unit) if one else (CURRENT, "A")
-    source = next((each for each in columns if each.key == key), None)
-    origin = (
-        (source.heading, source.unit, source.table) if source else ("base minus ground", "", "")
-    )
+    sources = [each for each in columns if (each.channel.key if each.channel else each.key) == key]
+    origin = ("base minus ground", "", "")
+    if one is not None and one.axis == ROTATION:
+        origin = ("from sensors along x and y", "", "")
+    if sources:
+        headings = ", ".join(each.heading for each in sources)
+        origin = (headings, sources[0].unit, sources[0].table)
     return (key, f"{np.min(values):.3g} to {np.max(values):.3g}", unit, *origin)

@@ -21,7 +21,10 @@ def match_columns(
     chosen = columns_of_settings(tables, settings)
     columns = [*find_times_and_currents(tables, settings, chosen)]
     taken = {(table, k) for table, k, _ in chosen} | {(one.table, one.position) for one in columns}
-    sensors = [sensor_of_settings(tables, settings, *one) for one in chosen if channel_of(one[2])]
+    sensors = [
+        sensor_of_settings(tables, settings, *one)
+        for one in chosen if channel_of(one[2].split()[0])
+    ]  # fmt: skip
     guessed, unused, open_ = guess_sensors(tables, settings, taken)
     sensors += guessed
     resolver = Resolver(tables, settings, notes=list(notes), unused=unused, open=open_)

@@ -15,21 +15,13 @@ from ....identification.raw_tests.channels import Channel as RawChannel
 from ....identification.raw_tests.samples import samples_of
 from ..channels import BASE, GROUND, ISOLATOR, ROTATION, Channel
 from .columns import Match
-from .settings import CURRENT, TIME, channel_of
+from .sensors import Samples, combine_sensors
+from .settings import CURRENT, TIME
 
 _APART = 0.1
 """Distance of two files' samples, in steps, up to which they are taken as simultaneous."""
 _QUIET = 0.3
 """Motion in the quiet part over that of the whole record, both RMS, up to which it is quiet."""
-
-
-class Samples(NamedTuple):
-    """Channels at common times."""
-
-    step: float  # s
-    start: float  # Time of the first sample in the files, s
-    values: dict[str, NDArray]  # (n,) in SI, by key
-    notes: list[str]
 
 
 class _Part(NamedTuple):
@@ -53,6 +45,10 @@ def merge(match: Match) -> Samples:
         step, start, values = _align(parts, notes)
     samples = Samples(step, start, values, notes)
     _remove_offsets(match, samples)
+    combine_sensors(match.columns, samples)
+    for key, entry in match.settings.channels.items():
+        if entry.column.lower() == "none":
+            samples.values.pop(key, None)  # a rotation that is not wanted
     _make_absolute(match, samples)
     _subtract_ground(samples)
     return samples
@@ -192,7 +188,7 @@ def _remove_offsets(match: Match, samples: Samples) -> None:
         whole = total * samples.step
         raise InputError(place, f"{length:g}", f"8 samples or more of the {whole:.4g} s")
     removed = []
-    headings = {one.key: one.heading for one in match.columns}
+    columns = {one.key: one for one in match.columns}
     for key, values in samples.values.items():
         if key == CURRENT:
             continue
@@ -200,11 +196,12 @@ def _remove_offsets(match: Match, samples: Samples) -> None:
         if np.std(values[:count]) > _QUIET * np.std(values):
             raise InputError(
                 place,
-                f"{length:g}, in which {key} ({headings[key]!r}) moves as in the whole record",
+                f"{length:g}, in which {key} ({columns[key].heading!r}) moves as in the whole "
+                "record",
                 "the time before the motion, s",
             )
         samples.values[key] = values - mean
-        one = channel_of(key)
+        one = columns[key].channel
         removed.append(f"{key} {mean:.3g} {one.unit if one else ''}")
     samples.notes.append(f"the mean of the first {length:g} s is subtracted: {', '.join(removed)}")
 
@@ -214,7 +211,7 @@ def _make_absolute(match: Match, samples: Samples) -> None:
     if not match.settings.relative:
         return
     added = []
-    for one in (column.channel for column in match.columns):
+    for one in dict.fromkeys(column.channel for column in match.columns):
         if one is None or one.is_displacement or one.place == GROUND or one.axis == ROTATION:
             continue
         ground = samples.values[Channel(GROUND, one.axis, one.quantity).key]

@@ -209,7 +209,7 @@ class Resolver:
             groups[one.channel].append(one)
         result = []
         for which, group in groups.items():
-            if len(group) == 1:
+            if len(group) == 1 or all(one.prescribed for one in group):
                 result += group
                 continue
             texts = ", ".join(repr(one.heading.text) for one in group)
@@ -218,7 +218,8 @@ class Resolver:
             by_file = f'{which.key} = {{ column = "{group[0].heading.text}", file = "..." }}'
             self._add(
                 None, self._place(*group), f"{len(group)} columns for {which.key}, {texts}",
-                f"one of them, as {f'{by_file} in the settings' if same else by_option}",
+                f"one of them, as {f'{by_file} in the settings' if same else by_option}, or the "
+                "option for each, whose mean is read",
             )  # fmt: skip
             for one in group:
                 self._open(one)
@@ -256,5 +257,7 @@ class Resolver:
             one.unit,
             factor * one.scale,
             one.channel,
-            key,
+            one.key,
+            one.scale,
+            one.at,
         )

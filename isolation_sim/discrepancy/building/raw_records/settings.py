@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from ....errors import InputError, unknown_name
 from ....io.files import read_toml
-from ..channels import BASE, GROUND, ISOLATOR, ROTATION, Channel
+from ..channels import AXES, BASE, GROUND, ISOLATOR, ROTATION, Channel
 from .headings import SENSOR_QUANTITIES
 
 TIME, CURRENT = "time", "current"
@@ -23,7 +23,7 @@ _KEYS_EXPECTED = (
     "isolator_displacement, or base_displacement and ground_displacement, each also with a "
     "direction, as base_x_acceleration"
 )
-_ENTRY_KEYS = ("column", "file", "unit", "sign", "scale")
+_ENTRY_KEYS = ("column", "file", "unit", "sign", "scale", "position_m")
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,7 @@ class Entry:
     file: str = ""  # File or table; empty if the column is in one table only
     unit: str = ""  # Of the column; empty if its heading has one
     factor: float = 1.0  # Sign times scale
+    position: tuple[float, float] | None = None  # In the plan, from the reference point, m
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,8 @@ class RecordSettings:
     """Choices of the caller; see `import_building_record`."""
 
     place: str = "settings"  # File, for errors
-    channels: dict[str, Entry] = field(default_factory=dict)  # By key
+    # By key; the second sensor of a channel has the key and " 2"
+    channels: dict[str, Entry] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)  # By key or quantity
     rate: float | None = None  # Of files without a column of time, Hz
     floors: int | None = None  # Number of floors above the base; the last one is the roof
@@ -55,7 +57,7 @@ class RecordSettings:
 
 def read_settings(
     source: str | Path | Mapping[str, Any] | None,
-    columns: Mapping[str, str],
+    columns: Mapping[str, Sequence[str]],
     units: Mapping[str, str],
     rate: float | None,
 ) -> RecordSettings:
@@ -72,9 +74,11 @@ def read_settings(
         for key, (name, reader) in READERS.items()
         if key in data
     }
-    channels = {**read.pop("channels", {}), **{k: Entry(text) for k, text in columns.items()}}
     for key in columns:
         check_key(key, "--column")
+    channels = {k: e for k, e in read.pop("channels", {}).items() if k.split()[0] not in columns}
+    for key, texts in columns.items():
+        channels |= _of_sensors(key, [Entry(text) for text in texts], "--column")
     every_unit = {**read.pop("units", {}), **units}
     for key in units:
         check_unit_key(key, "--unit")
@@ -95,6 +99,22 @@ def channel_of(key: str) -> Channel | None:
     else:
         known = channel.place != ISOLATOR and channel[:2] != (GROUND, ROTATION)
     return channel if known else None
+
+
+def sensor_key(key: str, number: int) -> str:
+    """Key of a sensor of a channel, from 1."""
+    return key if number == 1 else f"{key} {number}"
+
+
+def _of_sensors(key: str, entries: Sequence[Entry], place: str) -> dict[str, Entry]:
+    """Entries of a channel by the keys of its sensors."""
+    if len(entries) > 1:
+        texts = ", ".join(repr(entry.column) for entry in entries)
+        if key in (TIME, CURRENT):
+            raise InputError(f"{place} {key}", texts, "one column")
+        if any(entry.column.lower() == "none" for entry in entries):
+            raise InputError(f"{place} {key}", texts, "columns, or none alone")
+    return {sensor_key(key, k): entry for k, entry in enumerate(entries, 1)}
 
 
 def check_key(key: str, place: str) -> None:
@@ -165,17 +185,25 @@ def _units(value: Any, place: str) -> dict[str, str]:
 
 
 def _channels(value: Any, place: str) -> dict[str, Entry]:
-    entries = _table(value, place)
-    for key in entries:
+    result: dict[str, Entry] = {}
+    for key, given in _table(value, place).items():
         check_key(key, place)
-    return {key: _entry(entry, f"{place}.{key}") for key, entry in entries.items()}
+        several = isinstance(given, list)
+        if given == []:
+            raise InputError(f"{place}.{key}", "[]", "a column, or several")
+        entries = [
+            _entry(one, key, f"{place}.{key}{f'[{k}]' if several else ''}")
+            for k, one in enumerate(given if several else [given])
+        ]
+        result |= _of_sensors(key, entries, f"{place},")
+    return result
 
 
-def _entry(value: Any, place: str) -> Entry:
+def _entry(value: Any, key: str, place: str) -> Entry:
     data = dict(value) if isinstance(value, Mapping) else {"column": value}
-    for key in data:
-        if key not in _ENTRY_KEYS:
-            raise unknown_name(f"key in {place},", key, _ENTRY_KEYS)
+    for each in data:
+        if each not in _ENTRY_KEYS:
+            raise unknown_name(f"key in {place},", each, _ENTRY_KEYS)
     column = data.get("column")
     if isinstance(column, bool) or not isinstance(column, int | str) or column in ("", "?"):
         raise InputError(f"{place}.column", repr(column), "a heading, its number, or none")
@@ -193,7 +221,26 @@ def _entry(value: Any, place: str) -> Entry:
     scale = _number(data.get("scale", 1), f"{place}.scale")
     if scale == 0:
         raise InputError(f"{place}.scale", "0", "a number other than 0")
-    return Entry(str(column), file, unit, sign * scale)
+    at = _position(data["position_m"], key, place) if "position_m" in data else None
+    return Entry(str(column), file, unit, sign * scale, at)
+
+
+def _position(value: Any, key: str, place: str) -> tuple[float, float]:
+    one, place = channel_of(key), f"{place}.position_m"
+    if (
+        one is None
+        or one.axis not in AXES
+        or one.place == GROUND
+        or (one.place, one.quantity) == (BASE, "displacement")
+    ):
+        raise InputError(
+            place, f"one of {key}",
+            "that of an acceleration along x or y above the ground, or of the isolators' "
+            "displacement",
+        )  # fmt: skip
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise InputError(place, repr(value), "[x, y] in m, from the point of the structure's dofs")
+    return _number(value[0], place), _number(value[1], place)
 
 
 READERS: dict[str, tuple[str, Callable[[Any, str], Any]]] = {
