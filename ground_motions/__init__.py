@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from ground_motions.readers import read as read
     from ground_motions.readers import read_at2 as read_at2
     from ground_motions.readers import read_csv as read_csv
+    from ground_motions.readers import read_esm as read_esm
+    from ground_motions.readers import read_geonet as read_geonet
     from ground_motions.readers import read_knet as read_knet
     from ground_motions.readers import read_text as read_text
     from ground_motions.readers import read_v2 as read_v2
@@ -114,8 +116,10 @@ _HOMES = {
     "read": "ground_motions.readers",
     "read_at2": "ground_motions.readers",
     "read_csv": "ground_motions.readers",
+    "read_esm": "ground_motions.readers",
     "read_files": "ground_motions.suites",
     "read_folder": "ground_motions.suites",
+    "read_geonet": "ground_motions.readers",
     "read_knet": "ground_motions.readers",
     "read_peer": "ground_motions.suites",
     "read_text": "ground_motions.readers",

@@ -9,11 +9,13 @@ from pathlib import Path
 
 _PAIRS = (("h1", "h2"), ("fn", "fp"), ("ns", "ew"), ("n", "e"), ("x", "y"))
 """Ends of the names of both horizontal components, the first one first."""
-_VERTICAL = ("up", "ud", "dn", "dwn", "v", "ver", "vert", "z")
+_VERTICAL = ("up", "u", "ud", "dn", "dwn", "v", "ver", "vert", "z")
 _WORDS = "|".join((*(end for pair in _PAIRS for end in pair), *_VERTICAL))
 _STEM = re.compile(
     rf"(?P<base>.+?)(?:[-_. ]+(?P<word>{_WORDS})|[-_. ]*(?P<azimuth>\d{{3}}))", re.IGNORECASE
 )
+# stations' names, such as IT.NRC..HGE.D.20161030.C.ACC, have it at the end of a code of the channel
+_CHANNEL = re.compile(r"(?P<before>.+\.[A-Z][NGLH])(?P<word>[ENZ])(?P<after>\..+)")
 
 
 def by_recording(files: Iterable[Path]) -> list[tuple[str, list[Path]]]:
@@ -23,10 +25,10 @@ def by_recording(files: Iterable[Path]) -> list[tuple[str, list[Path]]]:
     groups: dict[tuple[str, str], dict[str, Path]] = {}
     keys = {}
     for path in files:
-        match = _STEM.fullmatch(path.stem)
-        if match and match["base"] not in stems:
-            keys[path] = match["base"], path.suffix.lower()
-            groups.setdefault(keys[path], {})[_end(match).lower()] = path
+        base, end = _split(path.stem)
+        if end and base not in stems:
+            keys[path] = base, path.suffix.lower()
+            groups.setdefault(keys[path], {})[end.lower()] = path
     components = {key: _components(group) for key, group in groups.items()}
     result: dict[Path, tuple[str, list[Path]]] = {}
     for path in files:
@@ -40,12 +42,16 @@ def by_recording(files: Iterable[Path]) -> list[tuple[str, list[Path]]]:
 
 def component_end(name: str) -> str:
     """End of a name that tells which component it is, such as FN or 090; empty if there is none."""
-    match = _STEM.fullmatch(name)
-    return _end(match) if match else ""
+    return _split(name)[1]
 
 
-def _end(match: re.Match[str]) -> str:
-    return match["word"] or match["azimuth"]
+def _split(name: str) -> tuple[str, str]:
+    """Name of a recording, and what tells its component; empty if nothing does."""
+    if match := _CHANNEL.fullmatch(name):
+        return match["before"] + match["after"], match["word"]
+    if match := _STEM.fullmatch(name):
+        return match["base"], match["word"] or match["azimuth"]
+    return name, ""
 
 
 def _components(group: dict[str, Path]) -> list[Path]:

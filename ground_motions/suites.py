@@ -16,12 +16,13 @@ from ground_motions.component_names import by_recording
 from ground_motions.errors import InputError, warn
 from ground_motions.readers import READERS, read
 from ground_motions.readers.csv_file import acceleration_columns
+from ground_motions.readers.geonet import directions_of
 from ground_motions.readers.lines import read_lines, table_cells
 from ground_motions.readers.v2 import channels_of
 from ground_motions.record import Record
 
 _TEXT = {".txt", ".dat"}
-_V2 = {".v2", ".v2c"}
+_COMPONENTS = {".v2": channels_of, ".v2c": channels_of, ".v2a": directions_of}
 _KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<sensor>[12]?)", re.IGNORECASE)
 _NAMED = 8  # files in a warning
 _SEARCH_RESULTS = "_SearchResults.csv"
@@ -100,8 +101,9 @@ def read_folder(
     dt : float, optional
         Sampling step of text files of one column, s.
     column : str or sequence of str, optional
-        Columns of CSV files, and channels of V2 files, with more than one; needed for more than
-        two. One, or two for the two horizontal components; a third one is the vertical component.
+        Columns of CSV files, channels of V2 files and directions of V2A files, with more than one;
+        needed for more than two, but for V2A. One, or two for the two horizontal components; a
+        third one is the vertical component.
 
     Returns
     -------
@@ -218,7 +220,7 @@ def _group_components(files: list[Path]) -> Iterator[tuple[str, list[Path]]]:
 def _may_have_several(path: Path) -> bool:
     """Whether a file can have several components."""
     suffix = path.suffix.lower()
-    return suffix in _V2 or (suffix == ".csv" and len(acceleration_columns(path)) > 1)
+    return suffix in _COMPONENTS or (suffix == ".csv" and len(acceleration_columns(path)) > 1)
 
 
 def _record(
@@ -295,11 +297,12 @@ def _components(path: Path, unit: str | None, dt: float | None, column: Columns)
             header = table_cells(path)[0][1]
             columns = [each for each in columns if each in header] or [None]
             return [read(path, column=each, unit=unit) for each in columns]
-    elif suffix in _V2:
-        present = channels_of(path)
+    elif suffix in _COMPONENTS:
+        present = _COMPONENTS[suffix](path)
     if len(present) < 2:
         return [read(path)]
-    if len(present) == 2:
+    # of three, the directions of GeoNet alone tell the vertical one
+    if len(present) == 2 or (suffix == ".v2a" and len(present) == 3):
         columns = columns or [*present]
     return [read(path, column=each) for each in columns or [None]]
 

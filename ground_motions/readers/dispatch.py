@@ -38,10 +38,11 @@ def read(
     Parameters
     ----------
     path : str or Path
-        ``.at2`` (see `read_at2`), ``.csv`` (see `read_csv`), ``.txt`` or ``.dat`` (see
-        `read_text`), or a suffix for which a package brings a reader.
+        ``.at2`` (see `read_at2`), ``.asc`` (`read_esm`), ``.csv`` (`read_csv`), ``.ns``, ``.ew`` or
+        ``.ud`` (`read_knet`), ``.txt`` or ``.dat`` (`read_text`), ``.v2`` or ``.v2c`` (`read_v2`),
+        ``.v2a`` (`read_geonet`), or a suffix for which a package brings a reader.
     column : str, optional
-        CSV only: name of the acceleration column.
+        Name of the acceleration column (CSV), number of the channel (V2) or direction (V2A).
     unit : str, optional
         Text only, and needed there: unit of the accelerations.
     dt : float, optional

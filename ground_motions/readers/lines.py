@@ -68,6 +68,12 @@ def table_cells(path: str | Path) -> list[tuple[int, list[str]]]:
     ]
 
 
+def fixed_cells(line: str, width: int) -> list[str]:
+    """Cells of a line of a fixed width; wide numbers touch each other."""
+    line = line.rstrip()
+    return [line[k : k + width].strip() for k in range(0, len(line), width)]
+
+
 def is_number(cell: str) -> bool:
     """Whether a cell is written as a number, finite or not."""
     try:

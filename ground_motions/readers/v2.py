@@ -13,6 +13,7 @@ from ground_motions.checks import positive
 from ground_motions.errors import InputError, nearest
 from ground_motions.readers.lines import (
     excerpt,
+    fixed_cells,
     parse_number,
     read_lines,
     require_count,
@@ -180,7 +181,7 @@ def _cosmos_step(header: list[str], heading: re.Match[str], where: str, path: st
         )  # fmt: skip
     width, cells = int(numbers["width"]), []
     for line in header[starts[-1] + 1 :]:
-        cells += _fixed(line, width)
+        cells += fixed_cells(line, width)
         if len(cells) >= _DT_PLACE:
             break
     place = f"{path}, real header, value {_DT_PLACE} (ms)"
@@ -199,19 +200,13 @@ def _cosmos_step(header: list[str], heading: re.Match[str], where: str, path: st
     return dt
 
 
-def _fixed(line: str, width: int) -> list[str]:
-    """Cells of a line of a fixed width; wide numbers touch each other."""
-    line = line.rstrip()
-    return [line[k : k + width].strip() for k in range(0, len(line), width)]
-
-
 def _samples(lines: list[str], series: _Series, path: str | Path) -> list[float]:
     rows = -(-series.count // series.columns)
     samples = [
         parse_number(cell, f"{path}, line {number}, column {column}")
         for number, line in enumerate(lines[series.line : series.line + rows], series.line + 1)
         if not line.lstrip().startswith(("/&", "End"))
-        for column, cell in enumerate(_fixed(line, series.width), start=1)
+        for column, cell in enumerate(fixed_cells(line, series.width), start=1)
     ]
     require_count(len(samples), series.count, f"{path}, line {series.line}", "number of points")
     require_two(len(samples), str(path))
