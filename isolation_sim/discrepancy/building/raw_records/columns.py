@@ -97,7 +97,11 @@ class Match(Printed):
         """Settings with every column that is known, and lines to complete for the others."""
         lines = ["# Settings of an import: isolation-sim import FILES --settings THIS_FILE", ""]
         lines += _general(self.settings)
-        lines += ["", "# sign = -1 and scale = 1.02 may be added to a channel.", "[channels]"]
+        lines += [
+            "",
+            "# sign = -1, scale = 1.02 and position_m = [0, 4.5] may be added to a channel;",
+        ]
+        lines += ["# [{ column = ... }, { column = ... }] are two sensors.", "[channels]"]
         sensors = defaultdict(list)
         for one in self.columns:
             if one.key != TIME or len(self.tables) == 1:
