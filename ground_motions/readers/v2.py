@@ -20,24 +20,30 @@ from ground_motions.readers.lines import (
     require_two,
 )
 from ground_motions.record import Record
-from ground_motions.units import to_m_s2, unit_name
+from ground_motions.units import UNITS, to_m_s2, unit_name
 
 _FIRST = re.compile(r"\s*CORRECTED ACCEL", re.IGNORECASE)
 # CSMIP: "  4000 points of accel data equally spaced at  .020 sec, in cm/sec2. (8f10.3)"
 _CSMIP = re.compile(
-    r"\s*(?P<count>\d+)\s+points of accel data equally spaced at\s+(?P<dt>[\d.]+)\s*sec,"
+    r"\s*(?P<count>\d+)\s+points of (?P<kind>accel|displ) data equally spaced at\s+"
+    r"(?P<dt>[\d.]+)\s*sec,"
     r"\s*in\s+(?P<unit>[a-z]+(?:/[a-z0-9^*]+)*)(?P<format>.*)",
     re.IGNORECASE,
 )
 # COSMOS: "  4000 acceleration pts, approx  80 secs, units=cm/sec2 (04), Format=(8F10.5)"
 _COSMOS = re.compile(
-    r"\s*(?P<count>\d+)\s+acceleration pts,\s*approx\s+(?P<length>[\d.]+)\s*secs?,"
+    r"\s*(?P<count>\d+)\s+(?P<kind>accel|displ)(?:eration|acement)\s+pts,\s*"
+    r"approx\s+(?P<length>[\d.]+)\s*secs?,"
     r"\s*units\s*=\s*(?P<unit>[a-z]+(?:/[a-z0-9^*]+)*)\s*(?:\(\d+\))?\s*,?(?P<format>.*)",
     re.IGNORECASE,
 )
 _REALS = re.compile(r"\s*(?P<count>\d+)\s+Real-header values", re.IGNORECASE)
 _FORMAT = re.compile(r"\(?\s*(?P<columns>\d+)\s*[EFG](?P<width>\d+)", re.IGNORECASE)
 _CHANNEL = re.compile(r"\bCHAN(?:NEL)?\s*(?P<channel>\d+)\b", re.IGNORECASE)
+# "Chan  3:  90 Deg" and "Location: Roof, north"
+_WORDS = re.compile(
+    r"(?:\bCHAN(?:NEL)?\s*\d+\s*:|\bLOCATION\s*:)\s*(?P<words>\S+(?: \S+)*)", re.IGNORECASE
+)
 _USUAL = (8, 10)  # numbers of a line and their width, where CSMIP writes no format
 _DT_PLACE = 62  # of the real header: sampling interval of this series, ms
 _RAW_DT_PLACE = 34  # sampling interval of the record, s
@@ -46,11 +52,13 @@ _EXPECTED = "a corrected accelerogram (V2) of COSMOS or CSMIP"
 
 
 @dataclass(frozen=True)
-class _Series:
-    """Accelerations of one channel: where they begin, and what their heading says."""
+class Series:
+    """Accelerations or displacements of a channel: where they begin, and what is said of them."""
 
     line: int  # Number of the heading, from 1
     channel: str
+    words: str  # Of the header: direction and location of the sensor
+    is_displacement: bool
     count: int
     dt: float
     unit: str
@@ -88,7 +96,7 @@ def read_v2(path: str | Path, column: str | None = None) -> Record:
     OSMS 85-03, 1985; "COSMOS strong motion data format", version 1.20, 2001.
     """
     lines = read_lines(path)
-    series = _all_series(lines, path)
+    series = _accelerations(lines, path)
     channels = [each.channel for each in series]
     if column is None and len(series) > 1:
         raise InputError(
@@ -98,7 +106,7 @@ def read_v2(path: str | Path, column: str | None = None) -> Record:
     if column is not None and column not in channels:
         raise InputError(f"{path}, column", repr(column), nearest(column, channels))
     chosen = series[0 if column is None else channels.index(column)]
-    samples = _samples(lines, chosen, path)
+    samples = samples_of(lines, chosen, path)
     stem = Path(path).stem
     return Record(
         np.array(samples) * to_m_s2(chosen.unit),
@@ -111,13 +119,18 @@ def read_v2(path: str | Path, column: str | None = None) -> Record:
 
 def channels_of(path: str | Path) -> list[str]:
     """Return the channels of a V2 file."""
-    return [each.channel for each in _all_series(read_lines(path), path)]
+    return [each.channel for each in _accelerations(read_lines(path), path)]
 
 
-def _all_series(lines: list[str], path: str | Path) -> list[_Series]:
+def _accelerations(lines: list[str], path: str | Path) -> list[Series]:
+    return [each for each in all_series(lines, path) if not each.is_displacement]
+
+
+def all_series(lines: list[str], path: str | Path) -> list[Series]:
+    """Accelerations and displacements of all channels."""
     if not _FIRST.match(lines[0]):
         raise InputError(f"{path}, line 1", excerpt(lines[0].strip()), _EXPECTED)
-    series: list[_Series] = []
+    series: list[Series] = []
     begin = 0
     for place, line in enumerate(lines):
         csmip, cosmos = _CSMIP.match(line), _COSMOS.match(line)
@@ -125,17 +138,29 @@ def _all_series(lines: list[str], path: str | Path) -> list[_Series]:
         if match is None:
             continue
         where = f"{path}, line {place + 1}"
-        unit, numbers = unit_name(match["unit"]), _FORMAT.search(match["format"])
-        if unit is None:
-            raise InputError(where, f"units {excerpt(match['unit'])}", "cm/sec2 or g")
+        moved, numbers = match["kind"].lower() == "displ", _FORMAT.search(match["format"])
+        unit = match["unit"].lower() if moved else unit_name(match["unit"])
+        if unit is None or (moved and unit not in UNITS["displacement"]):
+            expected = "cm" if moved else "cm/sec2 or g"
+            raise InputError(where, f"units {excerpt(match['unit'])}", expected)
+        if moved and not series:
+            raise InputError(where, "displacements of no channel", "accelerations before them")
         if numbers is None and (cosmos or "(" in match["format"]):
             raise InputError(where, excerpt(line.strip()), "a format at its end, such as (8f10.3)")
         columns, width = numbers.group("columns", "width") if numbers else _USUAL
-        dt = match["dt"] if csmip else _cosmos_step(lines[begin:place], match, where, path)
+        if moved:
+            channel, words, dt = series[-1].channel, series[-1].words, series[-1].dt
+        else:
+            header = _own_header(lines[begin:place])
+            number = sum(not each.is_displacement for each in series) + 1
+            channel, words = _channel(header, number), _words(header)
+            dt = match["dt"] if csmip else _cosmos_step(lines[begin:place], match, where, path)
         series.append(
-            _Series(
+            Series(
                 place + 1,
-                _channel(lines[begin:place], len(series) + 1),
+                channel,
+                words,
+                moved,
                 int(match["count"]),
                 positive(f"{where}, step (s)", dt),
                 unit,
@@ -150,16 +175,27 @@ def _all_series(lines: list[str], path: str | Path) -> list[_Series]:
             f"{_EXPECTED}: a line such as '4000 points of accel data equally spaced at .005 sec, "
             "in cm/sec2. (8f10.3)'",
         )  # fmt: skip
-    names = [each.channel for each in series]
+    names = [each.channel for each in series if not each.is_displacement]
     if len(set(names)) < len(names):
         raise InputError(str(path), f"channels {', '.join(names)}", "different numbers")
     return series
 
 
-def _channel(header: list[str], default: int) -> str:
-    """Return the number of the channel in the header of a series, behind the last one's end."""
+def _own_header(header: list[str]) -> list[str]:
+    """The header of a channel, behind the end of the last one."""
     ends = [k for k, line in enumerate(header) if re.match(r"\s*(/&|End-of-data)", line, re.I)]
-    for line in header[ends[-1] + 1 if ends else 0 :]:
+    return header[ends[-1] + 1 if ends else 0 :]
+
+
+def _words(header: list[str]) -> str:
+    """Direction and location of a sensor, as its header has them."""
+    found = (match for line in header for match in _WORDS.finditer(line))
+    return " ".join(dict.fromkeys(" ".join(match["words"].split()) for match in found))
+
+
+def _channel(header: list[str], default: int) -> str:
+    """Return the number of the channel in its header."""
+    for line in header:
         match = _CHANNEL.search(line)
         if match:
             return match["channel"]
@@ -200,7 +236,8 @@ def _cosmos_step(header: list[str], heading: re.Match[str], where: str, path: st
     return dt
 
 
-def _samples(lines: list[str], series: _Series, path: str | Path) -> list[float]:
+def samples_of(lines: list[str], series: Series, path: str | Path) -> list[float]:
+    """Samples of a channel, in its unit."""
     rows = -(-series.count // series.columns)
     samples = [
         parse_number(cell, f"{path}, line {number}, column {column}")

@@ -645,3 +645,37 @@ def test_sensors_at_positions_give_the_rotation(tmp_path):
     entries |= {"ground_y_acceleration": "none"}
     told = refused(files, settings={"channels": entries, "direction": "x"})
     assert "given position_m, in a record of one direction" in told
+
+
+def channel_of_csmip(number, location, acceleration, displacement):
+    """A channel of a corrected record of CSMIP, in cm/s^2 and cm."""
+    lines = ["CORRECTED ACCELEROGRAM     24579-S1870-94020.03" if number == 1 else ""]
+    lines += [f"CHAN  {number}:  90 DEG                Location: {location}"]
+    blocks = (("accel", "cm/sec2.", acceleration), ("veloc", "cm/sec.", 0 * acceleration),
+              ("displ", "cm.", displacement))  # fmt: skip
+    for kind, unit, values in blocks:
+        step = f" {1 / RATE:.3f}"
+        lines += [f"{len(values):5d} points of {kind} data equally spaced at {step} sec, in {unit}"
+                  "    (8f10.5)"]  # fmt: skip
+        cells = [f"{100 * value:10.5f}" for value in values]
+        lines += ["".join(cells[k : k + 8]) for k in range(0, len(cells), 8)]
+    return "\n".join([*lines, f"/&  ----------  End of data for channel {number}  ----------", ""])
+
+
+def test_a_corrected_record_of_an_instrumented_building(tmp_path):
+    channels = motion()
+    ground, base, floor, x = channels.values()
+    below = 0.02 * np.sin(TIME)
+    content = channel_of_csmip(1, "Foundation", ground, below)
+    content += channel_of_csmip(2, "Base slab", base, below + x)
+    content += channel_of_csmip(3, "1st floor", floor, below + x)
+    path = written(tmp_path, content, "24579.V2")
+    imported = iso.import_building_record(path)
+    assert_is(imported.record, channels, atol=1e-6)
+    assert "isolator_displacement is base_displacement minus ground_displacement" in imported.notes
+    assert "channel 2 acceleration 90 DEG Base slab" in imported.settings
+    # displacements that do not belong to a channel, and lengths that differ
+    cut = content.partition("  600 points of accel")[2].partition("  600 points of displ")
+    assert "displacements of no channel" in refused(
+        written(tmp_path, content.partition("\n")[0] + "\n" + "".join(cut[1:]), "cut.v2")
+    )

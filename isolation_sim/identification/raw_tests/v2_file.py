@@ -1,0 +1,39 @@
+"""Corrected records of instrumented buildings, of COSMOS and CSMIP (V2)."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+from ground_motions.readers.lines import read_lines
+from ground_motions.readers.v2 import Series, all_series, samples_of
+
+from .channels import heading_of
+from .raw_table import RawTable
+
+
+def read_v2(path: Path) -> list[RawTable]:
+    """Records of CSMIP and COSMOS: accelerations and displacements of all channels."""
+    lines = read_lines(path)
+    groups: dict[tuple[int, float], list[Series]] = defaultdict(list)
+    for one in all_series(lines, path):
+        groups[one.count, one.dt].append(one)
+    tables = []
+    for number, ((_, step), group) in enumerate(groups.items(), 1):
+        part = f"table {number}" if len(groups) > 1 else ""
+        headings = [heading_of(_text(one), one.unit) for one in group]
+        columns = [np.array(samples_of(lines, one, path)) for one in group]
+        # a few samples may be missing at the end
+        length = min(map(len, columns))
+        columns = [column[:length] for column in columns]
+        rows = list(range(1, length + 1))
+        tables.append(RawTable(path, part, headings, [*columns], rows, rate=1 / step))
+    return tables
+
+
+def _text(one: Series) -> str:
+    """Heading of a column."""
+    quantity = "displacement" if one.is_displacement else "acceleration"
+    return f"channel {one.channel} {quantity} {one.words}".strip()
