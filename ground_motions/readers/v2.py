@@ -56,14 +56,14 @@ class Series:
     """Accelerations or displacements of a channel: where they begin, and what is said of them."""
 
     line: int  # Number of the heading, from 1
-    channel: str
+    channel: str  # Its number
     words: str  # Of the header: direction and location of the sensor
-    is_displacement: bool
-    count: int
-    dt: float
-    unit: str
-    columns: int
-    width: int
+    is_displacement: bool  # Whether the samples are displacements
+    count: int  # Number of samples
+    dt: float  # s
+    unit: str  # Of the samples
+    columns: int  # Numbers in a line
+    width: int  # Characters of a number
 
 
 @checked
@@ -149,12 +149,17 @@ def all_series(lines: list[str], path: str | Path) -> list[Series]:
             raise InputError(where, excerpt(line.strip()), "a format at its end, such as (8f10.3)")
         columns, width = numbers.group("columns", "width") if numbers else _USUAL
         if moved:
-            channel, words, dt = series[-1].channel, series[-1].words, series[-1].dt
+            last = series[-1]
+            channel, words, dt = last.channel, last.words, last.dt
         else:
             header = _own_header(lines[begin:place])
             number = sum(not each.is_displacement for each in series) + 1
             channel, words = _channel(header, number), _words(header)
-            dt = match["dt"] if csmip else _cosmos_step(lines[begin:place], match, where, path)
+            dt = (
+                positive(f"{where}, step (s)", match["dt"])
+                if csmip
+                else _cosmos_step(lines[begin:place], match, where, path)
+            )
         series.append(
             Series(
                 place + 1,
@@ -162,7 +167,7 @@ def all_series(lines: list[str], path: str | Path) -> list[Series]:
                 words,
                 moved,
                 int(match["count"]),
-                positive(f"{where}, step (s)", dt),
+                dt,
                 unit,
                 int(columns),
                 int(width),
