@@ -7,15 +7,15 @@ from collections.abc import Iterable
 from itertools import combinations
 from pathlib import Path
 
-_PAIRS = (("h1", "h2"), ("fn", "fp"), ("ns", "ew"), ("n", "e"), ("x", "y"))
-"""Ends of the names of both horizontal components, the first one first."""
+_PAIRS = (("h1", "h2"), ("fn", "fp"), ("ns", "ew"), ("n", "e"), ("x", "y"), ("3", "2"))
+"""Ends of the names of both horizontal components, the first one first; the last of channels."""
 _VERTICAL = ("up", "u", "ud", "dn", "dwn", "v", "ver", "vert", "z")
-_WORDS = "|".join((*(end for pair in _PAIRS for end in pair), *_VERTICAL))
+_WORDS = "|".join((*(end for pair in _PAIRS[:-1] for end in pair), *_VERTICAL))
 _STEM = re.compile(
     rf"(?P<base>.+?)(?:[-_. ]+(?P<word>{_WORDS})|[-_. ]*(?P<azimuth>\d{{3}}))", re.IGNORECASE
 )
 # stations' names, such as IT.NRC..HGE.D.20161030.C.ACC, have it at the end of a code of the channel
-_CHANNEL = re.compile(r"(?P<before>.+\.[A-Z][NGLH])(?P<word>[ENZ])(?P<after>\..+)")
+_CHANNEL = re.compile(r"(?P<before>.+\.[A-Z][NGLH])(?P<word>[ENZ23])(?P<after>\..+)")
 
 
 def by_recording(files: Iterable[Path]) -> list[tuple[str, list[Path]]]:

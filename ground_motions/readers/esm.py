@@ -8,7 +8,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.checks import positive
-from ground_motions.errors import InputError
+from ground_motions.errors import InputError, warn
 from ground_motions.readers.lines import (
     excerpt,
     is_number,
@@ -32,7 +32,7 @@ def read_esm(path: str | Path) -> Record:
     ----------
     path : str or Path
         One component, ``.asc``: a header of lines such as ``SAMPLING_INTERVAL_S: 0.005``, then
-        one acceleration a line.
+        one acceleration a line. A warning says so where the baseline is not removed.
 
     Returns
     -------
@@ -73,6 +73,8 @@ def read_esm(path: str | Path) -> Record:
     announced = positive(header[_COUNT][1], header[_COUNT][0])
     require_count(len(samples), round(announced), str(path), _COUNT)
     require_two(len(samples), str(path))
+    if "NOT REMOVED" in header.get("BASELINE_CORRECTION", ("", ""))[0].upper():
+        warn(f"{path}: its baseline is not removed; baseline_corrected() removes it", UserWarning)
     station, stream = (header.get(name, ("", ""))[0] for name in ("STATION_CODE", "STREAM"))
     words = [f"station {station}"] if station else []
     words += [f"stream {stream}"] if stream else []

@@ -16,7 +16,7 @@ DURATION_S: 0.015
 STREAM: HGE
 UNITS: cm/s^2
 PGA_CM/S^2: -476.43
-DATA_TYPE: ACCELERATION
+DATA_TYPE: Acceleration
 USER1:
 0.5
 -12.25
@@ -43,6 +43,12 @@ def test_esm(written):
     assert record.source.endswith("station NRC, stream HGE")
 
 
+def test_a_record_that_is_not_processed_is_said_to_be(written):
+    path = written("a.asc", ESM.replace("USER1:", "BASELINE_CORRECTION: BASELINE NOT REMOVED"))
+    with pytest.warns(UserWarning, match="its baseline is not removed"):
+        read(path)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "parts"),
     [
@@ -50,7 +56,7 @@ def test_esm(written):
         ("UNITS: cm/s^2", "UNITS: cm/s", ("line 9, UNITS", "unit 'cm/s'")),
         ("_S: 0.005", "_S: 0", ("line 5, SAMPLING_INTERVAL_S", "0")),
         ("NDATA: 4", "NDATA: 5", ("NDATA 5 over 4 samples",)),
-        ("TYPE: ACCELERATION", "TYPE: VELOCITY", ("line 11, DATA_TYPE", "'VELOCITY'")),
+        ("TYPE: Acceleration", "TYPE: VELOCITY", ("line 11, DATA_TYPE", "'VELOCITY'")),
         ("-12.25", "nan", ("line 14", "'nan'")),
         (ESM, "0.1\n0.2\n", ("line 1", "'0.1'", "DYNA")),
     ],
@@ -66,8 +72,11 @@ def test_the_components_of_a_station_are_one_record(written, tmp_path):
         written(f"IT.NRC..HG{direction}.D.EMSC-20161030.ACC.MP.ASC", ESM)
     for direction in "ENU":  # as of AFAD
         written(f"20230206011732_4614_ap_Acc_{direction}.asc", ESM)
+    for number in "23":
+        written(f"HI.ALK1.00.HN{number}.D.20140126.C.ACC.ASC", ESM)
     with pytest.warns(UserWarning, match="components of one record"):
-        afad, esm = read_folder(tmp_path)
+        afad, greek, esm = read_folder(tmp_path)
+    assert [each.name[13] for each in greek.components] == ["3", "2"]
     assert (afad.name, esm.name) == (
         "20230206011732_4614_ap_Acc", "IT.NRC..HG.D.EMSC-20161030.ACC.MP"
     )  # fmt: skip
