@@ -206,17 +206,22 @@ def test_heat_of_a_core_leaves_the_rubber_alone():
     assert abs(rate) < 1e-10
 
 
-def test_elastic_work_does_not_heat():
-    """Beside a stiff spring the dashpot alone heats, once the secant stiffness is known."""
-    k, c, gain = 2e5, 500.0, 1e-5
+@pytest.mark.parametrize(
+    ("cause", "forms", "numbers", "gain"),
+    [
+        ("self_heating", ("dissipation", "exponential"), {"gain": 1e-5, "cooling": 1e5}, 1e-5),
+        ("cyclic_degradation", ("inelastic_unlimited", "unlimited"), {"loss": 1e-5}, 1.0),
+        ("cyclic_degradation", ("inelastic", "dissipation"), {"loss": 0.1, "scale": 1e4}, 1.0),
+    ],
+)
+def test_elastic_work_neither_heats_nor_wears(cause, forms, numbers, gain):
+    """Beside a stiff spring the dashpot's work alone counts, once the secant stiffness is known."""
+    k, c = 2e5, 500.0
     t, x, v = sine(8e-3, 1.0, 8)
     of_dashpot = gain * c * np.concatenate([[0], np.cumsum((v[1:] ** 2 + v[:-1] ** 2) / 2)]) * t[1]
     swings = []
-    for form in ("dissipation", "exponential"):
-        numbers = {"gain": gain, "cooling": 1e5}
-        device = extend(
-            law("kelvin_voigt", {"k": k, "c": c}), [(effect("self_heating", form), numbers)]
-        )
+    for form in forms:
+        device = extend(law("kelvin_voigt", {"k": k, "c": c}), [(effect(cause, form), numbers)])
         _, states = respond(device, t, x, v, 0.0, tolerance=1e-8)
         later = t > 3
         error = states[0][later] - of_dashpot[later]
@@ -352,15 +357,21 @@ def test_stress_softening_has_the_shapes_of_amplitude_softening():
         assert past == pytest.approx(now, rel=1e-12)
 
 
-def test_degradation_without_an_end_is_self_heating_without_cooling():
-    at = REST._replace(force=200.0, v=0.05)
-    wear, heat = effect("cyclic_degradation", "unlimited"), effect("self_heating", "exponential")
+@pytest.mark.parametrize(
+    ("wears", "heats", "means"),
+    [
+        ("unlimited", "exponential", ()),
+        ("inelastic_unlimited", "dissipation", (0.4, 5e-6)),
+    ],
+)
+def test_degradation_without_an_end_is_self_heating_without_cooling(wears, heats, means):
+    at = REST._replace(force=200.0, x=1e-3, v=0.05)
+    wear, heat = effect("cyclic_degradation", wears), effect("self_heating", heats)
     for dissipated in (-5.0, 0.0, 50.0):
-        assert wear.factor(at, (dissipated,), (4e-3,)) == pytest.approx(
-            heat.factor(at, (4e-3 * dissipated,), (4e-3, 1e9))
-        )
-        assert 4e-3 * wear.rates(at, (dissipated,), (4e-3,))[0] == pytest.approx(
-            heat.rates(at, (4e-3 * dissipated,), (4e-3, 1e9))[0], rel=1e-6
+        worn, warm = (dissipated, *means), (4e-3 * dissipated, *means)
+        assert wear.factor(at, worn, (4e-3,)) == pytest.approx(heat.factor(at, warm, (4e-3, 1e9)))
+        assert 4e-3 * wear.rates(at, worn, (4e-3,))[0] == pytest.approx(
+            heat.rates(at, warm, (4e-3, 1e9))[0], rel=1e-6
         )
 
 
