@@ -384,6 +384,14 @@ def test_damage_counts_the_work_that_is_not_given_back():
         assert abs(work[-1]) < 0.05 * np.max(work)
 
 
+@pytest.mark.parametrize("a", [40.0, -40.0])
+def test_one_side_softens_and_the_other_is_left_alone(a):
+    one = effect("tension_compression_asymmetry", "one_sided")
+    factors = [one.factor(REST._replace(x=x), (), (a,)) for x in (-5e-3, 5e-3)]
+    assert sorted(factors) == pytest.approx([1 / 1.2, 1.0])
+    assert (factors[0] < 1) == (a > 0)
+
+
 def test_spring_of_two_stiffnesses():
     one, numbers = effect("tension_compression_asymmetry", "spring"), (2e4, 1e-3)
     for x in (-20e-3, -3e-3, 1e-4, 5e-3):
