@@ -158,7 +158,7 @@ class DeviceTests(Problem[FittedModel]):
 
     def search(self, base: FittedModel) -> SearchResult[FittedModel]:
         """Search for effects, then fit them to all samples."""
-        result = search(self.space, base)
+        result = self._without_unknown_starts(search(self.space, base))
         self.progress("fitting all samples")
         for best in self._proposals(result):
             self._extend(best)
@@ -170,6 +170,24 @@ class DeviceTests(Problem[FittedModel]):
         if self._leaves_much():
             self._compare_laws()
         return replace(result, best=best)
+
+    def _without_unknown_starts(
+        self, result: SearchResult[FittedModel]
+    ) -> SearchResult[FittedModel]:
+        """Causes in place of one with a state of each run's own, if they explain as much."""
+        # Such a state follows whatever differs from run to run. Alone it stands for two causes,
+        # which the search adds one after the other and compares with it one by one.
+        best = result.best
+        if not any(has_unknown_starts(effect) for effect in best.effects):
+            return result
+        known = replace(
+            self.space,
+            effects=[effect for effect in self.space.effects if not has_unknown_starts(effect)],
+            most_causes=min(self.space.most_causes, len(best.effects) + 1),
+        )
+        other = search(known, result.base)
+        fewer = self.space.penalised_cost(other.best) < self.space.penalised_cost(best)
+        return other if fewer else result
 
     def _superfluous(self, best: FittedModel) -> int | None:
         """Find an effect that corrects next to nothing."""
