@@ -91,6 +91,18 @@ def test_a_rival_is_kept_where_it_was_fitted_best():
     ]  # fmt: skip
 
 
+def test_a_small_share_counts_of_a_named_effect_that_leaves_far_less():
+    space = Space()  # the noise costs 1
+    space.__dict__["least_share"] = 0.03
+    models = fitted(1100, "heat"), fitted(400, "heat", "wear")
+    assert space.completes(*models)
+    assert not space.completes(models[0], fitted(600, "heat", "wear"))
+    costs = np.full(2, 1100.0), np.array([400.0, 600.0])
+    small = np.ones(2), np.full(2, 1e5)  # sizes of the sets of runs, misfit of the law
+    assert space.helps(*models, *costs, *small).tolist() == [False, False]
+    assert space.helps(*models, *costs, *small, named=True).tolist() == [True, False]
+
+
 @pytest.mark.parametrize(("cost", "taken"), [(1500, True), (2500, False)])
 def test_causes_take_the_place_of_a_state_of_each_run(monkeypatch, cost, taken):
     """If they leave less than twice what it leaves, their parameters included."""

@@ -14,6 +14,7 @@ from ...effects import Effect
 from ..decisions import (
     ADEQUATE,
     CLEARLY_BETTER,
+    COMPLETES,
     FEWER_STEPS,
     LEAST_PART,
     LEAST_SHARE,
@@ -275,6 +276,17 @@ class EffectSearch:
             costs = costs + (1 / CLEARLY_BETTER - 1) * left
         return costs + one.n_parameters * float(np.log(len(one.residual)))
 
+    def completes(self, without: FittedModel, extended: FittedModel) -> bool:
+        """Whether a model leaves far less above the noise than one with a cause less does."""
+        before, after = np.array(without.cost), np.array(extended.cost)
+        return bool(self.leaves_far_less(before, after, np.array(1.0)))
+
+    def leaves_far_less(self, cost_without: NDArray, cost: NDArray, size: NDArray) -> NDArray:
+        """The same by the costs on sets of runs; ``size`` as in ``helps``."""
+        noise = size * self.noise_cost
+        with np.errstate(invalid="ignore"):  # both diverge
+            return cost - noise < COMPLETES * (cost_without - noise)
+
     def _helps(self, without: FittedModel, extended: FittedModel) -> bool:
         cost_without, cost = (np.array(one.cost) for one in (without, extended))
         one, misfit = np.array(1.0), np.array(self.misfit)
@@ -282,16 +294,19 @@ class EffectSearch:
 
     def helps(
         self, without: FittedModel, extended: FittedModel, cost_without: NDArray, cost: NDArray,
-        size: NDArray, misfit: NDArray,
+        size: NDArray, misfit: NDArray, named: bool = False,
     ) -> NDArray:  # fmt: skip
         """Whether the last effect of a model is more than noise, by the costs on sets of runs."""
-        # ``size`` holds the samples of each set over those of all runs
+        # ``size`` holds the samples of each set over those of all runs. An effect that is ``named``
+        # may be a small share of the misfit, if it is most of what the others leave.
         with np.errstate(invalid="ignore"):  # both diverge: no gain
             gain = cost_without - cost
         part = LEAST_PART * cost_without
         noise = size * self.noise_cost
         # what leaves nothing but noise, and did not before, is no correction of another's shape
         completes = (cost < ADEQUATE * noise) & (gain > noise)
+        if named:
+            completes |= self.leaves_far_less(cost_without, cost, size)
         least = np.where(completes, part, np.maximum(part, self.least_share * misfit))
         return (gain > SIGNIFICANT * self.noise_gain(without, extended)) & (gain > least)
 
