@@ -123,6 +123,28 @@ def test_a_play_starts_where_a_current_from_zero_has_dragged_it():
         np.testing.assert_allclose(force, 10 * (1.0 + kept) / 2)
 
 
+def test_relays_of_all_widths_make_rayleigh_loops():
+    """Parabolas of the current since it turned; all relays fall where it returns to zero."""
+    one, widest = effect("magnetic_remanence", "preisach"), 1.0
+    numbers = (1.0, widest)
+
+    def field(current, states):
+        return one.current(REST._replace(current=current), states, numbers)
+
+    states = one.start(REST._replace(current=0.0), numbers)
+    for current in np.linspace(0.0, 2 * widest, 41):  # the first rise, up to saturation
+        at = REST._replace(current=current)
+        # four widths for all: a chain of chords
+        assert field(current, states) == pytest.approx(current**2 / (2 * widest), abs=0.035)
+        states = one.start(at, numbers)
+    for current in np.linspace(2 * widest, 0.0, 41):
+        fallen = (2 * widest - current) ** 2 / (2 * widest)
+        assert field(current, states) == pytest.approx(2 * widest - fallen, abs=0.035)
+    assert field(0.0, states) == 0.0
+    rates = one.rates(REST._replace(current=0.0), states, numbers)
+    assert all(rate < 0 for rate in rates)
+
+
 def test_remanence_after_the_largest_current():
     device = spring(("magnetic_remanence.largest", {"share": 0.3}), k=(0.0, 1e4))
     t = np.linspace(0, 1, 401)
