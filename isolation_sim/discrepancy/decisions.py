@@ -73,6 +73,11 @@ Convention, seen on a third family of effects."""
 MOST_MINOR = 0.02
 """Share of the force from which a cause counts in any case, however large the misfit or the other
 causes are. Convention, seen there too."""
+COMPLETES = 0.4
+"""Share of what the causes before leave, on fitted and on held-out data, from which a cause counts
+however small a share of the whole misfit that is; of device tests and of buildings. Convention,
+seen on shaking-table cases of others.
+"""
 BESIDE_REMAINDER = 0.7
 """Share of the squared misfit that remains which one of several causes must correct: less only
 mends the form of another. Convention, seen on results of five generators: eight of eight causes
@@ -187,11 +192,6 @@ left with it. Convention; seen on blind pairs.
 NEARLY_RIGHT = 0.1
 """Share of the error that even the right cause leaves, since its form is not exact. Unknown forces
 whose squared errors differ by less than the square of it are not told apart. Blind buildings."""
-COMPLETES = 0.4
-"""Share of what the causes before leave, on fitted and on held-out data, from which a cause counts
-however small a share of the whole misfit that is. Convention, seen on shaking-table cases of
-others.
-"""
 INSTEAD = 0.5
 """Error that a search without the first cause must leave, over that of the search with it, for its
 causes to be named instead; and causes that are tried last, over the best of the others. Convention.

@@ -139,8 +139,9 @@ FORMS = (
                 starts=(0.3,), plain=(0.0,),
             ),
             EffectParameter(
+                # what follows later than any field does is remanence
                 "slower_by", "s", "time constant of the slow part above that of the quick one",
-                lower=0.0, upper=20.0, starts=(0.2, 1.0), plain=(0.0,),
+                lower=0.0, upper=5.0, starts=(0.2, 1.0), plain=(0.0,),
             ),
         ),
         states=(

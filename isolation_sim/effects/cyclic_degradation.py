@@ -7,10 +7,12 @@ Forms:
     work           1 - d (1 - exp(-W / W0)),     W' = max(F v, 0)
     dissipation    1 - d (1 - exp(-W / W0)),     W' = F v
     unlimited      exp(-c W),                    W' = F v
+    inelastic, inelastic_unlimited    the last two with W' = (F - k x) v, k the secant stiffness as
+                                      in self-heating by dissipation
 
-Elastic work swings the W of the last two within a cycle and cancels over it, as it does the warmth
-of self-heating. The last one is self-heating that never cools: the data decide between both causes
-by the cooling, and not by what drives them.
+Elastic work swings the W of dissipation and unlimited within a cycle and cancels over it, as it
+does the warmth of self-heating. The unlimited ones are self-heating that never cools: the data
+decide between both causes by the cooling, and not by what drives them.
 """
 
 from typing import Any
@@ -19,7 +21,7 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Past, Signals
-from .followers import positive
+from .followers import SECANT, positive, without_elastic
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -74,8 +76,31 @@ def rates_unlimited(signals: Signals, states: tuple, parameters: tuple) -> tuple
     return (signals.force * signals.v * unlimited(signals, states, parameters),)
 
 
+def rates_inelastic(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Work without its elastic part, of the force that is left; moving means."""
+    return _inelastic(signals, states, exponential(signals, states, parameters))
+
+
+def rates_inelastic_unlimited(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Work without its elastic part, of the force that is left; moving means."""
+    return _inelastic(signals, states, unlimited(signals, states, parameters))
+
+
+def _inelastic(signals: Signals, states: tuple, left: Any) -> tuple:
+    force, of_means = without_elastic(signals, tuple(states[1:]))
+    return (force * signals.v * left, *of_means)
+
+
+def carried_inelastic(past: Past, parameters: tuple) -> tuple:
+    """Work of earlier tests that was not given back; no motion remembered."""
+    return (past.dissipated, 0.0 * past.dissipated, 0.0 * past.dissipated)
+
+
 TRAVEL = Quantity("travel", "m", "way travelled")
 DISSIPATED = Quantity("dissipated", "J", "work done on the device and not given back")
+PER_ENERGY = EffectParameter(
+    "loss", "1/J", "loss of force for energy dissipated", lower=0.0, strength=True, starts=(0.02,)
+)
 LOSS = EffectParameter(
     "loss", "1", "final fraction of the force lost", lower=0.0, upper=0.95, strength=True,
     starts=(0.2, 0.5),
@@ -149,16 +174,37 @@ FORMS = (
         cause="cyclic_degradation",
         form="unlimited",
         title="Cyclic degradation by dissipation, without an end",
-        parameters=(
-            EffectParameter(
-                "loss", "1/J", "loss of force for energy dissipated", lower=0.0, strength=True,
-                starts=(0.02,),
-            ),
-        ),
+        parameters=(PER_ENERGY,),
         states=(DISSIPATED,),
         factor=unlimited,
         carried=carried_dissipation,
         rates=rates_unlimited,
+        needs=frozenset({"force"}),
+        source="damage in proportion to the dissipated energy and to what is left",
+        gradual=True,
+    ),
+    Effect(
+        cause="cyclic_degradation",
+        form="inelastic",
+        title="Cyclic degradation by the dissipated work",
+        parameters=(LOSS, _scale("J", "dissipated energy after which force is lost")),
+        states=(DISSIPATED, *SECANT),
+        factor=exponential,
+        carried=carried_inelastic,
+        rates=rates_inelastic,
+        needs=frozenset({"force"}),
+        source="damage by dissipated energy; elastic work by the secant stiffness",
+        gradual=True,
+    ),
+    Effect(
+        cause="cyclic_degradation",
+        form="inelastic_unlimited",
+        title="Cyclic degradation by the dissipated work, without an end",
+        parameters=(PER_ENERGY,),
+        states=(DISSIPATED, *SECANT),
+        factor=unlimited,
+        carried=carried_inelastic,
+        rates=rates_inelastic_unlimited,
         needs=frozenset({"force"}),
         source="damage in proportion to the dissipated energy and to what is left",
         gradual=True,

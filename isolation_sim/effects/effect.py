@@ -86,6 +86,9 @@ class EffectParameter(Quantity):
     least : float
         Bound below its first value, as a multiple of the data's size of that unit: what lies below
         is another effect.
+    most : float
+        Bound of its size, as a multiple of the data's size of that unit: what lies beyond is
+        another effect.
     difference : float
         Relative step of differences by it. A contact that begins between two samples asks for
         a larger one.
@@ -97,6 +100,7 @@ class EffectParameter(Quantity):
     strength: bool = False
     starts: tuple[float, ...] = (1.0,)
     least: float = 0.0
+    most: float = float("inf")
     difference: float = 1e-4
     plain: tuple[float, ...] = ()
 

@@ -66,8 +66,9 @@ FORMS = (
         parameters=(
             LOSS,
             EffectParameter(
+                # further out the field grows from one side to the other: an asymmetry
                 "centre", "m", "deformation at which the poles are in line", lower=-100.0,
-                upper=100.0, starts=(0.2, -0.2),
+                upper=100.0, starts=(0.15, -0.15), most=0.3,
             ),
         ),
         current=off_centre,

@@ -6,10 +6,32 @@ from typing import Any
 
 import numpy as np
 
+from ..laws.law import Quantity
+from .effect import Signals
+
 RISE = 2e-3
 """s: lag with which a peak is followed upwards; short beside any cycle of a structure."""
 TINY = 1e-9
 """Keeps the derivatives of a power finite at zero."""
+
+
+WINDOW = 1.0
+"""s: averaging time of the secant stiffness, about a cycle."""
+REST = 1e-6
+"""m: an RMS deformation well below it has no secant stiffness."""
+SECANT = (
+    Quantity("product", "J", "moving mean of force times deformation"),
+    Quantity("square", "m^2", "moving mean square of the deformation"),
+)
+"""States of ``without_elastic``."""
+
+
+def without_elastic(signals: Signals, means: tuple) -> tuple[Any, tuple]:
+    """Force less that of the secant stiffness, and the rates of ``SECANT``."""
+    product, square = means
+    secant = product / (positive(square) + REST**2)
+    rates = (signals.force * signals.x - product) / WINDOW, (signals.x**2 - square) / WINDOW
+    return signals.force - secant * signals.x, rates
 
 
 def positive(value: Any) -> Any:

@@ -6,6 +6,9 @@ Forms:
                while |I - y| < coercive and is dragged along otherwise; it starts where a current
                that rose from zero has dragged it
     settled    the same, but it starts at the first current
+    preisach   I' = I + share (P - I), P of Preisach's relays of equal weight up to twice `widest`:
+               P = 2 <beyond(y, w)>, mean over plays y of half-widths w up to `widest`, which start
+               as that of `play`. Nothing is left without current
     largest    I' = I + share (I_max - I)      I_max the largest current so far
     fading     the same, with I_max forgotten over a time (magnetic viscosity)
 
@@ -43,6 +46,29 @@ def carried_play(past: Past, parameters: tuple) -> tuple:
     return (dragged - beyond(dragged, parameters[1]),)
 
 
+def current_preisach(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Between the current and the relays', which are those of plays beyond their half-widths."""
+    share, widest = parameters
+    relays = 0.0
+    for keep, part in zip(states, PARTS, strict=True):
+        width = part * widest
+        relays += 2 * beyond(keep + beyond(signals.current - keep, width), width) / len(PARTS)
+    return signals.current + share * (relays - signals.current)
+
+
+def rates_preisach(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Each play is dragged along at its ends."""
+    return tuple(
+        beyond(signals.current - keep, part * parameters[1]) / RISE
+        for keep, part in zip(states, PARTS, strict=True)
+    )
+
+
+def start_preisach(signals: Signals, parameters: tuple) -> tuple:
+    """The current has risen from zero."""
+    return tuple(beyond(signals.current, part * parameters[1]) for part in PARTS)
+
+
 def current_largest(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Never below the present current: the state is some milliseconds late."""
     return signals.current + parameters[0] * positive(states[0] - signals.current)
@@ -68,6 +94,8 @@ def carried_largest(past: Past, parameters: tuple) -> tuple:
     return (past.current,)
 
 
+PARTS = (0.125, 0.375, 0.625, 0.875)
+"""Half-widths of the plays that stand for all relays, as shares of the widest."""
 SHARE = EffectParameter(
     "share", "1", "fraction of the remanent field", lower=0.0, upper=1.0, strength=True,
     starts=(0.1, 0.4), plain=(1.0,),
@@ -97,6 +125,26 @@ FORMS = (
             ("play", "Magnetic remanence", start_play),
             ("settled", "Magnetic remanence, settled at the first current", start),
         )
+    ),
+    Effect(
+        cause="magnetic_remanence",
+        form="preisach",
+        title="Magnetic remanence of relays of all widths",
+        parameters=(
+            SHARE,
+            EffectParameter(
+                "widest", "A", "half-width of the widest relay", lower=1e-3, upper=100.0,
+                divides=True, starts=(0.3, 0.6),
+            ),
+        ),
+        states=tuple(
+            Quantity(f"kept_{k}", "A", f"current in play {k}")
+            for k, _ in enumerate(PARTS, 1)
+        ),
+        start=start_preisach,
+        current=current_preisach,
+        rates=rates_preisach,
+        source="Preisach (1935); relays of equal weight: Rayleigh (1887)",
     ),
     Effect(
         cause="magnetic_remanence",

@@ -21,12 +21,7 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Past, Signals
-from .followers import positive
-
-WINDOW = 1.0
-"""s: averaging time of the secant stiffness, about a cycle."""
-REST = 1e-6
-"""m: an RMS deformation well below it has no secant stiffness."""
+from .followers import SECANT, positive, without_elastic
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -83,14 +78,10 @@ def _of_core(signals: Signals, parameters: tuple) -> Any:
 
 def rates_dissipation(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Heat by the work that is not elastic, heat out; moving means."""
-    warmth, product, square = states
-    secant = product / (positive(square) + REST**2)
-    dissipative = signals._replace(force=signals.force - secant * signals.x)
-    return (
-        rates_exponential(dissipative, (warmth,), parameters)[0],
-        (signals.force * signals.x - product) / WINDOW,
-        (signals.x**2 - square) / WINDOW,
-    )
+    warmth, *means = states
+    force, of_means = without_elastic(signals, tuple(means))
+    dissipative = signals._replace(force=force)
+    return (rates_exponential(dissipative, (warmth,), parameters)[0], *of_means)
 
 
 PARAMETERS = (
@@ -154,11 +145,7 @@ FORMS = (
         form="dissipation",
         title="Self-heating by the dissipated work",
         parameters=PARAMETERS,
-        states=(
-            WARMTH,
-            Quantity("product", "J", "moving mean of force times deformation"),
-            Quantity("square", "m^2", "moving mean square of the deformation"),
-        ),
+        states=(WARMTH, *SECANT),
         rates=rates_dissipation,
         factor=exponential,
         needs=frozenset({"force"}),

@@ -4,6 +4,8 @@ Forms:
 
     step            factor 1 + a tanh(x / w)
     proportional    factor 1 + a x / sqrt(1 + (a x)^2)      1 + a x where that is small
+    one_sided       factor 1 / (1 + (-a x)+): softer with the deformation on one side, by the sign
+                    of a, as where bonded rubber tears inside in tension
     spring          adds k (sqrt(x^2 + w^2) - w): the stiffness alone differs, by 2 k between
                     both directions where |x| is well above w; in x^2 below it
 """
@@ -13,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from .effect import Effect, EffectParameter, Signals
+from .followers import positive
 
 
 def step(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -25,6 +28,11 @@ def proportional(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Force over the symmetric one."""
     ratio = parameters[0] * signals.x
     return 1 + ratio / np.sqrt(1 + ratio**2)
+
+
+def one_sided(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force over that on the other side."""
+    return 1 / (1 + positive(-parameters[0] * signals.x))
 
 
 def spring(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -70,6 +78,19 @@ FORMS = (
         ),
         factor=proportional,
         source="first even term of the force's series, limited to positive values",
+    ),
+    Effect(
+        cause="tension_compression_asymmetry",
+        form="one_sided",
+        title="Asymmetry, softer with deformation on one side",
+        parameters=(
+            EffectParameter(
+                "asymmetry", "1/m", "relative loss of stiffness with deformation", lower=-1e5,
+                upper=1e5, strength=True, starts=(0.2,),
+            ),
+        ),
+        factor=one_sided,
+        source="Gent & Lindley (1959), internal rupture of bonded rubber in tension",
     ),
     Effect(
         cause="tension_compression_asymmetry",

@@ -329,7 +329,16 @@ def fit_law(
     ) -> list[tuple[bool, float, M, NDArray]]:
         """Ends on more samples, best first: whether it diverges, its cost, model and values."""
         near = LawModel(rough, p, begin[0])
-        tried = pool.map(lambda s: search_roughly(near, s, 40, 1e-4), begin)
+
+        def search(start: NDArray) -> Optimum:
+            result = search_roughly(near, start, 40, 1e-4)
+            again = p.switched_on(start, result.x)
+            if again is None:
+                return result
+            other = search_roughly(near, again, 40, 1e-4)
+            return other if other.cost < result.cost else result
+
+        tried = pool.map(search, begin)
         last = distinct(sorted(tried, key=lambda o: o.cost)[:_LAST])
         if not last:
             raise InputError(f"no start gives {p.law.name} finite forces under the measured motion")

@@ -14,6 +14,8 @@ from ..laws.law import Law, StateScaling
 from .characteristic_scales import characteristic_scale
 from .current_basis import bernstein
 
+_ON = 0.1
+"""Share of its start with which a parameter is fitted again."""
 _DECADES = (0.7, 1.5)
 """Reach of random starts about the data's magnitude: near and far by turns."""
 
@@ -138,6 +140,17 @@ class Parameterisation:
             return {}
         value = np.polynomial.polynomial.polyval(self.currents, np.atleast_1d(self.fixed[held[0]]))
         return redundancy.scaling.holding(held[0], value, values)
+
+    def switched_on(self, start: NDArray, end: NDArray) -> NDArray | None:
+        """Return the end of a search with some of what it has switched off; None if nothing is."""
+        # An element that began too strong is at zero for all currents, and may stay there although
+        # a weaker one would help.
+        from_zero = np.repeat([q.lower == 0 for q in self.free], len(self.currents))
+        off = (from_zero & (end <= self.lower) & (start > self.lower)).reshape(len(self.free), -1)
+        gone = np.repeat(off.all(axis=1), len(self.currents))
+        if not gone.any():
+            return None
+        return np.where(gone, np.clip(_ON * start, self.lower, self.upper), end)
 
     def starts(self, number: int, seed: int) -> list[NDArray]:
         """Published numbers, if there are any, then random ones of the data's magnitude."""

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from isolation_sim.discrepancy.device.intervals import needs_bound
-from isolation_sim.effects import EffectParameter
+from isolation_sim.discrepancy.device.model import Model
+from isolation_sim.effects import EffectParameter, effect
 
 T = np.linspace(0, 1, 200)
 
@@ -23,6 +24,9 @@ class Decay:
 
     def lower(self, quantity):
         return quantity.lower
+
+    def upper(self, quantity):
+        return quantity.upper
 
     def slices(self):
         return [slice(0, 2)]
@@ -48,6 +52,17 @@ def searched(data, values):
     return SimpleNamespace(
         model=model, effects=(EFFECT,), values=np.array(values), cost=float(residual @ residual)
     )
+
+
+def test_poles_are_in_line_near_the_middle_of_the_tested_deformation():
+    data = SimpleNamespace(
+        x=np.array([-4e-3, 10e-3]), v=np.array([0.1]), force=np.array([300.0]),
+        current=np.array([1.0]),
+    )  # fmt: skip
+    model = Model(data, SimpleNamespace(law=None))
+    loss, centre = effect("field_gap_coupling", "off_centre").parameters
+    assert (model.lower(centre), model.upper(centre)) == pytest.approx((-3e-3, 3e-3))
+    assert (model.lower(loss), model.upper(loss)) == (loss.lower, loss.upper)
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.discrepancy.adapters.device_tests import DeviceTests
 from isolation_sim.discrepancy.device import effect_search
+from isolation_sim.discrepancy.device.carried_history import carry_history
 from isolation_sim.discrepancy.device.effect_search import EffectSearch
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE, generic_terms, with_each_power
-from isolation_sim.effects import Signals
+from isolation_sim.discrepancy.search import SearchResult
+from isolation_sim.effects import Signals, effect
 
 
 def fitted(cost, *causes, n_values=3):
@@ -85,6 +89,40 @@ def test_a_rival_is_kept_where_it_was_fitted_best():
     assert [(one.cost, one.effects[-1]) for one in space._known[("lag",)][1]] == [
         (50, "a"), (90, "b"),
     ]  # fmt: skip
+
+
+def test_a_small_share_counts_of_a_named_effect_that_leaves_far_less():
+    space = Space()  # the noise costs 1
+    space.__dict__["least_share"] = 0.03
+    models = fitted(1100, "heat"), fitted(400, "heat", "wear")
+    assert space.completes(*models)
+    assert not space.completes(models[0], fitted(600, "heat", "wear"))
+    costs = np.full(2, 1100.0), np.array([400.0, 600.0])
+    small = np.ones(2), np.full(2, 1e5)  # sizes of the sets of runs, misfit of the law
+    assert space.helps(*models, *costs, *small).tolist() == [False, False]
+    assert space.helps(*models, *costs, *small, named=True).tolist() == [True, False]
+
+
+@pytest.mark.parametrize(("cost", "taken"), [(1500, True), (2500, False)])
+def test_causes_take_the_place_of_a_state_of_each_run(monkeypatch, cost, taken):
+    """If they leave less than twice what it leaves, their parameters included."""
+    heat = carry_history(effect("self_heating"))
+    one, several = fitted(1000, heat), fitted(cost, "temperature", "wear")
+    problem = DeviceTests.__new__(DeviceTests)
+    noise = np.full((100, 2), 0.1)
+    problem.space = EffectSearch(
+        fitted(1e4), [heat, "temperature", "wear"], (), noise, None, None
+    )  # fmt: skip
+
+    def search(space, base):
+        assert list(space.effects) == ["temperature", "wear"] and space.most_causes == 2
+        return SearchResult(base, several, [])
+
+    monkeypatch.setattr(device_tests, "search", search)
+    found = problem._without_unknown_starts(SearchResult(fitted(1e4), one, []))
+    assert found.best is (several if taken else one)
+    alone = SearchResult(fitted(1e4), several, [])
+    assert problem._without_unknown_starts(alone) is alone
 
 
 def test_no_more_effects_are_tried_where_another_law_is_far_better():

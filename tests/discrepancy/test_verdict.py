@@ -78,6 +78,16 @@ def test_a_cause_that_corrects_less_than_what_remains_only_acts_like_one():
     assert labels(unrelated=0.06) == ["acts like force_offset", "coulomb_friction"]
 
 
+def test_a_small_share_of_the_misfit_counts_where_it_is_most_of_what_remains():
+    # less than the noise, and a thousandth of what friction removes
+    found = judged(friction=0.3, offset=0.0045)
+    assert sorted(cause.name for cause in found.causes) == ["coulomb_friction", "force_offset"]
+    assert found.verdict == "explained"
+    assert all(share > 0.5 for cause in found.causes for share in cause.stability.values())
+    found = judged(friction=0.3, unrelated=0.0045)
+    assert [cause.name for cause in found.causes] == ["coulomb_friction"]
+
+
 def test_explained_means_down_to_the_noise():
     assert judged(offset=0.1).verdict == "explained"
     # the offset removes 96 % of the squared misfit; what remains is four times the noise

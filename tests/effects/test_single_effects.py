@@ -97,6 +97,12 @@ def test_saturation_at_its_ends():
     assert tanh.current(near, (), (0.5,)) == pytest.approx(1e-4, rel=1e-6)
     # n = 1 is Froelich's curve
     assert knee.current(REST._replace(current=3.0), (), (0.5, 1.0)) == pytest.approx(3 / 2.5)
+    # the sharpest one is nearly a kink, and no sign of another cause
+    sharpest = knee.parameters[1].upper
+    assert sharpest in knee.parameters[1].plain
+    for current, field in ((1.5, 1.5), (3.0, 2.0)):
+        at = REST._replace(current=current)
+        assert knee.current(at, (), (0.5, sharpest)) == pytest.approx(field, rel=0.03)
 
 
 def test_play_of_the_field():
@@ -121,6 +127,28 @@ def test_a_play_starts_where_a_current_from_zero_has_dragged_it():
         device = spring((f"magnetic_remanence.{form}", numbers), k=(0.0, 1e4))
         force, _ = respond(device, t, 0.001 + 0 * t, 0 * t, 1.0 + 0 * t)
         np.testing.assert_allclose(force, 10 * (1.0 + kept) / 2)
+
+
+def test_relays_of_all_widths_make_rayleigh_loops():
+    """Parabolas of the current since it turned; all relays fall where it returns to zero."""
+    one, widest = effect("magnetic_remanence", "preisach"), 1.0
+    numbers = (1.0, widest)
+
+    def field(current, states):
+        return one.current(REST._replace(current=current), states, numbers)
+
+    states = one.start(REST._replace(current=0.0), numbers)
+    for current in np.linspace(0.0, 2 * widest, 41):  # the first rise, up to saturation
+        at = REST._replace(current=current)
+        # four widths for all: a chain of chords
+        assert field(current, states) == pytest.approx(current**2 / (2 * widest), abs=0.035)
+        states = one.start(at, numbers)
+    for current in np.linspace(2 * widest, 0.0, 41):
+        fallen = (2 * widest - current) ** 2 / (2 * widest)
+        assert field(current, states) == pytest.approx(2 * widest - fallen, abs=0.035)
+    assert field(0.0, states) == 0.0
+    rates = one.rates(REST._replace(current=0.0), states, numbers)
+    assert all(rate < 0 for rate in rates)
 
 
 def test_remanence_after_the_largest_current():
@@ -206,17 +234,22 @@ def test_heat_of_a_core_leaves_the_rubber_alone():
     assert abs(rate) < 1e-10
 
 
-def test_elastic_work_does_not_heat():
-    """Beside a stiff spring the dashpot alone heats, once the secant stiffness is known."""
-    k, c, gain = 2e5, 500.0, 1e-5
+@pytest.mark.parametrize(
+    ("cause", "forms", "numbers", "gain"),
+    [
+        ("self_heating", ("dissipation", "exponential"), {"gain": 1e-5, "cooling": 1e5}, 1e-5),
+        ("cyclic_degradation", ("inelastic_unlimited", "unlimited"), {"loss": 1e-5}, 1.0),
+        ("cyclic_degradation", ("inelastic", "dissipation"), {"loss": 0.1, "scale": 1e4}, 1.0),
+    ],
+)
+def test_elastic_work_neither_heats_nor_wears(cause, forms, numbers, gain):
+    """Beside a stiff spring the dashpot's work alone counts, once the secant stiffness is known."""
+    k, c = 2e5, 500.0
     t, x, v = sine(8e-3, 1.0, 8)
     of_dashpot = gain * c * np.concatenate([[0], np.cumsum((v[1:] ** 2 + v[:-1] ** 2) / 2)]) * t[1]
     swings = []
-    for form in ("dissipation", "exponential"):
-        numbers = {"gain": gain, "cooling": 1e5}
-        device = extend(
-            law("kelvin_voigt", {"k": k, "c": c}), [(effect("self_heating", form), numbers)]
-        )
+    for form in forms:
+        device = extend(law("kelvin_voigt", {"k": k, "c": c}), [(effect(cause, form), numbers)])
         _, states = respond(device, t, x, v, 0.0, tolerance=1e-8)
         later = t > 3
         error = states[0][later] - of_dashpot[later]
@@ -352,15 +385,21 @@ def test_stress_softening_has_the_shapes_of_amplitude_softening():
         assert past == pytest.approx(now, rel=1e-12)
 
 
-def test_degradation_without_an_end_is_self_heating_without_cooling():
-    at = REST._replace(force=200.0, v=0.05)
-    wear, heat = effect("cyclic_degradation", "unlimited"), effect("self_heating", "exponential")
+@pytest.mark.parametrize(
+    ("wears", "heats", "means"),
+    [
+        ("unlimited", "exponential", ()),
+        ("inelastic_unlimited", "dissipation", (0.4, 5e-6)),
+    ],
+)
+def test_degradation_without_an_end_is_self_heating_without_cooling(wears, heats, means):
+    at = REST._replace(force=200.0, x=1e-3, v=0.05)
+    wear, heat = effect("cyclic_degradation", wears), effect("self_heating", heats)
     for dissipated in (-5.0, 0.0, 50.0):
-        assert wear.factor(at, (dissipated,), (4e-3,)) == pytest.approx(
-            heat.factor(at, (4e-3 * dissipated,), (4e-3, 1e9))
-        )
-        assert 4e-3 * wear.rates(at, (dissipated,), (4e-3,))[0] == pytest.approx(
-            heat.rates(at, (4e-3 * dissipated,), (4e-3, 1e9))[0], rel=1e-6
+        worn, warm = (dissipated, *means), (4e-3 * dissipated, *means)
+        assert wear.factor(at, worn, (4e-3,)) == pytest.approx(heat.factor(at, warm, (4e-3, 1e9)))
+        assert 4e-3 * wear.rates(at, worn, (4e-3,))[0] == pytest.approx(
+            heat.rates(at, warm, (4e-3, 1e9))[0], rel=1e-6
         )
 
 
@@ -371,6 +410,14 @@ def test_damage_counts_the_work_that_is_not_given_back():
         _, (work,) = respond(device, t, x, v, 0.0, tolerance=1e-8)
         # a spring gives back all of its work
         assert abs(work[-1]) < 0.05 * np.max(work)
+
+
+@pytest.mark.parametrize("a", [40.0, -40.0])
+def test_one_side_softens_and_the_other_is_left_alone(a):
+    one = effect("tension_compression_asymmetry", "one_sided")
+    factors = [one.factor(REST._replace(x=x), (), (a,)) for x in (-5e-3, 5e-3)]
+    assert sorted(factors) == pytest.approx([1 / 1.2, 1.0])
+    assert (factors[0] < 1) == (a > 0)
 
 
 def test_spring_of_two_stiffnesses():

@@ -14,6 +14,17 @@ from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws import LAWS, Device
 
 
+def test_what_a_search_has_switched_off_begins_again_weaker():
+    p = Parameterisation(LAWS["kelvin_voigt"], np.array([0.0, 2.0]), (300.0, 8e-3, 0.2), {})
+    assert [q.name for q in p.free] == ["k", "c"]
+    start = np.array([1e4, 2e4, 500.0, 700.0])
+    assert p.switched_on(start, np.array([3e4, 0.0, 0.0, 40.0])) is None  # off at one current only
+    again = p.switched_on(start, np.array([3e4, 2e4, 0.0, 0.0]))
+    assert again.tolist() == [3e4, 2e4, 50.0, 70.0]
+    began_off = np.array([1e4, 2e4, 0.0, 0.0])
+    assert p.switched_on(began_off, np.array([3e4, 2e4, 0.0, 0.0])) is None
+
+
 def test_rounding_makes_no_divisor_zero():
     law = LAWS["strain_stiffening"]
     currents = np.array([0.0, 1.0, 2.0, 3.0])

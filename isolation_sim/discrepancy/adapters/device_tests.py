@@ -28,6 +28,7 @@ from .. import inference
 from ..decisions import (
     ADEQUATE,
     BESIDE_REMAINDER,
+    COMPLETES,
     CONFUSABLE_GAIN,
     FAR_BETTER,
     LOST,
@@ -158,12 +159,13 @@ class DeviceTests(Problem[FittedModel]):
 
     def search(self, base: FittedModel) -> SearchResult[FittedModel]:
         """Search for effects, then fit them to all samples."""
-        result = search(self.space, base)
+        result = self._without_unknown_starts(search(self.space, base))
         self.progress("fitting all samples")
         for best in self._proposals(result):
             self._extend(best)
             if not best.effects or self._holds():
                 break
+        best = self._completed(best, result)
         while best.effects and (least := self._superfluous(best)) is not None:
             best = self.space.without(best, least)
             self._extend(best)
@@ -171,14 +173,32 @@ class DeviceTests(Problem[FittedModel]):
             self._compare_laws()
         return replace(result, best=best)
 
+    def _without_unknown_starts(
+        self, result: SearchResult[FittedModel]
+    ) -> SearchResult[FittedModel]:
+        """Causes in place of one with a state of each run's own, if they explain as much."""
+        # Such a state follows whatever differs from run to run. Alone it stands for two causes,
+        # which the search adds one after the other and compares with it one by one.
+        best = result.best
+        if not any(has_unknown_starts(effect) for effect in best.effects):
+            return result
+        known = replace(
+            self.space,
+            effects=[effect for effect in self.space.effects if not has_unknown_starts(effect)],
+            most_causes=min(self.space.most_causes, len(best.effects) + 1),
+        )
+        other = search(known, result.base)
+        fewer = self.space.penalised_cost(other.best) < self.space.penalised_cost(best)
+        return other if fewer else result
+
     def _superfluous(self, best: FittedModel) -> int | None:
         """Find an effect that corrects next to nothing."""
         corrected = np.array([self._corrected(best, k) for k in range(len(best.effects))])
         explained = np.maximum(self._squared(self.before) - self._squared(self.after), 0.0)
         # as a share of the whole force, and on average of each run's own
-        small = np.sqrt(MINOR * explained)
-        if self._is_noise(self.after, self.validation_samples):
-            small = np.zeros(2)  # what completes the law is no correction of another's form
+        small = np.tile(np.sqrt(MINOR * explained), (len(corrected), 1))
+        # what completes the law is no correction of another's form
+        small[self._completing(best, corrected[:, 0] ** 2)] = 0.0
         allowed = np.maximum(max(self.significance, 1e-9), np.minimum(small, MOST_MINOR))
         beyond = np.max(corrected / allowed, axis=1)
         least = int(np.argmin(beyond))
@@ -190,6 +210,17 @@ class DeviceTests(Problem[FittedModel]):
         )
         self.negligible_below = float(np.max(allowed))
         return least
+
+    def _completing(self, best: FittedModel, corrected: NDArray) -> list[bool]:
+        """Which effects leave noise, or far less on fitted and on held-out runs than without."""
+        if self._is_noise(self.after, self.validation_samples):
+            return [True] * len(corrected)
+        remains = self._error(self.after) ** 2 - self._noise_floor(self.validation_samples) ** 2
+        return [
+            remains < COMPLETES * (remains + each)
+            and self.space.completes(self.space.without(best, k), best)
+            for k, each in enumerate(corrected)
+        ]
 
     def _doubtful(self, lacking: Sequence[FittedModel]) -> list[bool]:
         """Which of several effects correct less than what remains, by models without each."""
@@ -247,6 +278,33 @@ class DeviceTests(Problem[FittedModel]):
             if self._left(self.data.fitted) < WELL_EXPLAINED:
                 yield from self.space.second_best(best, last.tried)
         yield from (one.base for one in reversed(result.rounds) if one.base is not best)
+
+    def _completed(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel:
+        """Add a cause that explains most of what is left, on fitted and on held-out runs."""
+        # Of the law's whole misfit it may be a small share, as what mends the form of another cause
+        # is. That leaves most of the remainder, or follows other runs no better.
+        judging = self.validation_samples
+        if not best.effects or self.data.fitted.all() or self._is_noise(self.after, judging):
+            return best
+        left, more = self._misfit(self.after), self._one_more(best, result)
+        if more is None or not self.space.completes(best, more):
+            return best
+        self._extend(more)
+        if self._misfit(self.after) < COMPLETES * left and self._holds():
+            self.unstable = [one for one in self.unstable if one not in _titles(more)]
+            return more
+        self._extend(best)
+        return best
+
+    def _one_more(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel | None:
+        """The most likely model with one more cause: found by the search, or nearly chosen."""
+        if len(result.best.effects) == len(best.effects) + 1:
+            return result.best
+        last = result.rounds[-1]
+        if last.taken is not None or last.base.effects != best.effects:
+            return None
+        nearly = next(self.space.second_best(best, last.tried), None)
+        return None if nearly is None else self.space.revise(nearly)
 
     def _needed(self, best: FittedModel) -> FittedModel:
         """Drop effects that most fits from other runs do not need."""
@@ -725,6 +783,10 @@ class DeviceTests(Problem[FittedModel]):
             else "No effect lowered the squared residual by more than "
             f"{SIGNIFICANT:.0f} times the noise's share of it."
         )
+
+
+def _titles(fitted: FittedModel) -> list[str]:
+    return [effect.title for effect in fitted.effects]
 
 
 def _remarks(effect: Effect) -> str:

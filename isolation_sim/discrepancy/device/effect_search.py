@@ -14,6 +14,7 @@ from ...effects import Effect
 from ..decisions import (
     ADEQUATE,
     CLEARLY_BETTER,
+    COMPLETES,
     FEWER_STEPS,
     LEAST_PART,
     LEAST_SHARE,
@@ -75,7 +76,7 @@ class EffectSearch:
     def candidates(self, current: FittedModel) -> list[FittedModel]:
         """Fit the most promising effects, and a generic term if it is clearly better."""
         tried = self._fit_effects(current)
-        term = self._generic_term(current, min(tried, key=self._penalised, default=current))
+        term = self._generic_term(current, min(tried, key=self.penalised_cost, default=current))
         if term is not None:
             tried = sorted([*tried, term], key=lambda f: f.cost)
         self._known[current.effects] = current, tried
@@ -84,7 +85,7 @@ class EffectSearch:
     def choose(self, current: FittedModel, tried: Sequence[FittedModel]) -> FittedModel | None:
         """Select the generic term, or the effect with the least penalised cost, if it helps."""
         terms = [one for one in tried if one.causes[-1] == OUTSIDE]
-        best = min(terms or tried, key=self._penalised, default=None)
+        best = min(terms or tried, key=self.penalised_cost, default=None)
         return best if best is not None and self._helps(current, best) else None
 
     def second_best(
@@ -109,7 +110,7 @@ class EffectSearch:
             others = [*self.rivals(model, place)[1], *self.exchanges(model, place)]
             better = [one for one in others if self._replaces(one, model, place)]
             if better:
-                model, place = min(better, key=self._penalised), 0
+                model, place = min(better, key=self.penalised_cost), 0
             else:
                 place += 1
         return self._with_own_steps(model)
@@ -121,7 +122,7 @@ class EffectSearch:
         """
         simpler = other.causes[-1] == model.causes[place] and len(other.values) < len(model.values)
         least = 0.0 if simpler else SIGNIFICANT
-        return self._penalised(other) < self._penalised(model) - least
+        return self.penalised_cost(other) < self.penalised_cost(model) - least
 
     def _with_own_steps(self, fitted: FittedModel) -> FittedModel:
         """Take far fewer integration steps, where effects have made the law so much milder."""
@@ -241,15 +242,15 @@ class EffectSearch:
     ) -> FittedModel | None:
         """Fit generic terms; the best one, if it is clearly better than the best effect."""
         terms = fit_directions(current, likely, self.pool, self.advance)
-        term = min(terms, key=self._penalised, default=None)
+        term = min(terms, key=self.penalised_cost, default=None)
         if term is None:
             return None
-        term = min(term, self._with_each_power(current, term), key=self._penalised)
+        term = min(term, self._with_each_power(current, term), key=self.penalised_cost)
         floor = min(self.noise_cost, term.cost)
         if not term.cost - floor < CLEARLY_BETTER * (best.cost - floor):
             return None
         chance = SIGNIFICANT * self.noise_gain(best, term)
-        return term if self._penalised(best) - self._penalised(term) > chance else None
+        return term if self.penalised_cost(best) - self.penalised_cost(term) > chance else None
 
     def _with_each_power(self, current: FittedModel, term: FittedModel) -> FittedModel:
         """Fit a term with a polynomial of the current as its coefficient."""
@@ -262,7 +263,8 @@ class EffectSearch:
         start[power] = term.values[-1]
         return fit_direction(current, Direction(family, 0.0, 1.0, start))
 
-    def _penalised(self, one: FittedModel) -> float:
+    def penalised_cost(self, one: FittedModel) -> float:
+        """Cost of a model and of its parameters on all runs."""
         return float(self.penalised(one, np.array(one.cost), np.array(1.0)))
 
     def penalised(self, one: FittedModel, costs: NDArray, size: NDArray) -> NDArray:
@@ -274,6 +276,17 @@ class EffectSearch:
             costs = costs + (1 / CLEARLY_BETTER - 1) * left
         return costs + one.n_parameters * float(np.log(len(one.residual)))
 
+    def completes(self, without: FittedModel, extended: FittedModel) -> bool:
+        """Whether a model leaves far less above the noise than one with a cause less does."""
+        before, after = np.array(without.cost), np.array(extended.cost)
+        return bool(self.leaves_far_less(before, after, np.array(1.0)))
+
+    def leaves_far_less(self, cost_without: NDArray, cost: NDArray, size: NDArray) -> NDArray:
+        """The same by the costs on sets of runs; ``size`` as in ``helps``."""
+        noise = size * self.noise_cost
+        with np.errstate(invalid="ignore"):  # both diverge
+            return cost - noise < COMPLETES * (cost_without - noise)
+
     def _helps(self, without: FittedModel, extended: FittedModel) -> bool:
         cost_without, cost = (np.array(one.cost) for one in (without, extended))
         one, misfit = np.array(1.0), np.array(self.misfit)
@@ -281,16 +294,19 @@ class EffectSearch:
 
     def helps(
         self, without: FittedModel, extended: FittedModel, cost_without: NDArray, cost: NDArray,
-        size: NDArray, misfit: NDArray,
+        size: NDArray, misfit: NDArray, named: bool = False,
     ) -> NDArray:  # fmt: skip
         """Whether the last effect of a model is more than noise, by the costs on sets of runs."""
-        # ``size`` holds the samples of each set over those of all runs
+        # ``size`` holds the samples of each set over those of all runs. An effect that is ``named``
+        # may be a small share of the misfit, if it is most of what the others leave.
         with np.errstate(invalid="ignore"):  # both diverge: no gain
             gain = cost_without - cost
         part = LEAST_PART * cost_without
         noise = size * self.noise_cost
         # what leaves nothing but noise, and did not before, is no correction of another's shape
         completes = (cost < ADEQUATE * noise) & (gain > noise)
+        if named:
+            completes |= self.leaves_far_less(cost_without, cost, size)
         least = np.where(completes, part, np.maximum(part, self.least_share * misfit))
         return (gain > SIGNIFICANT * self.noise_gain(without, extended)) & (gain > least)
 

@@ -90,9 +90,9 @@ def _intervals(
             quantity.name: Interval(
                 value=float(values[k]),
                 low=float(max(low[k], model.lower(quantity))),
-                high=float(min(high[k], quantity.upper)),
+                high=float(min(high[k], model.upper(quantity))),
                 unit=quantity.unit,
-                at_bound=at_bound(float(values[k]), model.lower(quantity), quantity.upper),
+                at_bound=at_bound(float(values[k]), model.lower(quantity), model.upper(quantity)),
             )
             for k, quantity in enumerate(effect.parameters, place.start)
         }
@@ -114,7 +114,7 @@ def needs_bound(searched: FittedModel, place: int, gain: float) -> bool:
     """Whether an effect loses its gain if its values leave their bounds, the others following."""
     effect, model = searched.effects[place], searched.model
     for k, quantity in enumerate(effect.parameters, model.slices()[place].start):
-        lower, upper = model.lower(quantity), quantity.upper
+        lower, upper = model.lower(quantity), model.upper(quantity)
         value = float(searched.values[k])
         if not at_bound(value, lower, upper) or _nearest(value, lower, upper) in quantity.plain:
             continue

@@ -96,14 +96,21 @@ class Model(LawModel):
         lower, upper = super().bounds()
         return (
             np.concatenate([lower, [self.lower(q) for q in quantities]]),
-            np.concatenate([upper, [q.upper for q in quantities]]),
+            np.concatenate([upper, [self.upper(q) for q in quantities]]),
         )
 
     def lower(self, quantity: EffectParameter) -> float:
         """Lower bound of a parameter on these data."""
-        if not quantity.least:
-            return quantity.lower
-        return max(quantity.lower, quantity.least * self.size(quantity))
+        least = quantity.least * self.size(quantity) if quantity.least else quantity.lower
+        return max(quantity.lower, least, -self._most(quantity))
+
+    def upper(self, quantity: EffectParameter) -> float:
+        """Upper bound of a parameter on these data."""
+        return min(quantity.upper, self._most(quantity))
+
+    def _most(self, quantity: EffectParameter) -> float:
+        most = quantity.most
+        return most if most == float("inf") else most * self.size(quantity)
 
     def size(self, quantity: EffectParameter) -> float:
         """Scale of a parameter, in its unit, of which ``starts`` are multiples."""
@@ -155,7 +162,7 @@ class Model(LawModel):
             for k, quantity in enumerate(effect.parameters):
                 moved = [p.copy() for p in own]
                 step = quantity.difference * max(abs(moved[place][k]), 0.01 * self.size(quantity))
-                if moved[place][k] + step > quantity.upper:
+                if moved[place][k] + step > self.upper(quantity):
                     step = -step
                 moved[place][k] += step
                 yield place, self.slices()[place].start + k, step, moved

@@ -51,7 +51,7 @@ class _Probe:
         self.inner = base.inner if outside else None
         self.before = base.across(base.residual)
         self.lower = np.array([self.model.lower(q) for q in effect.parameters])
-        self.upper = np.array([q.upper for q in effect.parameters])
+        self.upper = np.array([self.model.upper(q) for q in effect.parameters])
         self.sizes = [self.model.size(q) for q in effect.parameters]
 
     def moved(self, parameters: NDArray) -> NDArray:

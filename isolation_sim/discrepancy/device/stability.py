@@ -48,7 +48,8 @@ def stability(space: EffectSearch, searched: FittedModel, seed: int) -> list[Sta
     result = []
     for place, name in enumerate(searched.causes):
         without, rivals = space.rivals(searched, place)
-        helps = space.helps(without, searched, _costs(without, weights), costs, sizes, misfit)
+        costs_without = _costs(without, weights)
+        helps = space.helps(without, searched, costs_without, costs, sizes, misfit, named=True)
         others = [one for one in rivals if np.isfinite(one.cost)]
         names = [name, *(one.causes[-1] for one in others)]
         penalised = [space.penalised(searched, costs, sizes)]
