@@ -45,9 +45,8 @@ SATURATION = EffectParameter(
     strength=True, starts=(0.5, 1.5),
 )  # fmt: skip
 
-# at 6 the knee is nearly a kink, which is plainer: data do not tell sharper ones apart
 EXPONENT = EffectParameter(
-    "exponent", "1", "sharpness of the knee", lower=0.7, upper=6.0, starts=(1.5, 4.0), plain=(6.0,)
+    "exponent", "1", "sharpness of the knee", lower=0.7, upper=6.0, starts=(1.5, 4.0)
 )
 
 FORMS = (
