@@ -103,6 +103,46 @@ def test_a_small_share_counts_of_a_named_effect_that_leaves_far_less():
     assert space.helps(*models, *costs, *small, named=True).tolist() == [True, False]
 
 
+@pytest.mark.parametrize(
+    ("second", "cost", "held_out", "added"),
+    [
+        ("force_offset", 400, 3.0, True),
+        ("force_offset", 600, 3.0, False),  # the fitted runs do not ask for it
+        ("force_offset", 400, 6.0, False),  # the others do not
+        ("cyclic_degradation", 400, 3.0, False),  # what heats and wears looks like either
+    ],
+)
+def test_a_model_is_completed_where_held_out_runs_agree(second, cost, held_out, added):
+    """Without the cause, fitted runs leave 1100 and those held out 10."""
+    best = fitted(1100, effect("self_heating"))
+    more = fitted(cost, effect("self_heating"), effect(second))
+
+    class Problem(DeviceTests):
+        after = None
+        validation_samples = data = SimpleNamespace(fitted=np.array([True, False]))
+
+        def __init__(self):
+            self.space, self.unstable, self.left = Space(), [more.effects[1].title], 10.0
+
+        def _extend(self, model):
+            self.left = held_out if model is more else 10.0
+
+        def _misfit(self, force):
+            return self.left
+
+        def _is_noise(self, force, chosen):
+            return False
+
+        def _holds(self):
+            return True
+
+    problem = Problem()
+    found = problem._completed(best, SearchResult(fitted(1e4), more, []))
+    assert found is (more if added else best)
+    assert problem.left == (held_out if added else 10.0)
+    assert bool(problem.unstable) is not added
+
+
 @pytest.mark.parametrize(("cost", "taken"), [(1500, True), (2500, False)])
 def test_causes_take_the_place_of_a_state_of_each_run(monkeypatch, cost, taken):
     """If they leave less than twice what it leaves, their parameters included."""

@@ -215,6 +215,8 @@ class DeviceTests(Problem[FittedModel]):
         """Which effects leave noise, or far less on fitted and on held-out runs than without."""
         if self._is_noise(self.after, self.validation_samples):
             return [True] * len(corrected)
+        if _imitate(best.effects):
+            return [False] * len(corrected)
         remains = self._error(self.after) ** 2 - self._noise_floor(self.validation_samples) ** 2
         return [
             remains < COMPLETES * (remains + each)
@@ -287,7 +289,7 @@ class DeviceTests(Problem[FittedModel]):
         if not best.effects or self.data.fitted.all() or self._is_noise(self.after, judging):
             return best
         left, more = self._misfit(self.after), self._one_more(best, result)
-        if more is None or not self.space.completes(best, more):
+        if more is None or _imitate(more.effects) or not self.space.completes(best, more):
             return best
         self._extend(more)
         if self._misfit(self.after) < COMPLETES * left and self._holds():
@@ -783,6 +785,13 @@ class DeviceTests(Problem[FittedModel]):
             else "No effect lowered the squared residual by more than "
             f"{SIGNIFICANT:.0f} times the noise's share of it."
         )
+
+
+def _imitate(effects: Sequence[Effect]) -> bool:
+    """Whether effects mend each other's form: losses that build up over a whole test."""
+    # Heat and wear are told apart by a rest. Heat in two bodies, or wear that slows down, looks
+    # like both.
+    return sum(effect.gradual for effect in effects) > 1
 
 
 def _titles(fitted: FittedModel) -> list[str]:
