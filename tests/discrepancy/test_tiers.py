@@ -491,9 +491,7 @@ def test_friction_that_grows_along_the_stroke(campaign):
     slides = along(friction, replace(data, periods=np.zeros_like(data.periods))) / 4e-4
     noise = np.random.default_rng(3).standard_normal(len(data.x))
     force = K * data.x + (60.0 + 2.5e3 * data.x) * slides + 0.3 * noise
-    runs = [
-        replace(run, force=force[at]) for run, at in zip(campaign.runs, data.runs, strict=True)
-    ]
+    runs = [replace(run, force=force[at]) for run, at in zip(campaign.runs, data.runs, strict=True)]
     made = replace(campaign, runs=tuple(runs))
     found = diagnose(made, "dahl", tiers="equation", threads=1).ladder
     (term,) = found.terms
