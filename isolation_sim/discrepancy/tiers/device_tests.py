@@ -180,6 +180,11 @@ class DeviceTiers(Tiers[_Rung]):
             return None
         if best.part.model.held is None:
             best = self._without_superfluous_effects(best)
+        if best.part.model.held is None and not (best.loses or start.effects):
+            # values that follow the terms have to predict what was left out better
+            beside = self._beside(below, best)
+            nearly = _power(beside) <= (1 + EQUATION_GAIN) * _power(best)
+            best = beside if nearly and self._is_good(beside) else best
         return replace(best, final=self._fitted(best.final.model, best.part.values, 1e-6))
 
     def _is_good(self, rung: _Rung) -> bool:
