@@ -77,13 +77,13 @@ def learn(
     states = _states(library(data))
     known = {"x": data.x, "v": data.v} | {f"m_{k}": along(s, data) for k, s in enumerate(states)}
     inside = data.fitted
-    codes = _inputs(*(float(np.max(np.abs(y[inside]))) for y in (data.x, data.v)), states)
+    largest = float(np.max(np.abs(data.x[inside])))
+    codes = _inputs(largest, float(np.max(np.abs(data.v[inside]))), states)
     u = np.stack([run(code, known) for code in codes], axis=1)
     current = data.current / (float(np.max(np.abs(data.current))) or 1.0)
     n_powers = len(model.parameterisation.currents) if np.ptp(current) > 0 else 1
     random = np.random.default_rng(seed)
     size = np.sqrt(np.mean(u[inside] ** 2, axis=0))
-    largest = float(np.max(np.abs(data.x[inside])))
 
     before = np.zeros(len(data.x))
     for fold, modelled in zip(folds, without, strict=True):
