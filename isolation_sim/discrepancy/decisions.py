@@ -303,7 +303,7 @@ SIMPLER = 0.95
 """Share of the best term's gain from which a term with fewer numbers is preferred. Convention."""
 LEARNED_UNITS = 60
 """Units of the learned term. Effort."""
-LEARNED_PENALTIES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
+LEARNED_PENALTIES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0)
 """Penalties of the ridge regression that are tried. Effort."""
 DISSIPATIVE_GAIN = 0.9
 """Share of a free network's gain on conditions left out from which one that dissipates by

@@ -221,7 +221,7 @@ def _left_out(model: LawModel, values: NDArray, pool: ThreadPoolExecutor) -> flo
         return data.bounded(model.resolve_steps(x, 1).forces(x, False)[0]) - data.force
 
     total = residual(values)
-    ends = fitted_without(model, values, masks, pool, _FOLD_STEPS)
+    ends = fitted_without(model, [values] * len(masks), masks, pool, _FOLD_STEPS)
     for mask, own in zip(masks, pool.map(residual, ends), strict=True):
         total[mask] = own[mask]
     return data.relative(total, np.ones(len(total), bool))

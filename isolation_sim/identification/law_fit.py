@@ -69,6 +69,8 @@ class LawModel:
     # (n_unknowns,) array or None: Values about which the law's parameters are sought; see
     # ``minimise``
     expected: NDArray | None = None
+    # (n_values,) bool or None: Values that a fit leaves as they are
+    held: NDArray | None = None
 
     @property
     def n_law(self) -> int:
@@ -118,6 +120,8 @@ class LawModel:
         # much as one standard deviation of one sample. Parameters that few runs leave open do not
         # diverge, and the law stays usable for other runs.
         lower, upper = self.bounds()
+        if self.held is not None:
+            lower, upper = (np.where(self.held, start, bound) for bound in (lower, upper))
         if self.expected is None:
             return levenberg_marquardt(
                 self.residuals, start, lower, upper, most, tolerance, valley=valley

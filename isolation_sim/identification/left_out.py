@@ -59,15 +59,19 @@ def conditions(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
 
 
 def fitted_without(
-    model: LawModel, values: NDArray, masks: Sequence[NDArray], pool: ThreadPoolExecutor, most: int
+    model: LawModel,
+    starts: Sequence[NDArray],
+    masks: Sequence[NDArray],
+    pool: ThreadPoolExecutor,
+    most: int,
 ) -> list[NDArray]:
-    """Values of fits without each mask's samples, from values near the fit to all."""
+    """Values of fits without each mask's samples, each from values near the fit to all."""
 
-    def fit(mask: NDArray) -> NDArray:
+    def fit(start: NDArray, mask: NDArray) -> NDArray:
         data = replace(model.data, fitted=model.data.fitted & ~mask)
-        return replace(model, data=data).minimise(values, most, 1e-4).x
+        return replace(model, data=data).minimise(start, most, 1e-4).x
 
-    return list(pool.map(fit, masks))
+    return list(pool.map(fit, starts, masks))
 
 
 def _mask(like: NDArray, places: NDArray) -> NDArray:

@@ -51,11 +51,12 @@ _LAST_STEPS = 30
 
 @dataclass(frozen=True, eq=False)
 class _Rung:
-    """A rung on all samples and on those that select; its forces by fits without each condition."""
+    """A rung on all samples and on those that select, and its fits without each condition."""
 
     final: FittedModel
     part: FittedModel
-    without: NDArray
+    ends: tuple[NDArray, ...]  # Values of the fits without each condition
+    without: NDArray  # Their forces
     left_out: NDArray
     chosen: tuple[Chosen, ...] = ()
     stability: tuple[float, ...] = ()
@@ -74,24 +75,22 @@ class DeviceTiers(Tiers[_Rung]):
         self.data = full.thinned(TIER_SAMPLES).without_held_out()
         self.masks = [mask for _, mask in conditions(self.data)]
         self.law, self.causes = (
-            _Rung(final, part, without, self._left_out(without))
+            _Rung(final, part, *self._without(part, [part.values] * len(self.masks)))
             for final in (problem.law, problem.final)
             for part in (self._part(final),)
-            for without in (self._without(part),)
         )
 
     def _rung(
-        self, part: FittedModel, chosen: Sequence[Chosen] = (), stability: Sequence[float] = (),
-        text: str = "",
+        self, part: FittedModel, chosen: Sequence[Chosen], stability: Sequence[float], text: str,
+        starts: Sequence[NDArray] | None = None,
     ) -> _Rung:  # fmt: skip
         """A rung from its model on the samples that select, not yet fitted to all."""
         whole = replace(part.model, data=self.problem.data).resolve_steps(part.values)
         nothing = np.zeros((0, len(part.values)))
         final = FittedModel(whole, part.values, part.cost, nothing[:, 0], nothing)
-        without = self._without(part)
         return _Rung(
-            final, part, without, self._left_out(without), tuple(chosen),
-            tuple(stability[: len(chosen)]), text,
+            final, part, *self._without(part, starts or [part.values] * len(self.masks)),
+            tuple(chosen), tuple(stability[: len(chosen)]), text,
         )  # fmt: skip
 
     def _part(self, final: FittedModel) -> FittedModel:
@@ -99,15 +98,20 @@ class DeviceTiers(Tiers[_Rung]):
         here = replace(final.model, data=self.data)
         return self._fitted(here, final.values, 1e-4, _FOLD_STEPS)
 
-    def _without(self, part: FittedModel) -> NDArray:
-        """Force of a model fitted without each condition, (n_folds, n_samples), N."""
+    def _without(
+        self, part: FittedModel, starts: Sequence[NDArray]
+    ) -> tuple[tuple[NDArray, ...], NDArray, NDArray]:
+        """Fits without each condition: values, forces, (n_folds, n_samples), and residual."""
 
         def force(values: NDArray) -> NDArray:
-            return self.data.bounded(part.model.forces(values, False)[0])
+            # without a condition a law may become stiffer, and its motion asks for more steps then
+            model = part.model.resolve_steps(values)
+            return self.data.bounded(model.forces(values, False)[0])
 
         pool = self.problem.pool
-        ends = fitted_without(part.model, part.values, self.masks, pool, _FOLD_STEPS)
-        return np.stack(list(pool.map(force, ends)))
+        ends = fitted_without(part.model, starts, self.masks, pool, _FOLD_STEPS)
+        without = np.stack(list(pool.map(force, ends)))
+        return tuple(ends), without, self._left_out(without)
 
     def _left_out(self, without: NDArray) -> NDArray:
         """Residual of every condition, predicted by the model fitted without it, N."""
@@ -120,17 +124,18 @@ class DeviceTiers(Tiers[_Rung]):
         """The second tier, beside the causes or in their place; None if no term helps."""
         if len(self.masks) < 2:  # one condition left out does not tell a gain from chance
             return None
-        starts = [self._catalogue(self.causes.part)]
-        if starts[0].effects:
-            starts.append(self.law.part)
+        starts = [self._catalogue(self.causes)]
+        if starts[0].part.effects:
+            starts.append(self.law)
         equations = [rung for start in starts if (rung := self._equation(start)) is not None]
         return min(equations, key=lambda one: (one.loses, _power(one)), default=None)
 
-    def _equation(self, start: FittedModel) -> _Rung | None:
-        """The equation beside a model, with the terms that it needs.
+    def _equation(self, below: _Rung) -> _Rung | None:
+        """The equation beside a rung, with the terms that it needs.
 
         It loses nowhere, if there is such a one; else it is the one with the most terms.
         """
+        start = below.part
         selection = select(start.model, start.values, self.masks, self.problem.pool)
         terms = list(zip(selection.chosen, selection.stability, strict=True))
         numbers = [
@@ -144,7 +149,11 @@ class DeviceTiers(Tiers[_Rung]):
             model, text = self._extended(start.model, chosen, None)
             values = np.insert(own, at, np.concatenate(numbers))
             rung = self._rung(self._fitted(model, values, 1e-5), chosen, stability, text)
-            good = not (self.losses(rung, self.law) or self._beyond(rung, self.law))
+            good = self._is_good(rung)
+            if not good:
+                beside = self._beside(below, rung)
+                if self._is_good(beside):
+                    rung, good = beside, True
             # fewer terms are kept where they predict nearly as well, or where chance fits the more
             if good and (
                 best is None
@@ -169,8 +178,32 @@ class DeviceTiers(Tiers[_Rung]):
             best = replace(losing, loses=True)
         if best is None or _is_chance(best.part, start):
             return None
-        best = self._without_superfluous_effects(best)
+        if best.part.model.held is None:
+            best = self._without_superfluous_effects(best)
+        if best.part.model.held is None and not (best.loses or start.effects):
+            # values that follow the terms have to predict what was left out better
+            beside = self._beside(below, best)
+            nearly = _power(beside) <= (1 + EQUATION_GAIN) * _power(best)
+            best = beside if nearly and self._is_good(beside) else best
         return replace(best, final=self._fitted(best.final.model, best.part.values, 1e-6))
+
+    def _is_good(self, rung: _Rung) -> bool:
+        """Whether a rung is worse than the law nowhere."""
+        return not (self.losses(rung, self.law) or self._beyond(rung, self.law))
+
+    def _beside(self, below: _Rung, rung: _Rung) -> _Rung:
+        """The terms of a rung beside a rung below it, all of whose values stay."""
+        # where the law's values follow the terms, what one condition needs may move the others
+        at = self.problem.law.model.n_law
+        n = len(rung.part.values) - len(below.part.values)
+        terms = rung.part.values[at : at + n]
+        held = np.ones(len(rung.part.values), bool)
+        held[at : at + n] = False
+        model = replace(rung.part.model, held=held)
+        part = self._fitted(model, np.insert(below.part.values, at, terms), 1e-5)
+        terms = part.values[at : at + n]
+        starts = [np.insert(end, at, terms) for end in below.ends]
+        return self._rung(part, rung.chosen, rung.stability, rung.text, starts)
 
     def _without_superfluous_effects(self, rung: _Rung) -> _Rung:
         """The rung without effects that gain no more than chance beside its terms."""
@@ -194,28 +227,29 @@ class DeviceTiers(Tiers[_Rung]):
 
     def learned(self, below: _Rung) -> tuple[_Rung, float]:
         """The third tier, beside a rung below, whose values stay, and its share (``Learned``)."""
+        below = self._catalogue(below)
         start, without = below.part, below.without
-        if OUTSIDE in start.causes:
-            start = self._catalogue(start)
-            without = self._without(start)
         term = learn(start.model, start.force, without, self.masks, self.problem.seed)
         model, text = self._extended(start.model, below.chosen, term.network)
         part = fit_model(model.resolve_steps(start.values, 1), start.values, 0)
         whole = replace(model, data=self.problem.data).resolve_steps(start.values)
         return _Rung(
-            fit_model(whole, start.values, 0), part, without, term.left_out, below.chosen,
-            below.stability, text,
+            fit_model(whole, start.values, 0), part, below.ends, without, term.left_out,
+            below.chosen, below.stability, text,
         ), term.share  # fmt: skip
 
-    def _catalogue(self, part: FittedModel) -> FittedModel:
-        """A fitted model without generic terms, for which an equation is the place."""
-        model, values = part.model, part.values
+    def _catalogue(self, rung: _Rung) -> _Rung:
+        """A rung without generic terms, for which an equation is the place."""
+        if OUTSIDE not in rung.part.causes:
+            return rung
+        model, values = rung.part.model, rung.part.values
         for place, cause in reversed(list(enumerate(model.causes))):
             if cause == OUTSIDE:
                 gone = model.slices()[place]
                 values = np.delete(values, np.arange(gone.start, gone.stop))
                 model = model.without(place)
-        return part if model is part.model else fit_model(model, values, _LAST_STEPS, 1e-5)
+        part = fit_model(model, values, _LAST_STEPS, 1e-5)
+        return self._rung(part, rung.chosen, rung.stability, rung.text)
 
     def _extended(
         self, model: Model, chosen: Sequence[Chosen], network: Network | None
@@ -248,7 +282,8 @@ class DeviceTiers(Tiers[_Rung]):
         """Conditions left out of a fit, and conditions held out, on which a rung loses."""
         data = self.problem.data
         every = np.logical_or.reduce(self.masks)
-        missed = self.data.relative(against.left_out, every)
+        # a law may diverge without some condition: its own error then tells nothing
+        missed = min(self.data.relative(one.left_out, every) for one in (rung, against))
         least = max(self.problem.significance, NEGLIGIBLE_LOSS * missed)
         after, before = (data.bounded(one.final.force) - data.force for one in (rung, against))
         held = replace(data, fitted=~data.fitted)

@@ -3,7 +3,7 @@
 Ridge regression on random hyperbolic tangents of deformation, velocity and a few hysteretic
 states: a network with one layer, of which the weights towards the output alone are fitted. Its
 inputs are limited to the range of the tests, so that the term is bounded everywhere. The penalty is
-chosen on conditions left out.
+chosen on conditions left out, on none of which the term is to lose.
 
 A second network dissipates by construction: its units are elastic, or grow with the velocity or
 with one hysteretic state, and these have weights that are nowhere negative. It is preferred.
@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...identification.least_squares import unit_columns
-from ..decisions import DISSIPATIVE_GAIN, LEARNED_PENALTIES, LEARNED_UNITS
+from ..decisions import DISSIPATIVE_GAIN, LEARNED_PENALTIES, LEARNED_UNITS, NEGLIGIBLE_LOSS
 from ..device.model import Model
 from .law_file import Network
 from .terms import Term, along, library, run
@@ -30,6 +30,8 @@ _STEEP = 0.05
 """Share of the largest velocity above which the velocity's input grows logarithmically."""
 _WEIGHT = 0.5
 """Standard deviation of a unit's weights, for inputs of unit RMS."""
+_STATES = 5
+"""Hysteretic states."""
 _GATES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, -1.0, 0.0), (1.0, 0.0, -1.0))
 """Gates of velocity units, polynomials of |x| over the largest deformation."""
 
@@ -75,13 +77,25 @@ def learn(
     states = _states(library(data))
     known = {"x": data.x, "v": data.v} | {f"m_{k}": along(s, data) for k, s in enumerate(states)}
     inside = data.fitted
-    codes = _inputs(float(np.max(np.abs(data.v[inside]))), states)
+    largest = float(np.max(np.abs(data.x[inside])))
+    codes = _inputs(largest, float(np.max(np.abs(data.v[inside]))), states)
     u = np.stack([run(code, known) for code in codes], axis=1)
     current = data.current / (float(np.max(np.abs(data.current))) or 1.0)
     n_powers = len(model.parameterisation.currents) if np.ptp(current) > 0 else 1
     random = np.random.default_rng(seed)
     size = np.sqrt(np.mean(u[inside] ** 2, axis=0))
-    largest = float(np.max(np.abs(data.x[inside])))
+
+    before = np.zeros(len(data.x))
+    for fold, modelled in zip(folds, without, strict=True):
+        before[fold] = (modelled - data.force)[fold]
+    every = np.logical_or.reduce(folds)
+
+    def loses(residual: NDArray) -> bool:
+        missed = min(data.relative(one, every) for one in (residual, before))
+        return any(
+            data.relative(residual, fold) > data.relative(before, fold) + NEGLIGIBLE_LOSS * missed
+            for fold in folds
+        )
 
     def fit(units: _Units) -> tuple[Network, NDArray]:
         positive, to_powers = None, np.eye(n_powers)
@@ -107,7 +121,7 @@ def learn(
             return residual
 
         results = {penalty: left_out(penalty) for penalty in LEARNED_PENALTIES}
-        best = min(results, key=lambda penalty: float(results[penalty] @ results[penalty]))
+        best = min(results, key=lambda one: (loses(results[one]), float(np.sum(results[one] ** 2))))
         missed = ((force - data.force) * data.weight)[inside]
         c = _Normal.of(columns[inside], missed).ridge(best, positive)
         limits = tuple(zip(codes, np.max(np.abs(u[inside]), axis=0).tolist(), strict=True))
@@ -119,12 +133,9 @@ def learn(
 
     free, free_left = fit(_free_units(random, size))
     passive, passive_left = fit(_dissipative_units(random, size, largest))
-    before = sum(
-        float(np.sum((modelled - data.force)[fold] ** 2))
-        for fold, modelled in zip(folds, without, strict=True)
-    )
-    gain = before - float(free_left @ free_left)
-    share = (before - float(passive_left @ passive_left)) / gain if gain > 0 else 1.0
+    power = float(before @ before)
+    gain = power - float(free_left @ free_left)
+    share = (power - float(passive_left @ passive_left)) / gain if gain > 0 else 1.0
     if share >= DISSIPATIVE_GAIN:
         return Learned(passive, passive_left, share)
     return Learned(free, free_left, share)
@@ -142,7 +153,7 @@ def _dissipative_units(random: np.random.Generator, size: NDArray, largest: floa
     weights = np.zeros((len(size), n))
     # of four units one is elastic, two are of the velocity, and one is of a state
     kind = np.arange(n) % 4
-    of = np.choose(kind, [0, 1, 1, 2 + np.arange(n) // 4 % (len(size) - 2)])
+    of = np.choose(kind, [0, 1, 1, 2 + np.arange(n) // 4 % _STATES])
     steepness = np.exp(random.standard_normal(n))
     weights[of, np.arange(n)] = steepness / size[of]
     # those of the velocity may grow or shrink with the deformation, and are nowhere negative
@@ -203,7 +214,9 @@ def _states(terms: Sequence[Term]) -> tuple[Term, ...]:
     return friction[1], friction[3], flow[1], flow[5], relaxation[1]
 
 
-def _inputs(speed: float, states: Sequence[Term]) -> list[str]:
+def _inputs(deformation: float, speed: float, states: Sequence[Term]) -> list[str]:
     """Python code of the network's inputs."""
     memories = [f"m_{k} / {term.numbers[0].value:.6g}" for k, term in enumerate(states[:4])]
-    return ["x", f"np.arcsinh(v / {_STEEP * speed:.6g})", *memories, "m_4"]
+    # friction may differ along the stroke: a sum of units follows a product of inputs poorly
+    at_position = f"{memories[0]} * x / {deformation:.6g}"
+    return ["x", f"np.arcsinh(v / {_STEEP * speed:.6g})", *memories, "m_4", at_position]

@@ -98,6 +98,12 @@ _MEMORY = (
     ("flow s' = v - w sinh(s/r)", "v - w * np.sinh(s / r)", "rw", np.inf, ""),
     ("play of x over r", _PLAY, "r", _WIDEST_GAP, ""),
 )
+_AT_POSITION = (
+    ("s x", "s * x", "N/m^2"),
+    ("s x |x|", "s * x * np.fabs(x)", "N/m^3"),
+    ("s x^2", "s * x**2", "N/m^3"),
+)
+"""Friction that grows along the stroke, or towards its ends, with the state's code and unit."""
 _SLIP = "u - g sgn u where |u| > g, u = x - s, s play of x over r"
 _BEYOND = "(x - s - g) * (x - s > g) + (x - s + g) * (x - s < -g)"
 _SLIPS = (0.1, 0.2, 0.4)
@@ -203,6 +209,9 @@ def _library(x: float, v: float) -> Iterator[Term]:
             ]  # fmt: skip
         for numbers in choices:
             yield Term(f"s, {text}", "s", "N/m", numbers, rate, cause=cause)
+            if cause == "coulomb_friction":
+                for name, code, unit in _AT_POSITION:
+                    yield Term(f"{name}, {text}", code, unit, numbers, rate)
     for share in _SLIPS:
         r = share * x
         numbers = _numbers(most=_WIDEST_GAP * x, r=r, g=r / 2)
