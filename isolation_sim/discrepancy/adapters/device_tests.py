@@ -55,7 +55,7 @@ from ..device.conditions import conditions
 from ..device.effect_search import EffectSearch
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
-from ..device.intervals import intervals, needs_bound
+from ..device.intervals import intervals, needs_bound, values_at_bounds
 from ..device.model import EACH_RUN, FittedModel, Model, run_means
 from ..device.next_test import rival_tests
 from ..device.noise_examples import motion_noise, noise_residuals
@@ -284,9 +284,12 @@ class DeviceTests(Problem[FittedModel]):
     def _completed(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel:
         """Add a cause that explains most of what is left, on fitted and on held-out runs."""
         # Of the law's whole misfit it may be a small share, as what mends the form of another cause
-        # is. That leaves most of the remainder, or follows other runs no better.
+        # is. That leaves most of the remainder, or follows other runs no better. A cause at a bound
+        # has a form that is not quite right.
         judging = self.validation_samples
         if not best.effects or self.data.fitted.all() or self._is_noise(self.after, judging):
+            return best
+        if any(any(values_at_bounds(best, place)) for place in range(len(best.effects))):
             return best
         left, more = self._misfit(self.after), self._one_more(best, result)
         if more is None or _imitate(more.effects) or not self.space.completes(best, more):

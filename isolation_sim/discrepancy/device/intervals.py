@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -112,16 +112,20 @@ _STEPS = 6
 
 def needs_bound(searched: FittedModel, place: int, gain: float) -> bool:
     """Whether an effect loses its gain if its values leave their bounds, the others following."""
+    return any(
+        _cost_at(searched, k, inside) - searched.cost > BOUND_NEEDED * gain
+        for k, inside in values_at_bounds(searched, place)
+    )
+
+
+def values_at_bounds(searched: FittedModel, place: int) -> Iterator[tuple[int, float]]:
+    """Places of an effect's values at bounds that make no plainer one, and values inside these."""
     effect, model = searched.effects[place], searched.model
     for k, quantity in enumerate(effect.parameters, model.slices()[place].start):
         lower, upper = model.lower(quantity), model.upper(quantity)
         value = float(searched.values[k])
-        if not at_bound(value, lower, upper) or _nearest(value, lower, upper) in quantity.plain:
-            continue
-        value = _inside(value, lower, upper)
-        if _cost_at(searched, k, value) - searched.cost > BOUND_NEEDED * gain:
-            return True
-    return False
+        if at_bound(value, lower, upper) and _nearest(value, lower, upper) not in quantity.plain:
+            yield k, _inside(value, lower, upper)
 
 
 def _nearest(value: float, lower: float, upper: float) -> float:
