@@ -104,17 +104,23 @@ def test_a_small_share_counts_of_a_named_effect_that_leaves_far_less():
 
 
 @pytest.mark.parametrize(
-    ("second", "cost", "held_out", "added"),
+    ("second", "cost", "held_out", "value", "added"),
     [
-        ("force_offset", 400, 3.0, True),
-        ("force_offset", 600, 3.0, False),  # the fitted runs do not ask for it
-        ("force_offset", 400, 6.0, False),  # the others do not
-        ("cyclic_degradation", 400, 3.0, False),  # what heats and wears looks like either
+        ("force_offset", 400, 3.0, 1.0, True),
+        ("force_offset", 600, 3.0, 1.0, False),  # the fitted runs do not ask for it
+        ("force_offset", 400, 6.0, 1.0, False),  # the others do not
+        ("force_offset", 400, 3.0, 0.0, False),  # the first cause's form is not quite right
+        ("cyclic_degradation", 400, 3.0, 1.0, False),  # what heats and wears looks like either
     ],
 )
-def test_a_model_is_completed_where_held_out_runs_agree(second, cost, held_out, added):
-    """Without the cause, fitted runs leave 1100 and those held out 10."""
+def test_a_model_is_completed_where_held_out_runs_agree(second, cost, held_out, value, added):
+    """Without the cause, fitted runs leave 1100 and those held out 10; values are in 0 to 2."""
     best = fitted(1100, effect("self_heating"))
+    n_values = len(best.effects[0].parameters)
+    best.values = np.full(n_values, value)
+    best.model = SimpleNamespace(
+        slices=lambda: [slice(0, n_values)], lower=lambda _: 0.0, upper=lambda _: 2.0
+    )
     more = fitted(cost, effect("self_heating"), effect(second))
 
     class Problem(DeviceTests):
