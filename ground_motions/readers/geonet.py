@@ -79,11 +79,7 @@ def read_geonet(path: str | Path, column: str | None = None) -> Record:
         raise InputError(f"{path}, column", repr(column), nearest(column, names))
     chosen = components[0 if column is None else names.index(column)]
     rows = range(chosen.line, chosen.line + _rows(chosen.n_samples))
-    samples = [
-        parse_number(cell, f"{path}, line {k + 1}, column {i}")
-        for k in rows
-        for i, cell in enumerate(fixed_cells(lines[k], _WIDTH), start=1)
-    ]
+    samples = _numbers(lines, rows, path)
     if len(samples) != chosen.n_samples:
         place = f"{path}, lines {chosen.line + 1} to {rows[-1] + 1}"
         raise InputError(place, f"{len(samples)} samples", f"{chosen.n_samples}, as in the header")
@@ -138,15 +134,20 @@ def _components(lines: list[str], path: str | Path) -> list[_Component]:
 
 def _header(lines: list[str], at: int, rows: int, last: int, path: str | Path) -> list[float]:
     """Numbers of a header up to a place."""
-    cells = [
-        parse_number(cell, f"{path}, line {k + 1}, column {i}")
-        for k in range(at, at + rows)
-        for i, cell in enumerate(fixed_cells(lines[k], _WIDTH), start=1)
-    ]
+    cells = _numbers(lines, range(at, at + rows), path)
     if len(cells) <= last:
         place = f"{path}, lines {at + 1} to {at + rows}"
         raise InputError(place, f"{len(cells)} numbers", f"{rows * _COLUMNS}")
     return cells
+
+
+def _numbers(lines: list[str], rows: range, path: str | Path) -> list[float]:
+    """Numbers of some lines, which are given from 0."""
+    return [
+        parse_number(cell, f"{path}, line {k + 1}, column {i}")
+        for k in rows
+        for i, cell in enumerate(fixed_cells(lines[k], _WIDTH), start=1)
+    ]
 
 
 def _rows(count: int) -> int:

@@ -76,8 +76,7 @@ causes are. Convention, seen there too."""
 COMPLETES = 0.4
 """Share of what the causes before leave, on fitted and on held-out data, from which a cause counts
 however small a share of the whole misfit that is; of device tests and of buildings. Convention,
-seen on shaking-table cases of others.
-"""
+seen on shaking-table cases of others."""
 BESIDE_REMAINDER = 0.7
 """Share of the squared misfit that remains which one of several causes must correct: less only
 mends the form of another. Convention, seen on results of five generators: eight of eight causes

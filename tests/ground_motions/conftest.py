@@ -30,6 +30,18 @@ def refused() -> Refused:
     return check
 
 
+@pytest.fixture
+def written(tmp_path: Path) -> Callable[[str, str], Path]:
+    """Write a file of a name and a text."""
+
+    def write(name: str, text: str) -> Path:
+        path = tmp_path / name
+        path.write_text(text)
+        return path
+
+    return write
+
+
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     default = Path(__file__).parents[3] / "shared" / "data"

@@ -25,16 +25,6 @@ USER1:
 """
 
 
-@pytest.fixture
-def written(tmp_path):
-    def write(name, text):
-        path = tmp_path / name
-        path.write_text(text)
-        return path
-
-    return write
-
-
 def test_esm(written):
     record = read(written("IT.NRC..HGE.D.EMSC-20161030.ACC.MP.ASC", ESM))
     np.testing.assert_allclose(record.acceleration, [0.005, -0.1225, 0.03, -0.01], rtol=1e-12)

@@ -28,16 +28,6 @@ Memo.
 """
 
 
-@pytest.fixture
-def written(tmp_path):
-    def write(name, text):
-        path = tmp_path / name
-        path.write_text(text)
-        return path
-
-    return write
-
-
 @pytest.mark.parametrize("suffix", ["NS", "EW", "UD", "NS1", "ud2"])
 def test_knet(written, suffix):
     record = read(written(f"MYG0020601182325.{suffix}", KNET))

@@ -13,6 +13,9 @@ from ....errors import InputError
 from ..channels import AXES, ROTATION, Channel
 from .columns import Column
 
+_LEAST_LEVER = 0.05
+"""Lever, m, below which sensors are at one place."""
+
 
 class Samples(NamedTuple):
     """Channels at common times."""
@@ -91,10 +94,6 @@ def _as_rigid_body(place: str, quantity: str, sensors: Sequence[Column], samples
     if len(sensors) > len(axes):
         note += f", which differ from it by {_share(measured - rows @ motion, measured)} (RMS)"
     samples.notes.append(note)
-
-
-_LEAST_LEVER = 0.05
-"""Lever, m, below which sensors are at one place."""
 
 
 def _axis(one: Column) -> str:
