@@ -87,7 +87,7 @@ class CauseSearch:
     def candidates(self, current: FittedBuilding) -> list[FittedBuilding]:
         """Fit all causes; late and last ones only where no other explains the records.
 
-        Last ones are ranked below the others unless they leave far less.
+        Last ones are ranked below the others unless they leave far less, or noise alone.
         """
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
@@ -101,11 +101,21 @@ class CauseSearch:
         if best:  # flexible causes imitate simple ones
             last = [one for one in last if _is_nearer(one, best[0], -STRONG_EVIDENCE)]
         last = self._refined(current, last)
-        if best and last:
-            left_by_last, left = (largest_excess(self.comparison, one[0]) for one in (last, best))
-            if not left_by_last < INSTEAD * left:
-                return best + last
+        if best and last and not self._stands_for(last[0], best[0]):
+            return best + last
         return _rank(best + last)
+
+    def _stands_for(self, last: FittedBuilding, best: FittedBuilding) -> bool:
+        """Whether a flexible cause leaves far less than the best other, or noise alone.
+
+        Beside noise alone both leave an error of nearly zero, and the likelihood tells them apart.
+        """
+        left_by_last, left = (largest_excess(self.comparison, one) for one in (last, best))
+        return left_by_last < INSTEAD * left or (
+            self.is_explained(last)
+            and last.held_out_cost < best.held_out_cost
+            and _is_nearer(last, best, STRONG_EVIDENCE)
+        )
 
     def _fits(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int

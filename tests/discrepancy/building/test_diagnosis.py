@@ -419,6 +419,25 @@ def test_a_cause_tried_last_is_only_a_rival_where_it_is_ranked_below(isolated, m
     assert space.choose(space.before, []) is None
 
 
+def test_a_cause_tried_last_stands_where_it_alone_leaves_noise(isolated, monkeypatch):
+    record = _record(isolated)
+    listed = {c.name: c for c in candidates(building_model(isolated, [record]), [record])}
+    space = CauseSearch(compare_records(building_model(isolated, [record]), [record]))
+    # beside noise both errors are nearly zero, and their ratio says nothing
+    monkeypatch.setattr(cause_search, "largest_excess", lambda *_: 0.005)
+    monkeypatch.setattr(space, "is_explained", lambda outcome: outcome.variance < 1.1)
+
+    def outcome(name, size, held_out):
+        cause = listed[name]
+        parts = [(np.full((500, 4, 2), one),) for one in (size, held_out)]
+        return FittedBuilding(((cause, cause.starts[0]),), *parts)
+
+    simple = outcome("isolator_force_error", 1.1, 1.1)
+    assert space._stands_for(outcome("cyclic_degradation", 1.0, 1.0), simple)
+    for size, held_out in ((1.0, 1.2), (1.08, 1.0), (1.1, 1.0)):
+        assert not space._stands_for(outcome("cyclic_degradation", size, held_out), simple)
+
+
 def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
     """It only acts like the right one, whose form need not be exact either."""
     record = _record(isolated)
