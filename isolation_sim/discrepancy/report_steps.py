@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -32,8 +33,8 @@ def report_steps(
     ]
     for number, tried in enumerate(result.rounds, start=1):
         if tried.tried:
-            text, headings, rows = problem.trials_text(tried)
-            steps.append(Step(f"Candidates, round {number}", text, headings, rows[:_SHOWN]))
+            shown = problem.trials_text(replace(tried, tried=tried.tried[:_SHOWN]))
+            steps.append(Step(f"Candidates, round {number}", *shown))
     return (*steps, _verdict_step(problem, result, evaluation, causes, verdict))
 
 

@@ -44,7 +44,7 @@ from ..decisions import (
 from ..inference import f_chance, rivals
 from ..search import SearchResult, search
 from .candidate import Candidate, Values
-from .comparison import CauseValues, Comparison, FittedBuilding, compare_records, squared
+from .comparison import CauseValues, Comparison, FittedBuilding, squared
 from .errors import excess_error, largest_excess, mean_error, relative_noise
 from .isolator_causes import current_causes, layer_causes
 from .model import BuildingModel
@@ -188,10 +188,8 @@ class CauseSearch:
 
     def revise(self, taken: FittedBuilding) -> FittedBuilding:
         """Estimate the noise again with the cause in the model, and drop needless causes."""
-        old = self.comparison
-        self.comparison = compare_records(
-            old.model, old.records, taken.cause_values, old.model_error, old.middle
-        ).with_best_sampling(taken.cause_values)
+        again = self.comparison.with_noise_beside(taken.cause_values)
+        self.comparison = again.with_best_sampling(taken.cause_values)
         self.before = self.comparison.evaluate(())
         current = self.comparison.fit((), taken.cause_values)
         if not self.is_explained(current):
@@ -239,6 +237,9 @@ class CauseSearch:
 
     def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
         n = one.n_independent
+        stands_out = p_value(current, one) * self._n_tests < FALSE_ALARM
+        if not (stands_out and one.criterion(n) < current.criterion(n)):
+            return False
         noise = [
             sum(s.noise_cost for s in segments)
             for segments in (self.comparison.fitted, self.comparison.held_out)
@@ -249,9 +250,7 @@ class CauseSearch:
             gain_held_out - COMPLETES * (current.held_out_cost - noise[1]),
         ) > 0  # fmt: skip
         return (
-            p_value(current, one) * self._n_tests < FALSE_ALARM
-            and one.criterion(n) < current.criterion(n)
-            and gain_held_out > 0
+            gain_held_out > 0
             and (completes or gain > LEAST_BUILDING_SHARE * (self.before.cost - noise[0]))
             and all(
                 np.all(segment.halves(after) < NOT_WORSE * segment.halves(without))

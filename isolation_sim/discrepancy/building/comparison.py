@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +33,9 @@ class FittedBuilding:
     """How well a model with some causes follows the records."""
 
     cause_values: CauseValues  # tuple of (Candidate, tuple of float): The causes in it
-    # fitted, held_out: Weighted residuals of each part; see ``Segment.whiten``
-    fitted: tuple[NDArray, ...]
-    held_out: tuple[NDArray, ...]
+    fitted: tuple[NDArray, ...]  # Weighted residuals of each part; see ``Segment.whiten``
+    # Simulates the same of what was not fitted; most causes that are tried are dropped without it
+    weigh_held_out: Callable[[], tuple[NDArray, ...]]
     # Of the fit, in the fit's coordinates; None where nothing was fitted
     optimum: Optimum | None = None
 
@@ -43,6 +43,11 @@ class FittedBuilding:
     def cost(self) -> float:
         """Sum of squared weighted residuals where it was fitted."""
         return squared(self.fitted)
+
+    @cached_property
+    def held_out(self) -> tuple[NDArray, ...]:
+        """Weighted residuals of each part that was not fitted."""
+        return self.weigh_held_out()
 
     @cached_property
     def held_out_cost(self) -> float:
@@ -176,6 +181,11 @@ class Comparison:
         best = models[int(np.argmin(costs))]
         return compare_records(best, self.records, result, self.model_error, self.middle)
 
+    def with_noise_beside(self, result: CauseValues) -> Comparison:
+        """Estimate the noise again, with given causes in the model."""
+        again = compare_records(self.model, self.records, result, self.model_error, self.middle)
+        return replace(again, _cache=self._cache)
+
     def expecting(self, model_error: float) -> Comparison:
         """Weight the same data by another expected model error."""
         floors = {r.name: floor for r, floor in zip(self.records, self.floors, strict=True)}
@@ -213,10 +223,8 @@ class Comparison:
 
     def evaluate(self, result: CauseValues, optimum: Optimum | None = None) -> FittedBuilding:
         """Weigh the residuals of all segments, with given causes in the model."""
-        fitted, held_out = (
-            self._weighted_residuals(result, segments) for segments in (self.fitted, self.held_out)
-        )
-        return FittedBuilding(result, fitted, held_out, optimum)
+        held_out = partial(self._weighted_residuals, result, self.held_out)
+        return FittedBuilding(result, self.fitted_residuals(result), held_out, optimum)
 
     def fit(self, fixed: CauseValues, free: CauseValues, most: int = _MOST_STEPS) -> FittedBuilding:
         """Fit the numbers of the free causes, from the values given with them."""

@@ -428,9 +428,8 @@ def test_a_cause_tried_last_stands_where_it_alone_leaves_noise(isolated, monkeyp
     monkeypatch.setattr(space, "is_explained", lambda outcome: outcome.variance < 1.1)
 
     def outcome(name, size, held_out):
-        cause = listed[name]
-        parts = [(np.full((500, 4, 2), one),) for one in (size, held_out)]
-        return FittedBuilding(((cause, cause.starts[0]),), *parts)
+        parts, later = ((np.full((500, 4, 2), one),) for one in (size, held_out))
+        return FittedBuilding(((listed[name], listed[name].starts[0]),), parts, lambda: later)
 
     simple = outcome("isolator_force_error", 1.1, 1.1)
     assert space._stands_for(outcome("cyclic_degradation", 1.0, 1.0), simple)
@@ -445,9 +444,9 @@ def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
 
     def outcome(name, value, size):
         parts = (np.full((500, 4, 2), size),)
-        return FittedBuilding(((listed[name], (value,)),), parts, parts)
+        return FittedBuilding(((listed[name], (value,)),), parts, tuple)
 
-    nominal = FittedBuilding((), (np.full((500, 4, 2), 10.0),), ())
+    nominal = FittedBuilding((), (np.full((500, 4, 2), 10.0),), tuple)
     other = outcome("isolator_force_error", 0.1, 1.01)
     for value, rivals in ((0.1, []), (5.0, [other])):
         assert _near(nominal, outcome("base_mass_error", value, 1.0), [other]) == rivals
