@@ -108,14 +108,19 @@ class CauseSearch:
     def _stands_for(self, last: FittedBuilding, best: FittedBuilding) -> bool:
         """Whether a flexible cause leaves far less than the best other, or noise alone.
 
-        Beside noise alone both leave an error of nearly zero, and the likelihood tells them apart.
+        Beside noise alone both leave an error of nearly zero. Then the likelihood tells them apart,
+        that of the held-out data too, which both predict.
         """
         left_by_last, left = (largest_excess(self.comparison, one) for one in (last, best))
-        return left_by_last < INSTEAD * left or (
-            self.is_explained(last)
-            and last.held_out_cost < best.held_out_cost
-            and _is_nearer(last, best, STRONG_EVIDENCE)
-        )
+        if left_by_last < INSTEAD * left:
+            return True
+        n = last.n_independent
+        predicted = n * sum(part.size for part in last.held_out) / last.n
+        nearer = (
+            best.criterion(n) - last.criterion(n)
+            + predicted * np.log(best.held_out_cost / last.held_out_cost)
+        )  # fmt: skip
+        return self.is_explained(last) and bool(nearer > STRONG_EVIDENCE)
 
     def _fits(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
