@@ -101,9 +101,10 @@ class CauseSearch:
         if best:  # flexible causes imitate simple ones
             last = [one for one in last if _is_nearer(one, best[0], -STRONG_EVIDENCE)]
         last = self._refined(current, last)
-        if best and last and not self._stands_for(last[0], best[0]):
-            return best + last
-        return _rank(best + last)
+        if best and last:
+            stands = self._stands_for(last[0], best[0])
+            return [last[0], *_rank(best + last[1:])] if stands else best + last
+        return best or last
 
     def _stands_for(self, last: FittedBuilding, best: FittedBuilding) -> bool:
         """Whether a flexible cause leaves far less than the best other, or noise alone.
