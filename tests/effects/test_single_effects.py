@@ -100,6 +100,18 @@ def test_a_field_that_is_all_slow_has_one_lag():
     np.testing.assert_allclose(*both, atol=1e-6)
 
 
+def test_an_arm_relaxes_quickly_from_a_large_force():
+    k, time, length = 1e4, 0.4, 0.002
+    numbers = {"stiffness": k, "time": time, "length": length}
+    device = spring(("extra_relaxation.eyring", numbers), k=0.0)
+    t, x, v = still(1.0)
+    first = 0.008
+    force, _ = respond(device, t, x, v, 0 * t, np.array([first]), 1e-9)
+    # of q' = -(s / time) sinh(q / s)
+    left = 2 * length * np.arctanh(np.tanh(first / length / 2) * np.exp(-t / time))
+    np.testing.assert_allclose(force, k * left, atol=1e-4)
+
+
 def test_a_supply_ramps_to_the_wanted_current():
     device = spring(("current_lag.slew", {"per_ampere": 0.2}), k=(0.0, 1e4))
     t, x, v = still(0.8)
