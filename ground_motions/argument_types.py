@@ -173,13 +173,13 @@ class _Names(dict[str, Any]):
 @functools.cache
 def _imports(module: Any) -> dict[str, tuple[str, str]]:
     """Modules and names that a module's source imports, by the names that they have there."""
-    found: dict[str, tuple[str, str]] = {}
+    homes: dict[str, tuple[str, str]] = {}
     for node in ast.walk(parse(inspect.getsource(module))):
         if isinstance(node, ast.ImportFrom):
             home = "." * node.level + (node.module or "")
             for each in node.names:
-                found.setdefault(each.asname or each.name, (home, each.name))
-    return found
+                homes.setdefault(each.asname or each.name, (home, each.name))
+    return homes
 
 
 def _misfit(place: str, value: Any, kind: Any) -> tuple[str, Any, Any] | None:

@@ -95,8 +95,8 @@ def named_controllers(
 ) -> dict[str, Control]:
     """Controllers by the names to print; a sequence has their own names."""
 
-    def built(given: str | Control) -> Control:
-        return controller(given) if isinstance(given, str) else given
+    def built(one: str | Control) -> Control:
+        return controller(one) if isinstance(one, str) else one
 
     if isinstance(controllers, Mapping):
         return {name: built(each) for name, each in controllers.items()}

@@ -194,8 +194,8 @@ def _own_header(header: list[str]) -> list[str]:
 
 def _words(header: list[str]) -> str:
     """Direction and location of a sensor, as its header has them."""
-    found = (match for line in header for match in _WORDS.finditer(line))
-    return " ".join(dict.fromkeys(" ".join(match["words"].split()) for match in found))
+    matches = (match for line in header for match in _WORDS.finditer(line))
+    return " ".join(dict.fromkeys(" ".join(match["words"].split()) for match in matches))
 
 
 def _channel(header: list[str], default: int) -> str:

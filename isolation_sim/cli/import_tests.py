@@ -91,12 +91,12 @@ def import_tests(
 ) -> None:
     """Make a campaign, or a building record, of files as machines write them."""
     if building or settings is not None or write_settings is not None:
-        for option, given in (
+        for option, value in (
             ("--current", current is not None),
             ("--current-from-name", current_from_name),
             ("--hold-out", hold_out),
         ):
-            if given:
+            if value:
                 raise InputError(option, "with a building record", "device tests alone")
         _check_outputs(out, write_settings, force)
         matched = _columns(tests, settings, column, unit, rate, leave_out)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError
+from ..identification.device_arguments import Coefficients, Workspace
 from ..identification.sensitivities import compiled
 from ..laws.law import Law, Quantity
 from .c_text import CText
@@ -31,7 +32,8 @@ def device_part(job: Job) -> Part:
         )
     device, law = element.device, with_work(element.device.law)
     text = Path(str(compiled(law).__file__)).read_text()
-    module = CText(text, "law", {"step_with_slopes": ("v", "")})
+    groups = {group.__name__: group._fields for group in (Coefficients, Workspace)}
+    module = CText(text, "law", {"step_with_slopes": ("v", "")}, groups)
     kinds = ["d"] * 6 + ["a"] * 4 + ["i1", "a", "d2", "d2"]
     follow, _ = module.function("follow", kinds)
     coefficients = np.asarray(device.current.coefficients, float)

@@ -14,48 +14,45 @@ import numpy as np
 from numba import njit
 
 from ..compilation.options import OPTIONS, inline
+from .device_arguments import Coefficients, Workspace
 from .law_functions import N_PARAMETERS, N_STATES, begin, respond, step_alone, step_with_slopes
+from .run_walk import next_sample
 
 MOST_STEPS = 4096
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def simulate(
-    starts, x, v, current, dt, n_steps, cycle, lead, ahead, join, theta, owner, power, s,
-    parameters, slope, new_slope, by, factor, force, jacobian,
-):  # fmt: skip
+def simulate(runs, x, v, current, n_steps, coefficients, work, force, jacobian):
     """Forces at the samples, and their derivatives by theta, of one test run after another.
 
-    starts: first sample of each run, and the end. dt: sample interval of each run, s. n_steps:
-    integration steps a sample, of each run; a run with none is left out. cycle, lead, ahead, join:
-    of each run, see ``LeadIn``.
-    theta: coefficients, of parameter owner[k] by the power[k]-th power of the current.
-    jacobian may have no rows: then it is left out. The other arrays are workspace.
+    runs: see ``Runs``. n_steps: integration steps a sample, of each run; a run with none is left
+    out. coefficients, work: see ``device_arguments.py``.
+    jacobian may have no rows: then it is left out.
     """
-    n_theta = theta.shape[0]
+    s, parameters, by, factor = work.s, work.parameters, work.by, work.factor
+    slope, owner = work.slope, coefficients.owner
+    n_theta = owner.shape[0]
     differentiate = jacobian.shape[0] > 0
-    for run in range(starts.shape[0] - 1):
+    for run in range(n_steps.shape[0]):
         if n_steps[run] == 0:
             continue
-        first, end = starts[run], starts[run + 1]
-        sample, left = first + lead[run], ahead[run]
+        end = runs.starts[run + 1]
+        sample, left = runs.starts[run] + runs.lead[run], runs.ahead[run]
         last = current[sample]
-        use_current(last, theta, owner, power, parameters, factor)
+        use_current(last, coefficients, work)
         begin(s, parameters, by)
         for i in range(N_STATES):
             for k in range(n_theta):
                 slope[i, k] = by[i, N_STATES + owner[k]] * factor[k]
         while sample < end:
             i0 = current[sample]
-            if left > 0:  # before the run
+            after, interval = next_sample(runs, run, sample, left)
+            if left > 0:
                 left -= 1
-                after = sample + 1 if sample + 1 < first + cycle[run] else first
-                interval = dt[run] if after > first else join[run]
             else:
-                after, interval = sample + 1, dt[run]
                 if i0 != last:
                     last = i0
-                    use_current(last, theta, owner, power, parameters, factor)
+                    use_current(last, coefficients, work)
                 response = respond(x[sample], v[sample], s, parameters, by)
                 force[sample] = response
                 if not abs(response) < np.inf:  # the rest would be no better
@@ -75,7 +72,7 @@ def simulate(
                 i1 = current[after]
                 advance(
                     x[sample], v[sample], i0, x[after], v[after], i1, interval, n_steps[run],
-                    differentiate, s, theta, owner, power, parameters, factor, slope, new_slope, by,
+                    differentiate, coefficients, work,
                 )  # fmt: skip
                 if i1 != i0:
                     last = np.nan
@@ -83,15 +80,17 @@ def simulate(
 
 
 @njit(cache=True, nogil=True, **OPTIONS)
-def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner, factor, slope, by):
+def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, none, empty, slope, by):
     """Force, N, after a motion over dt, s; the states s are moved on.
 
     settings: steps to begin with, none at rest, and largest force so far, N; both are kept up. The
     steps are halved until that changes the force by what an error of fourth order may.
-    trial, owner, factor, slope, by: workspace.
+    trial, by: workspace. none, empty, slope: no coefficients, and no derivatives by them.
     """
     if settings[0] == 0.0:
         begin(s, parameters, by)
+    coefficients = Coefficients(empty, none, none)
+    work = Workspace(trial, parameters, slope, slope, by, empty)
     coarse, last = max(int(settings[0]) // 2, 1), 0.0
     n_steps = coarse
     while True:
@@ -99,10 +98,7 @@ def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner,
         for k in range(N_STATES):
             trial[k] = s[k]
         if N_STATES > 0:  # the current, which the parameters hold already, does not change
-            advance(
-                x0, v0, 0.0, x1, v1, 0.0, dt, n_steps, False, trial, factor, owner, owner,
-                parameters, factor, slope, slope, by,
-            )  # fmt: skip
+            advance(x0, v0, 0.0, x1, v1, 0.0, dt, n_steps, False, coefficients, work)
         force = respond(x1, v1, trial, parameters, by)
         if n_steps > coarse:
             settings[1] = max(settings[1], abs(force))
@@ -118,21 +114,18 @@ def follow(x0, v0, x1, v1, dt, tolerance, settings, s, trial, parameters, owner,
 
 
 @inline
-def use_current(current, theta, owner, power, parameters, factor):
+def use_current(current, coefficients, work):
     """Parameters at a current, and the powers of it that their coefficients multiply."""
     for j in range(N_PARAMETERS):
-        parameters[j] = 0.0
-    for k in range(theta.shape[0]):
-        factor[k] = current ** power[k]
-        parameters[owner[k]] += theta[k] * factor[k]
+        work.parameters[j] = 0.0
+    for k in range(coefficients.theta.shape[0]):
+        work.factor[k] = current ** coefficients.power[k]
+        work.parameters[coefficients.owner[k]] += coefficients.theta[k] * work.factor[k]
 
 
 @inline
-def advance(
-    x0, v0, i0, x1, v1, i1, dt, n_steps, target, s, theta, owner, power, parameters, factor, slope,
-    new_slope, by,
-):  # fmt: skip
-    """States, and their slopes if wanted, from one sample to the next."""
+def advance(x0, v0, i0, x1, v1, i1, dt, n_steps, differentiate, coefficients, work):
+    """States, and their slopes if they are wanted, from one sample to the next."""
     rate = 1.0 / dt
     # per interval, so that the cubic needs no division
     v0, v1 = v0 * dt, v1 * dt
@@ -149,16 +142,14 @@ def advance(
             a = start + step * part
             m, b = a + 0.5 * part, a + part
             if i1 != i0:
-                use_current(i0 + m * (i1 - i0), theta, owner, power, parameters, factor)
+                use_current(i0 + m * (i1 - i0), coefficients, work)
             xa, va = cubic(x0, v0, x1, v1, rate, a)
             xm, vm = cubic(x0, v0, x1, v1, rate, m)
             xb, vb = cubic(x0, v0, x1, v1, rate, b)
-            if target:
-                step_with_slopes(
-                    xa, va, xm, vm, xb, vb, h, s, parameters, owner, factor, slope, new_slope, by
-                )
+            if differentiate:
+                step_with_slopes(xa, va, xm, vm, xb, vb, h, coefficients.owner, work)
             else:
-                step_alone(xa, va, xm, vm, xb, vb, h, s, parameters)
+                step_alone(xa, va, xm, vm, xb, vb, h, work.s, work.parameters)
         start = end
 
 

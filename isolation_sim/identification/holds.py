@@ -28,8 +28,8 @@ def hold_still(x: NDArray, v: NDArray, a: NDArray, step: float) -> _Motion:
     if not rests:
         return x, v, a
     x, v, a = x.copy(), v.copy(), a.copy()
-    for found in rests:
-        rest = _trimmed(x, found)
+    for rest_samples in rests:
+        rest = _trimmed(x, rest_samples)
         time = step * np.arange(rest.stop - rest.start)
         slope, first = np.polyfit(time, x[rest], 1)
         x[rest], v[rest], a[rest] = first + slope * time, slope, 0.0

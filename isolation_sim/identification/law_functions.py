@@ -39,10 +39,9 @@ def step_alone(xa, va, xm, vm, xb, vb, h, s, parameters):
 
 
 @inline
-def step_with_slopes(
-    xa, va, xm, vm, xb, vb, h, s, parameters, owner, factor, slope, new_slope, by
-):  # fmt: skip
+def step_with_slopes(xa, va, xm, vm, xb, vb, h, owner, work):
     """The same with the states' derivatives: by those before and the parameters, and ``slope``."""
+    s, parameters, slope, by = work.s, work.parameters, work.slope, work.by
     relax, y = parameters[0] / parameters[1], s[0]
     r1 = va - relax * y
     r2 = vm - relax * (y + h / 2 * r1)
@@ -58,4 +57,4 @@ def step_with_slopes(
     by[0, 1] = by_relax / parameters[1]
     by[0, 2] = -by_relax * relax / parameters[1]
     for k in range(owner.shape[0]):
-        slope[0, k] = by[0, 0] * slope[0, k] + by[0, N_STATES + owner[k]] * factor[k]
+        slope[0, k] = by[0, 0] * slope[0, k] + by[0, N_STATES + owner[k]] * work.factor[k]

@@ -58,16 +58,19 @@ _SLOPES = (1 / 8, 1 / 32)
 tells it from noise."""
 
 
-class LeadIn(NamedTuple):
-    """Samples of each run, (n_runs,), that are gone through before it begins."""
+class Runs(NamedTuple):
+    """Where runs lie among the samples, and the part of each that is gone through before it."""
 
+    starts: NDArray  # (n_runs + 1,) int: First sample of each run, and the end
+    # (n_runs,) each
+    dt: NDArray  # s: Sample interval
     cycle: NDArray  # int: Samples of the first cycle; 0 where a run begins at rest
     lead: NDArray  # int: The sample of the cycle at which the device is at rest
     ahead: NDArray  # int: Samples from there to the run's first one: two cycles, and a part of one
     join: NDArray  # s: From the last sample of the cycle to the first of the next
 
 
-def lead_in(starts: NDArray, dt: NDArray, periods: NDArray, displacement: NDArray) -> LeadIn:
+def lead_in(starts: NDArray, dt: NDArray, periods: NDArray, displacement: NDArray) -> Runs:
     """Find how runs that begin in motion are led in, from a sample where the device may rest."""
     # That is the sample nearest to the middle of the motion in the second half of the cycle.
     cycle = np.round(periods / dt).astype(np.int64)
@@ -78,7 +81,7 @@ def lead_in(starts: NDArray, dt: NDArray, periods: NDArray, displacement: NDArra
         half = cycle[run] // 2
         lead[run] = half + np.argmin(np.abs(x[half:] - (x.max() + x.min()) / 2))
     join = np.where(cycle > 0, periods - (cycle - 1) * dt, dt)
-    return LeadIn(cycle, lead, _CYCLES * cycle - lead, join)
+    return Runs(starts, dt, cycle, lead, _CYCLES * cycle - lead, join)
 
 
 class Starts(NamedTuple):

@@ -17,6 +17,7 @@ from ..generated import load_written
 from ..laws.emit import function_text, straight_line, symbols
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
+from .device_arguments import Coefficients, workspace
 from .run_starts import lead_in
 
 _LARGEST_CHANGE = 1e3
@@ -81,16 +82,8 @@ class Simulator:
         periods = motion.periods if law.states else None  # without memory any run may begin
         if periods is None:
             periods = np.zeros_like(motion.dt)
-        self._lead_in = lead_in(motion.starts, motion.dt, periods, motion.displacement)
-        n, n_theta = len(law.states), len(self.owner)
-        self._work = (
-            np.zeros(max(n, 1)),
-            np.zeros(len(law.parameters)),
-            np.zeros((max(n, 1), n_theta)),
-            np.zeros((max(n, 1), n_theta)),
-            np.zeros((max(n, 1), n + len(law.parameters))),
-            np.zeros(n_theta),
-        )
+        self._runs = lead_in(motion.starts, motion.dt, periods, motion.displacement)
+        self._work = workspace(len(law.states), len(law.parameters), len(self.owner))
 
     def run(self, theta: NDArray, derivatives: bool = True) -> tuple[NDArray, NDArray]:
         """Simulate all runs."""
@@ -98,22 +91,20 @@ class Simulator:
         whole = self.n_steps.all()
         force = np.empty(n_samples) if whole else np.full(n_samples, np.nan)
         jacobian = np.empty((n_samples if derivatives else 0, len(self.owner)))
+        theta = np.ascontiguousarray(theta, float)
+        coefficients = Coefficients(theta, self.owner, self.power)
         for stiff in (False, True):
             n_steps = np.where(self.stiff == stiff, self.n_steps, 0)
             if not n_steps.any():
                 continue
             compiled(self.law, stiff).simulate(
-                motion.starts,
+                self._runs,
                 motion.displacement,
                 motion.velocity,
                 motion.current,
-                motion.dt,
                 n_steps,
-                *self._lead_in,
-                np.ascontiguousarray(theta, float),
-                self.owner,
-                self.power,
-                *self._work,
+                coefficients,
+                self._work,
                 force,
                 jacobian,
             )
@@ -233,7 +224,7 @@ def _text(law: Law, stiff: bool) -> str:
     """Source of the kernel: the law's response and its step, differentiated by CasADi."""
     import casadi
 
-    from . import device_kernel, law_functions
+    from . import device_kernel, law_functions, run_walk
 
     n, n_parameters = len(law.states), len(law.parameters)
     s_names, p_names = [f"s{i}" for i in range(n)], [f"p{k}" for k in range(n_parameters)]
@@ -262,7 +253,6 @@ def _text(law: Law, stiff: bool) -> str:
         ),
     ]
     times = ["xa", "va", "xm", "vm", "xb", "vb", "h"]
-    arguments = ", ".join([*times, "s", "parameters"])
     alone = with_slopes = ["pass"]
     if n:
         places = symbols(times)
@@ -279,21 +269,29 @@ def _text(law: Law, stiff: bool) -> str:
         stored = [f"s[{i}] = {value}" for i, value in enumerate(results)]
         alone = [*unpack, *hoisted, *statements, *stored]
         hoisted, _, statements, results = straight_line(named, [*new, *entries], p_names)
-        body = [*unpack, *hoisted, *statements]
+        body = [
+            "s, parameters, by = work.s, work.parameters, work.by",
+            "slope, new_slope = work.slope, work.new_slope",
+            *unpack,
+            *hoisted,
+            *statements,
+        ]
         width = n + n_parameters
         entry = {(i, j): results[n + i * width + j] for i in range(n) for j in range(width)}
         body += [f"by[{i}, {j}] = {one}" for (i, j), one in entry.items() if j >= n]
         body += ["for k in range(owner.shape[0]):"]
         for i in range(n):
             terms = " + ".join(f"{entry[i, j]} * slope[{j}, k]" for j in range(n))
-            body.append(f"    new_slope[{i}, k] = {terms} + by[{i}, {n} + owner[k]] * factor[k]")
+            body.append(
+                f"    new_slope[{i}, k] = {terms} + by[{i}, {n} + owner[k]] * work.factor[k]"
+            )
         body += [f"    slope[{i}, k] = new_slope[{i}, k]" for i in range(n)]
         body += [f"s[{i}] = {results[i]}" for i in range(n)]
         with_slopes = body
-    blocks.append(function_text("step_alone", arguments, alone))
-    arguments += ", owner, factor, slope, new_slope, by"
-    blocks.append(function_text("step_with_slopes", arguments, with_slopes))
-    return kernel_text([device_kernel], {law_functions: "\n\n".join(blocks)})
+    motion = ", ".join(times)
+    blocks.append(function_text("step_alone", f"{motion}, s, parameters", alone))
+    blocks.append(function_text("step_with_slopes", f"{motion}, owner, work", with_slopes))
+    return kernel_text([run_walk, device_kernel], {law_functions: "\n\n".join(blocks)})
 
 
 def _runge_kutta(rates: Callable[..., tuple], s: list, places: list) -> list:

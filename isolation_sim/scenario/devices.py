@@ -195,8 +195,8 @@ class Isolator(_Device):
     def with_scales(self, structure: Structure) -> Isolator:
         """Return the section with scales by the period that it gives."""
         periods = ("target_period_s", "effective_period_s")
-        given = [key for key in periods if getattr(self, key) is not None]
-        if not given:
+        chosen = [key for key in periods if getattr(self, key) is not None]
+        if not chosen:
             if self.design_displacement_m is not None:
                 raise InputError(
                     "design_displacement_m is set without target_period_s or effective_period_s; "
@@ -205,8 +205,8 @@ class Isolator(_Device):
             return self
         scales = {"length_scale": None, "force_scale": None, "count": 1.0}
         others = [key for key, default in scales.items() if getattr(self, key) != default]
-        if clash := [*others, *given[1:]]:
-            raise InputError(f"{clash[0]} and {given[0]} are both set; expected: one of the two")
+        if clash := [*others, *chosen[1:]]:
+            raise InputError(f"{clash[0]} and {chosen[0]} are both set; expected: one of the two")
         device, displacement = self.device(), self.design_displacement_m
         if self.target_period_s is not None:
             device = scale_to_period(

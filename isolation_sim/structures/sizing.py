@@ -91,14 +91,14 @@ def scale_to_cycle(
     rigid = structure.above_foundation[:, 0]
     without = float(rigid @ structure.stiffness @ rigid)  # such as that of P-delta
     stiffness = effective(isolated, *cycle, middle_current(device)).stiffness - without
-    wanted = structure.isolated_mass * (2 * np.pi / cycle[1]) ** 2 - without
-    if not wanted > 0:
+    required = structure.isolated_mass * (2 * np.pi / cycle[1]) ** 2 - without
+    if not required > 0:
         longest = 2 * np.pi * np.sqrt(structure.isolated_mass / without)
         raise InputError(
             f"effective_period_s is {cycle[1]:g}; expected: below {longest:.3g} s, the period of "
             f"{structure.name} without isolators"
         )
-    return device.scaled(force=wanted / stiffness)
+    return device.scaled(force=required / stiffness)
 
 
 def _positive(key: str, value: float) -> None:

@@ -367,9 +367,9 @@ class Structure:
             "target_period_s": target_period_s, "effective_period_s": effective_period_s,
             "count": None if count == 1 else count,
         }  # fmt: skip
-        given = [key for key, value in periods.items() if value is not None]
-        if len(given) > 1:
-            raise InputError(f"{' and '.join(given)} are set; expected: one of them")
+        chosen = [key for key, value in periods.items() if value is not None]
+        if len(chosen) > 1:
+            raise InputError(f"{' and '.join(chosen)} are set; expected: one of them")
         cycle = None
         if target_period_s is not None:
             device = scale_to_period(self, device, target_period_s, design_displacement_m, biaxial)

@@ -5,7 +5,7 @@ import pytest
 
 from isolation_sim.discrepancy.device import effect_functions as example
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
-from isolation_sim.effects import EFFECTS
+from isolation_sim.effects import EFFECTS, Signals
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 
@@ -48,11 +48,12 @@ def test_the_largest_current_is_that_of_the_jumps(dt):
 def test_the_derivatives_of_the_example_are_those_of_its_step():
     def step(state, lag):
         states, by = np.array([state]), np.empty((1, 4))
-        ends = (0.0, 0.0, 0.0, 1.2, 0.0, 20.0), (0.0, 0.0, 0.0, 1.9, 0.0, 20.0)
+        still = np.zeros(2)
+        signals = Signals(still, still, still, np.array([1.2, 1.9]), still, still)
         parameters = np.array([lag])
-        example.step_with_slopes.py_func(*ends[0], *ends[1], 0.01, states, parameters, by)
+        example.step_with_slopes.py_func(signals, 0, 1, 0.01, states, parameters, by)
         other = np.array([state])
-        example.step.py_func(*ends[0], *ends[1], 0.01, other, parameters)
+        example.step.py_func(signals, 0, 1, 0.01, other, parameters)
         assert states[0] == other[0]
         return states[0], by[0]
 

@@ -9,7 +9,7 @@ from scipy.stats import binom, chi2
 from isolation_sim.identification.fit import fit
 from isolation_sim.laws import LAWS
 
-SEEDS, STARTS = 8, 12
+SEEDS, STARTS = 8, 8
 STATED = 0.95
 RISK = 1e-4
 """Chance that a bound below is passed by accident, a law."""

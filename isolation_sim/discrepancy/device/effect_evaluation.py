@@ -8,6 +8,7 @@ lag may be far shorter than a sample.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import lru_cache, reduce
 from types import ModuleType
@@ -78,20 +79,18 @@ class _Runs:
         self.parameters = np.ascontiguousarray(parameters, float)
         # a slow effect begins at the first sample: before it the device may have rested for long
         periods = np.zeros_like(data.periods) if effect.gradual else data.periods
-        self.ahead = lead_in(data.starts, data.dt, periods, signals.x)
+        self.runs = lead_in(data.starts, data.dt, periods, signals.x)
         self.rows = [name for name in HOOKS for _ in range(_width(effect, name))]
         self.out = np.empty((len(self.rows), len(signals.x)))
-        self.arguments = (
-            data.starts, data.dt, *self.ahead, signals.x, signals.v, data.a, signals.current,
-            signals.force, data.temperature, self.parameters,
-        )  # fmt: skip
 
     def evaluate(self) -> dict[str, Any]:
         first, _ = self._fresh()
 
         def follow(first: NDArray, slope: NDArray | None) -> NDArray | None:
             state = np.zeros(len(self.effect.states))
-            _compiled(self.effect).trajectory(*self.arguments, first, state, self.out)
+            _compiled(self.effect).trajectory(
+                self.runs, self.signals, self.parameters, first, state, self.out
+            )
             return None
 
         self._from_start(first, None, follow)
@@ -108,8 +107,8 @@ class _Runs:
         def follow(first: NDArray, slope: NDArray | None) -> NDArray | None:
             assert slope is not None
             _compiled(self.effect).trajectory_with_slopes(
-                *self.arguments, first, state, self.out, by_force, own, slope.copy(), new_slope,
-                by, by_out,
+                self.runs, self.signals, self.parameters, first, state, self.out, by_force, own,
+                slope.copy(), new_slope, by, by_out,
             )  # fmt: skip
             return by_out
 
@@ -157,7 +156,7 @@ class _Runs:
 
     def _at(self, run: int) -> int:
         """Sample at which the device goes into a run from rest."""
-        return int(self.data.starts[run] + self.ahead.lead[run])
+        return int(self.data.starts[run] + self.runs.lead[run])
 
     def _by_function(self, rows: NDArray) -> dict[str, Any]:
         return {
@@ -193,6 +192,7 @@ def _text(effect: Effect) -> str:
     """Source of the kernel: the effect's functions and the Rosenbrock step of its states."""
     import casadi
 
+    from ...identification import run_walk
     from . import effect_functions, effect_kernel
 
     z_names = [f"z{i}" for i in range(len(effect.states))]
@@ -208,8 +208,6 @@ def _text(effect: Effect) -> str:
             value = function(here, tuple(z), tuple(p))
             outputs += value if hook == "motion" else [value]
     outputs = [casadi.SX(value) for value in outputs]
-    unpack = [f"{name} = s[{i}]" for i, name in enumerate(z_names)]
-    unpack += [f"{name} = parameters[{k}]" for k, name in enumerate(p_names)]
     named = dict(zip([*names, *z_names, *p_names], [*signals, *z, *p], strict=True))
     ends = [f"{name}_{end}" for end in (0, 1) for name in names]
     both, (h,) = symbols(ends), symbols(["h"])
@@ -217,34 +215,44 @@ def _text(effect: Effect) -> str:
     new = _rosenbrock(effect, begin, end, h, z, tuple(p)) if z else []
     at_ends = dict(zip([*ends, "h", *z_names, *p_names], [*both, h, *z, *p], strict=True))
 
-    def body(inputs: dict[str, Any], values: list, place: str, by: list) -> list[str]:
-        """Statements that store values in ``place``, and their derivatives in an array."""
+    def text(
+        name: str, arguments: str, inputs: dict[str, Any], places: dict[str, str], values: list,
+        stored: str, by: list,
+    ) -> str:  # fmt: skip
+        """Text of a function that stores values, and their derivatives in an array."""
         slopes = casadi.jacobian(casadi.vertcat(*values), casadi.vertcat(*by))
         entries = [(i, j) for i in range(len(values)) for j in range(len(by))]
         wanted = [*values, *(slopes[i, j] for i, j in entries)]
         _, _, statements, results = straight_line(inputs, wanted)
-        stored = [f"{place.format(i)} = {one}" for i, one in enumerate(results[: len(values)])]
+        last = [f"{stored.format(i)} = {one}" for i, one in enumerate(results[: len(values)])]
         derivatives = zip(entries, results[len(values) :], strict=True)
-        stored += [f"by[{i}, {j}] = {one}" for (i, j), one in derivatives]
-        return [*unpack, *statements, *stored, "return"]
+        last += [f"by[{i}, {j}] = {one}" for (i, j), one in derivatives]
+        used = set(re.findall(r"\w+", " ".join([*statements, *results])))
+        first = [f"{one} = {place}" for one, place in places.items() if one in used]
+        body = [*first, *statements, *last, "return"]
+        return function_text(name, arguments, body, "@exact_inline")
 
-    arguments, steps = f"{', '.join(names)}, s, parameters, out, k", f"{', '.join(ends)}, h, s"
-    variables = [*z, *p]
-    functions = [
-        "from isolation_sim.compilation.options import exact, math",
-        assigned({"N_STATES": len(z), "N_PARAMETERS": len(p), "N_OUTPUTS": len(outputs)}),
-        function_text("respond", arguments, body(named, outputs, "out[{}, k]", []), "@exact"),
-        function_text("step", f"{steps}, parameters", body(at_ends, new, "s[{}]", []), "@exact"),
-    ]
+    unpack = {name: f"s[{i}]" for i, name in enumerate(z_names)}
+    unpack |= {name: f"parameters[{k}]" for k, name in enumerate(p_names)}
+    at_sample = {name: f"signals.{name}[k]" for name in names} | unpack
+    in_step = {f"{name}_0": f"signals.{name}[k]" for name in names} | unpack
+    in_step |= {f"{name}_1": f"signals.{name}[n]" for name in names}
     # only what follows the force has its derivatives carried along
     follows = "force" in effect.needs
-    by_response = body(named, outputs, "out[{}, k]", [*variables, here.force] * follows)
-    by_step = body(at_ends, new, "s[{}]", [*variables, begin.force, end.force] * follows)
-    functions += [
-        function_text("respond_with_slopes", f"{arguments}, by", by_response, "@exact"),
-        function_text("step_with_slopes", f"{steps}, parameters, by", by_step, "@exact"),
+    by_response = [*z, *p, here.force] if follows else []
+    by_step = [*z, *p, begin.force, end.force] if follows else []
+    responding = named, at_sample, outputs, "out[{}, k]"
+    stepping = at_ends, in_step, new, "s[{}]"
+    of_response, of_step = "signals, k, s, parameters, out", "signals, k, n, h, s, parameters"
+    functions = [
+        "from isolation_sim.compilation.options import exact_inline, math",
+        assigned({"N_STATES": len(z), "N_PARAMETERS": len(p), "N_OUTPUTS": len(outputs)}),
+        text("respond", of_response, *responding, []),
+        text("step", of_step, *stepping, []),
+        text("respond_with_slopes", f"{of_response}, by", *responding, by_response),
+        text("step_with_slopes", f"{of_step}, by", *stepping, by_step),
     ]
-    return kernel_text([effect_kernel], {effect_functions: "\n\n".join(functions)})
+    return kernel_text([run_walk, effect_kernel], {effect_functions: "\n\n".join(functions)})
 
 
 def _rosenbrock(effect: Effect, begin: Signals, end: Signals, h: Any, z: list, p: tuple) -> list:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...compilation.options import exact
+from ...compilation.options import exact_inline
 from ...effects.current_lag import SHORTEST
 
 N_STATES = 1
@@ -12,18 +12,16 @@ GAMMA = 1 - 1 / 2**0.5
 """Coefficient of the Rosenbrock step, of every effect."""
 
 
-@exact
-def respond(x, v, a, current, force, temperature, s, parameters, out, k):
+@exact_inline
+def respond(signals, k, s, parameters, out):
     """Write the effect at sample k: changed motion and current, factor, added force in its rows."""
     out[0, k] = s[0]
 
 
-@exact
-def step(
-    x_0, v_0, a_0, current_0, force_0, temperature_0,
-    x_1, v_1, a_1, current_1, force_1, temperature_1, h, s, parameters,
-):  # fmt: skip
-    """Move the states by one Rosenbrock step of h, s, along which signals are straight lines."""
+@exact_inline
+def step(signals, k, n, h, s, parameters):
+    """Move the states from sample k to n by one Rosenbrock step of h, s, along straight lines."""
+    current_0, current_1 = signals.current[k], signals.current[n]
     lag = parameters[0] + SHORTEST * np.exp(-((parameters[0] / SHORTEST) ** 2))
     drift = GAMMA * (current_1 - current_0) / lag
     first = ((current_0 - s[0]) / lag + drift) / (1 + GAMMA * h / lag)
@@ -31,8 +29,8 @@ def step(
     s[0] += h * (1.5 * first + 0.5 * second)
 
 
-@exact
-def respond_with_slopes(x, v, a, current, force, temperature, s, parameters, out, k, by):
+@exact_inline
+def respond_with_slopes(signals, k, s, parameters, out, by):
     """The same, and its derivatives by states, parameters and force, a row of by for each."""
     out[0, k] = s[0]
     by[0, 0] = 1.0
@@ -40,12 +38,10 @@ def respond_with_slopes(x, v, a, current, force, temperature, s, parameters, out
     by[0, 2] = 0.0
 
 
-@exact
-def step_with_slopes(
-    x_0, v_0, a_0, current_0, force_0, temperature_0,
-    x_1, v_1, a_1, current_1, force_1, temperature_1, h, s, parameters, by,
-):  # fmt: skip
+@exact_inline
+def step_with_slopes(signals, k, n, h, s, parameters, by):
     """The same, and derivatives of the new states by states, parameters, and force at both ends."""
+    current_0, current_1 = signals.current[k], signals.current[n]
     short = SHORTEST * np.exp(-((parameters[0] / SHORTEST) ** 2))
     lag = parameters[0] + short
     by_lag = 1 - 2 * parameters[0] / SHORTEST**2 * short

@@ -6,6 +6,7 @@ those of another effect, and inserts them in the copy of this module that is com
 
 from numba import njit
 
+from ...identification.run_walk import next_sample
 from .effect_functions import (
     N_OUTPUTS,
     N_PARAMETERS,
@@ -23,45 +24,33 @@ OF_LAST_FORCE = N_STATES + N_PARAMETERS + 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def trajectory(
-    starts, dt, cycle, lead, ahead, join, x, v, a, current, force, temperature, parameters, first,
-    s, out,
-):  # fmt: skip
+def trajectory(runs, signals, parameters, first, s, out):
     """The effect at every sample of one test run after another.
 
-    starts: first sample of each run, and the end. dt: sample interval of each run, s. cycle, lead,
-    ahead, join: of each run, see ``LeadIn``.
-    first: states at each run's start. out: one row per function that the effect has.
+    runs: see ``Runs``. signals: at the samples. first: states at each run's start. out: one row per
+    function that the effect has.
     """
-    for run in range(starts.shape[0] - 1):
-        begin, end = starts[run], starts[run + 1]
+    for run in range(first.shape[0]):
+        end = runs.starts[run + 1]
         for i in range(N_STATES):
             s[i] = first[run, i]
-        k, left = begin + lead[run], ahead[run]
+        k, left = runs.starts[run] + runs.lead[run], runs.ahead[run]
         while k < end:
-            if left > 0:  # before the run
+            n, h = next_sample(runs, run, k, left)
+            if left > 0:
                 left -= 1
-                n = k + 1 if k + 1 < begin + cycle[run] else begin
-                h = dt[run] if n > begin else join[run]
             else:
-                n, h = k + 1, dt[run]
-                respond(
-                    x[k], v[k], a[k], current[k], force[k], temperature[k], s, parameters, out, k
-                )
+                respond(signals, k, s, parameters, out)
             # a state that is far faster than a step ends where the current does, so that a law
             # without lag is a lag of zero
             if n < end:
-                step(
-                    x[k], v[k], a[k], current[k], force[k], temperature[k],
-                    x[n], v[n], a[n], current[n], force[n], temperature[n], h, s, parameters,
-                )  # fmt: skip
+                step(signals, k, n, h, s, parameters)
             k = n
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def trajectory_with_slopes(
-    starts, dt, cycle, lead, ahead, join, x, v, a, current, force, temperature, parameters, first,
-    s, out, by_force, own, slope, new_slope, by, by_out,
+    runs, signals, parameters, first, s, out, by_force, own, slope, new_slope, by, by_out
 ):  # fmt: skip
     """The effect as in ``trajectory``, and its derivatives in as many directions as wanted.
 
@@ -70,22 +59,17 @@ def trajectory_with_slopes(
     n_states, n_directions), which are overwritten. by_out: derivatives of the rows of out.
     new_slope, by: workspace.
     """
-    for run in range(starts.shape[0] - 1):
-        begin, end = starts[run], starts[run + 1]
+    for run in range(first.shape[0]):
+        end = runs.starts[run + 1]
         for i in range(N_STATES):
             s[i] = first[run, i]
-        k, left = begin + lead[run], ahead[run]
+        k, left = runs.starts[run] + runs.lead[run], runs.ahead[run]
         while k < end:
-            if left > 0:  # before the run
+            n, h = next_sample(runs, run, k, left)
+            if left > 0:
                 left -= 1
-                n = k + 1 if k + 1 < begin + cycle[run] else begin
-                h = dt[run] if n > begin else join[run]
             else:
-                n, h = k + 1, dt[run]
-                respond_with_slopes(
-                    x[k], v[k], a[k], current[k], force[k], temperature[k], s, parameters, out, k,
-                    by,
-                )  # fmt: skip
+                respond_with_slopes(signals, k, s, parameters, out, by)
                 for row in range(N_OUTPUTS):
                     for d in range(by_force.shape[1]):
                         total = by[row, OF_FORCE] * by_force[k, d]
@@ -95,10 +79,7 @@ def trajectory_with_slopes(
                     for d in range(N_PARAMETERS):
                         by_out[row, k, own + d] += by[row, OF_PARAMETERS + d]
             if n < end:
-                step_with_slopes(
-                    x[k], v[k], a[k], current[k], force[k], temperature[k],
-                    x[n], v[n], a[n], current[n], force[n], temperature[n], h, s, parameters, by,
-                )  # fmt: skip
+                step_with_slopes(signals, k, n, h, s, parameters, by)
                 for i in range(N_STATES):
                     for d in range(by_force.shape[1]):
                         total = by[i, OF_FORCE] * by_force[k, d]

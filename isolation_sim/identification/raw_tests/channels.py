@@ -94,7 +94,7 @@ def unit_factor(quantity: str, unit: str) -> float | None:
     return known.get(text) or (known[same[0]] if same else None)
 
 
-def given_factor(quantity: str, unit: str) -> float | None:
+def stated_factor(quantity: str, unit: str) -> float | None:
     """As ``unit_factor``, of a unit or a multiple of it that the caller gives."""
     multiple = _MULTIPLE.fullmatch(unit.strip())
     if multiple is None:
@@ -154,15 +154,15 @@ def find_channels(
             if k is None:
                 continue
             # times are in s unless their heading says otherwise; slow ones are asked for
-            given = units.get(quantity, "")
-            unit = given or headings[k].unit or ("s" if quantity == "time" else "")
-            factor = (given_factor if given else unit_factor)(quantity, unit)
+            stated = units.get(quantity, "")
+            unit = stated or headings[k].unit or ("s" if quantity == "time" else "")
+            factor = (stated_factor if stated else unit_factor)(quantity, unit)
             if factor is None:
                 unclear[quantity] = headings[k].text
                 continue
             # forces add; of any other quantity several sensors show the mean
             share = 1.0 if quantity == "force" else 1 / len(ks)
-            shown = given or headings[k].unit
+            shown = stated or headings[k].unit
             sensors.append(Channel(k, headings[k].text, shown, share * factor))
         if sensors:
             channels[quantity] = sensors[0]._replace(others=tuple(sensors[1:]))
@@ -181,7 +181,7 @@ def check_choices(columns: Mapping[str, Any], units: Mapping[str, str]) -> None:
             if quantity not in UNITS:
                 raise unknown_name(f"quantity of {option}", quantity, UNITS)
     for quantity, unit in zip(of_units, units.values(), strict=True):
-        if given_factor(quantity, unit) is None:
+        if stated_factor(quantity, unit) is None:
             usual = ", ".join(UNITS[quantity])
             multiple = f"'-0.5 {next(iter(UNITS[quantity]))}'"
             raise InputError(
@@ -191,14 +191,14 @@ def check_choices(columns: Mapping[str, Any], units: Mapping[str, str]) -> None:
 
 def columns_named(choice: str, headings: Sequence[Heading]) -> list[int]:
     """Columns of a heading, of a heading's name without the unit, or of a number from 1."""
-    wanted = choice.strip().lower()
+    name = choice.strip().lower()
     several: list[int] = []
     for texts in (
         [heading.text for heading in headings],
         [_split(heading.text, "")[0] for heading in headings],
         [str(k) for k in range(1, len(headings) + 1)],
     ):
-        matches = [k for k, text in enumerate(texts) if text.strip().lower() == wanted]
+        matches = [k for k, text in enumerate(texts) if text.strip().lower() == name]
         if len(matches) == 1:
             return matches
         several = several or matches

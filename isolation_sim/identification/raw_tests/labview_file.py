@@ -87,9 +87,9 @@ def _group(path: Path, group: Any) -> RawTable:
     channels = [one for one in group.channels() if len(one) and one.dtype.kind in "iufM"]
     lengths = Counter(map(len, channels))
     length = lengths.most_common(1)[0][0] if lengths else 0
-    kept = [one for one in channels if len(one) == length]
+    alike = [one for one in channels if len(one) == length]
     headings, columns, rates = [], [], set()
-    for one in kept:
+    for one in alike:
         values, properties = one[:], one.properties
         unit = str(properties.get("unit_string") or properties.get("NI_UnitDescription", ""))
         if values.dtype.kind == "M":

@@ -65,7 +65,7 @@ def _format(lines: Sequence[str]) -> tuple[str, int]:
     return best[0], best[1]
 
 
-def _are_decimal_commas(lines: Sequence[str], found: tuple[str, int, int]) -> bool:
+def _are_decimal_commas(lines: Sequence[str], layout: tuple[str, int, int]) -> bool:
     """Whether a table of two columns is one column of decimal commas, by the heading above it."""
     first = next(k for k, line in enumerate(lines) if is_number(with_point(line)))
     above = _COMMENT.sub("", lines[first - 1], count=1) if first else ""
@@ -75,7 +75,7 @@ def _are_decimal_commas(lines: Sequence[str], found: tuple[str, int, int]) -> bo
     alone = not others or (len(others) == 1 and is_unit(others[0]) and not heading_of(name).unit)
     decimal = _DECIMAL_COMMA if heading.unit or heading.quantities else _LONG_DECIMAL_COMMA
     matching = sum(bool(decimal.fullmatch(line)) for line in lines)
-    return found[:2] == (",", 2) and alone and matching > 0.9 * found[2]
+    return layout[:2] == (",", 2) and alone and matching > 0.9 * layout[2]
 
 
 def _heading_cells(line: str, separator: str, width: int) -> list[str]:

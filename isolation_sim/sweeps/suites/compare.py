@@ -91,7 +91,7 @@ def compare_records(
     Diverged
         If every run diverges.
     """
-    section, given = _section(records, dict(ground or {}))
+    section, loaded = _section(records, dict(ground or {}))
     named = named_controllers(controllers)
     options = {
         "nominal": nominal, "driver": driver, "sensors": sensors,
@@ -100,7 +100,7 @@ def compare_records(
     }  # fmt: skip
     folder = Path(mkdtemp(prefix="isolation_sim_"))
     try:
-        suite = _simulated(folder, section, given, isolated, named, options, threads, progress)
+        suite = _simulated(folder, section, loaded, isolated, named, options, threads, progress)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
@@ -111,7 +111,7 @@ def compare_records(
 def _simulated(
     folder: Path,
     section: RecordSuite,
-    given: list[SuiteRecord] | None,
+    records: list[SuiteRecord] | None,
     isolated: IsolatedStructure,
     named: Mapping[str, Control],
     options: dict[str, Any],
@@ -120,7 +120,7 @@ def _simulated(
 ) -> Suite:
     """Run all motions under all controllers, with the motions and the table in a folder."""
     further = [one.name for one in selected_criteria(options["criteria"])]
-    index = prepare(section, isolated, folder, records=given)
+    index = prepare(section, isolated, folder, records=records)
     rows = []
     for number, motion in enumerate(index["motions"]):
         motions = tuple(read_csv(folder / file) for file in motion["files"])
@@ -157,22 +157,22 @@ def _section(
             raise InputError(f"ground has {key}, and records are given; expected: one of them")
     named = isinstance(records, Mapping)
     pairs = records.items() if isinstance(records, Mapping) else [("", each) for each in records]
-    given = [_record(name, each) for name, each in pairs]
-    names = [each.name for each in given]
+    suite_records = [_record(name, each) for name, each in pairs]
+    names = [each.name for each in suite_records]
     if not names:
         raise InputError("records", "none", "one or more")
     for each in names:
         if names.count(each) > 1 and not named:
             raise InputError("records", f"two called {each}", "a mapping of names to records")
     section = RecordSuite(**{"files": names, **ground})
-    return section.model_copy(update={"files": None}), given
+    return section.model_copy(update={"files": None}), suite_records
 
 
-def _record(name: str, given: Record | SuiteRecord | Sequence[Record]) -> SuiteRecord:
+def _record(name: str, record: Record | SuiteRecord | Sequence[Record]) -> SuiteRecord:
     """A record with its components."""
-    if isinstance(given, SuiteRecord):
-        return given
-    parts = (given,) if isinstance(given, Record) else tuple(given)
+    if isinstance(record, SuiteRecord):
+        return record
+    parts = (record,) if isinstance(record, Record) else tuple(record)
     if not 1 <= len(parts) <= 3:
         raise InputError(f"components of record {name or parts}", f"{len(parts)}", "1 to 3")
     vertical = parts[2] if len(parts) == 3 else None

@@ -66,8 +66,8 @@ def prepare(
     rule = section.suite_rule
     period = section.isolated_period_s or translational_period(isolated)
     step("reading records")
-    given = section.records() if records is None else records
-    records, changes = _scale(section, rule, period, given, step, workers)
+    unscaled = section.records() if records is None else records
+    records, changes = _scale(section, rule, period, unscaled, step, workers)
     records = [_pad(record, section.quiet_after_s) for record in records]
     motions = []
     written: dict[str, Record] = {}
@@ -244,8 +244,8 @@ def _component(record: SuiteRecord, k: int) -> str:
     if len(record.components) == 1:
         return record.name
     ends = [component_end(each.name) for each in record.components]
-    told = all(ends) and len(set(ends)) == len(ends)
-    return f"{record.name} {ends[k] if told else f'H{k + 1}'}"
+    distinct = all(ends) and len(set(ends)) == len(ends)
+    return f"{record.name} {ends[k] if distinct else f'H{k + 1}'}"
 
 
 def _shaking(
