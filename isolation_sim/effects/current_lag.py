@@ -6,6 +6,8 @@ Forms:
     second_order     two such lags of lag / 2 one after the other, so that the field starts gently
     rise_and_fall    first order, with a lag of its own while the field falls
     two_stages       a part of the field lags by lag, the slow part by lag + slower_by
+    saturating       field' = (I - field) (1 + (s field)^2) / lag: the inductance falls as the steel
+                     saturates
     slew             the supply changes the current by 1 / per_ampere in a second at most
 
 Time constants below 0.3 ms approach 0.1 ms instead of 0.
@@ -74,6 +76,13 @@ def rates_two(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     return quick_rate, (signals.current - states[1]) / time_constant(lag + slow, SHORTEST)
 
 
+def rates_saturating(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """First-order lag that shortens with the field."""
+    (field,), (lag, saturation) = states, parameters
+    quicker = 1 + (saturation * field) ** 2
+    return ((signals.current - field) / time_constant(lag / quicker, SHORTEST),)
+
+
 def rates_slew(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """A short lag whose rate is limited."""
     (per_ampere,) = parameters
@@ -135,8 +144,8 @@ FORMS = (
         parameters=(
             LAG,
             EffectParameter(
-                "slow_part", "1", "part of the field that follows slowly", lower=0.0, upper=0.9,
-                starts=(0.3,), plain=(0.0,),
+                "slow_part", "1", "part of the field that follows slowly", lower=0.0, upper=1.0,
+                starts=(0.3,), plain=(0.0, 1.0),
             ),
             EffectParameter(
                 # what follows later than any field does is remanence
@@ -152,6 +161,23 @@ FORMS = (
         current=current_two,
         rates=rates_two,
         source="R-L coil beside eddy currents in the core",
+    ),
+    Effect(
+        cause="current_lag",
+        form="saturating",
+        title="Current lag of a coil whose inductance falls",
+        parameters=(
+            LAG,
+            EffectParameter(
+                "saturation", "1/A", "inverse of the current that halves the time constant",
+                lower=0.0, upper=100.0, starts=(1.5,), plain=(0.0,),
+            ),
+        ),
+        states=(FIELD,),
+        start=start,
+        current=current,
+        rates=rates_saturating,
+        source="R-L coil with the differential inductance of saturating steel",
     ),
     Effect(
         cause="current_lag",

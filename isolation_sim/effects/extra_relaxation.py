@@ -4,9 +4,12 @@ Forms:
 
     one_arm     k q,                               q' = v - q / time
     two_arms    k ((1 - share) q1 + share q2),     with a time each
+    eyring      k q,                               q' = v - (length / time) sinh(q / length)
 """
 
 from typing import Any
+
+import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Signals
@@ -43,6 +46,12 @@ def stored_energy_two(x: Any, states: tuple, parameters: tuple) -> Any:
     """Energy of both springs."""
     k, share, _, _ = parameters
     return k * ((1 - share) * states[0] ** 2 + share * states[1] ** 2) / 2
+
+
+def rates_eyring(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """The dashpot flows the more easily the larger its force is."""
+    _, time, length = parameters
+    return (signals.v - length / time * np.sinh(states[0] / length),)
 
 
 STIFFNESS = EffectParameter(
@@ -87,5 +96,23 @@ FORMS = (
         rates=rates_two,
         stored_energy=stored_energy_two,
         source="Wiechert (1893)",
+    ),
+    Effect(
+        cause="extra_relaxation",
+        form="eyring",
+        title="Extra relaxation, activated by the force",
+        parameters=(
+            STIFFNESS,
+            _time("time", "of relaxation at a small force", 0.05, 0.3, 2.0, 10.0),
+            EffectParameter(
+                "length", "m", "extension of the spring beyond which the dashpot yields",
+                lower=1e-6, upper=100.0, divides=True, starts=(0.1, 0.3), plain=(100.0,),
+            ),
+        ),
+        states=(Quantity("extension", "m", "of the arm's spring"),),
+        force=force,
+        rates=rates_eyring,
+        stored_energy=stored_energy,
+        source="Eyring (1936), flow activated by the stress",
     ),
 )  # fmt: skip

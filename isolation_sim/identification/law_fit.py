@@ -118,7 +118,8 @@ class LawModel:
         """Fit all values; cost and derivatives of the result are those of the data alone."""
         # A weak spring holds the law's parameters near ``expected``: a deviation of 300 % weighs as
         # much as one standard deviation of one sample. Parameters that few runs leave open do not
-        # diverge, and the law stays usable for other runs.
+        # diverge, and the law stays usable for other runs. It yields with the logarithm of a large
+        # deviation: a number whose unit depends on an exponent, 1/m^n, moves by powers of ten.
         lower, upper = self.bounds()
         if self.held is not None:
             lower, upper = (np.where(self.held, start, bound) for bound in (lower, upper))
@@ -128,13 +129,15 @@ class LawModel:
             )
         n = self.n_law
         width = 3 * np.maximum(np.abs(self.expected), 0.1 * self.parameterisation.scale)
-        pull = np.zeros((n, len(start)))
-        pull[:, :n] = np.diag(1 / width)
 
         def held(values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
             residual, jacobian = self.residuals(values, derivatives)
-            residual = np.concatenate([residual, (values[:n] - self.expected) / width])
-            return residual, np.concatenate([jacobian, pull]) if derivatives else jacobian
+            away = (values[:n] - self.expected) / width
+            residual = np.concatenate([residual, np.arcsinh(away)])
+            if derivatives:
+                pull = np.eye(n, len(start)) / (width * np.sqrt(1 + away**2))[:, np.newaxis]
+                jacobian = np.concatenate([jacobian, pull])
+            return residual, jacobian
 
         result = levenberg_marquardt(held, start, lower, upper, most, tolerance, valley=valley)
         rows = len(result.residual) - n

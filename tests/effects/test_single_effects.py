@@ -74,6 +74,44 @@ def test_the_field_falls_with_a_lag_of_its_own():
         np.testing.assert_allclose(force, 50 * field, atol=1e-3)
 
 
+def test_a_saturating_coil_is_quick_at_a_large_current():
+    lag, saturation = 0.1, 0.5
+    device = spring(
+        ("current_lag.saturating", {"lag": lag, "saturation": saturation}), k=(0.0, 1e4)
+    )
+    t, x, v = still(0.5)
+    force, _ = respond(device, t, x + 0.005, v, np.zeros(t.size), np.array([2.0]), 1e-9)
+    # of j' = -j (1 + (s j)^2) / lag
+    square = 4 * np.exp(-2 * t / lag)
+    falling = np.sqrt(square / (1 + saturation**2 * (4 - square)))
+    np.testing.assert_allclose(force, 50 * falling, atol=1e-3)
+
+
+def test_a_field_that_is_all_slow_has_one_lag():
+    of_two = {"lag": 0.02, "slow_part": 1.0, "slower_by": 0.1}
+    t, x, v = still(0.5)
+    both = [
+        respond(
+            spring((f"current_lag.{form}", numbers), k=(0.0, 1e4)),
+            t, x + 0.005, v, np.full(t.size, 2.0), np.zeros(n), 1e-9,
+        )[0]
+        for form, numbers, n in (("two_stages", of_two, 2), ("first_order", {"lag": 0.12}, 1))
+    ]  # fmt: skip
+    np.testing.assert_allclose(*both, atol=1e-6)
+
+
+def test_an_arm_relaxes_quickly_from_a_large_force():
+    k, time, length = 1e4, 0.4, 0.002
+    numbers = {"stiffness": k, "time": time, "length": length}
+    device = spring(("extra_relaxation.eyring", numbers), k=0.0)
+    t, x, v = still(1.0)
+    first = 0.008
+    force, _ = respond(device, t, x, v, 0 * t, np.array([first]), 1e-9)
+    # of q' = -(s / time) sinh(q / s)
+    left = 2 * length * np.arctanh(np.tanh(first / length / 2) * np.exp(-t / time))
+    np.testing.assert_allclose(force, k * left, atol=1e-4)
+
+
 def test_a_supply_ramps_to_the_wanted_current():
     device = spring(("current_lag.slew", {"per_ampere": 0.2}), k=(0.0, 1e4))
     t, x, v = still(0.8)
