@@ -4,7 +4,7 @@ Each constant says what it decides and what it was chosen by:
 
 - *theory*: it follows from the statistics that its text names.
 - *blind*: set with cases of ``studies/blind`` in view, synthetic campaigns whose generator shares
-  no code with the package. The rates of all 461 cases are in ``docs/ideas/discrepancy.md``.
+  no code with the package. The rates of its cases are in ``docs/diagnosis_rates.md``.
 - *blind buildings*: the same with ``studies/blind_buildings``, 116 building records.
 - *loops*: set with the loops of Li & Li 2013 and of Yu et al. in view (study
   ``published_isolator``).
