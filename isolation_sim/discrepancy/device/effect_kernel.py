@@ -30,7 +30,7 @@ def trajectory(runs, signals, parameters, first, s, out):
     runs: see ``Runs``. signals: at the samples. first: states at each run's start. out: one row per
     function that the effect has.
     """
-    for run in range(first.shape[0]):
+    for run in range(runs.dt.shape[0]):
         end = runs.starts[run + 1]
         for i in range(N_STATES):
             s[i] = first[run, i]
@@ -59,7 +59,7 @@ def trajectory_with_slopes(
     n_states, n_directions), which are overwritten. by_out: derivatives of the rows of out.
     new_slope, by: workspace.
     """
-    for run in range(first.shape[0]):
+    for run in range(runs.dt.shape[0]):
         end = runs.starts[run + 1]
         for i in range(N_STATES):
             s[i] = first[run, i]

@@ -151,4 +151,5 @@ def _sinusoid(
         return_times=np.zeros((1, 1)),
         n_steps=np.ones(1, np.int64),
         stiff=np.zeros(1, bool),
+        past=None,  # on a device that has rested
     )
