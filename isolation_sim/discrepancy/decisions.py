@@ -172,7 +172,7 @@ LOOP_LAWS, LARGE_LOOP_LAWS = 6, 3
 number is for a table that is searched on some rows. Effort."""
 LOOP_FITTED = 16
 """Forms that are fitted to the end, of all that were begun. Effort."""
-LOOP_JUDGED = 6
+LOOP_COMPARED = 6
 """Forms that are evaluated on rows left out. Effort."""
 LOOP_CORRELATION = 0.25
 """Squared rank correlation from which the errors depend on a condition of the tests. Convention."""
@@ -230,7 +230,7 @@ their ranges many imitate a single one. Effort; seen on records of others.
 """
 STARTS_FITTED = 2
 """Starts of each cause that are fitted: those with the least misfit. Effort."""
-PROMISING = 8
+MOST_REFINED = 8
 """Causes that are fitted further after one step from the best start of each. Effort."""
 SIMULATED, LATE_SIMULATED = 16, 4
 """Causes, of those that need a simulation, that are fitted: those that follow the residual best to
@@ -321,7 +321,7 @@ EQUATION_PREFERRED = 1.05
 BEYOND_TESTED = 1.5
 """Factor on the largest tested velocity, acceleration and force up to which a test that tells two
 causes apart is proposed. Convention."""
-REACHED_AGAIN = 1.02
+RIG_MARGIN = 1.02
 """Factor on the largest tested velocity and acceleration up to which a missing condition is
 proposed. Convention."""
 SINUSOIDAL = 0.03

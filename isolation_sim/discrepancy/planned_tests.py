@@ -20,7 +20,7 @@ from ..rendering import Printed, render
 from .decisions import (
     BEYOND_TESTED,
     GRID_CELLS,
-    REACHED_AGAIN,
+    RIG_MARGIN,
     SINUSOIDAL,
     STEADY_CURRENT,
 )
@@ -231,8 +231,8 @@ def missing_conditions(
     tests = []
     for a, f, i in cells:
         amplitude, omega = float(np.mean(amplitudes[a])), float(np.mean(speed[f]))
-        within = amplitude * omega <= REACHED_AGAIN * fastest
-        within &= amplitude * omega**2 <= REACHED_AGAIN * hardest
+        within = amplitude * omega <= RIG_MARGIN * fastest
+        within &= amplitude * omega**2 <= RIG_MARGIN * hardest
         if within and not (a & f & i).any():
             frequency = omega / (2 * np.pi)
             tests.append(PlannedTest(

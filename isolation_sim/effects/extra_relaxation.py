@@ -106,7 +106,7 @@ FORMS = (
             _time("time", "of relaxation at a small force", 0.05, 0.3, 2.0, 10.0),
             EffectParameter(
                 "length", "m", "extension of the spring beyond which the dashpot yields",
-                lower=1e-6, upper=100.0, divides=True, starts=(0.1, 0.3), plain=(100.0,),
+                lower=1e-6, upper=1.0, divides=True, starts=(0.1, 0.3), plain=(1.0,),
             ),
         ),
         states=(Quantity("extension", "m", "of the arm's spring"),),

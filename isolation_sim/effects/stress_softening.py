@@ -125,7 +125,7 @@ FORMS = (
         title="Stress softening (Mullins), hyperbolic damage",
         parameters=(
             EffectParameter(
-                "loss", "1/m", "loss per largest deformation", lower=0.0, upper=1e6,
+                "loss", "1/m", "loss per largest deformation", lower=0.0, upper=1e4,
                 strength=True, starts=(0.2, 1.0),
             ),
         ),

@@ -28,9 +28,9 @@ from ..decisions import (
     MINOR_IN_BUILDING,
     MISFIT_LEVEL,
     MOST_BUILDING_CAUSES,
+    MOST_REFINED,
     NEARLY_RIGHT,
     NOT_WORSE,
-    PROMISING,
     QUIET,
     REFINED,
     REMAINS,
@@ -135,12 +135,12 @@ class CauseSearch:
         one_step = _rank([fit(cause, starts[0], 1) for cause, starts in screened])
         all_starts = dict(screened)
         rough = []
-        for one in one_step[:PROMISING]:
+        for one in one_step[:MOST_REFINED]:
             cause, values = one.cause_values[-1]
             fits = [fit(cause, start, SCREENING_STEPS) for start in all_starts[cause][1:]]
             fits.append(fit(cause, values, SCREENING_STEPS - 1))
             rough.append(min(fits, key=lambda outcome: outcome.cost))
-        return _rank(rough + one_step[PROMISING:])
+        return _rank(rough + one_step[MOST_REFINED:])
 
     def _refined(
         self, current: FittedBuilding, rough: Sequence[FittedBuilding]

@@ -25,11 +25,11 @@ from ..decisions import (
     LARGE_LOOP_FOLDS,
     LARGE_LOOP_LAWS,
     LOOP_ACCURACY,
+    LOOP_COMPARED,
     LOOP_CYCLES,
     LOOP_FITTED,
     LOOP_FOLDS,
     LOOP_GAIN,
-    LOOP_JUDGED,
     LOOP_LAWS,
     LOOP_ROWS,
     LOOP_WHOLE,
@@ -283,7 +283,7 @@ class LoopSearch:
             lambda pair: (pair[0], self._fit(pair[0], pair[1].x, 60)), begun[:LOOP_FITTED]
         )
         result = sorted(fitted, key=lambda pair: pair[1].cost)
-        evaluated = self.pool.map(lambda pair: self._settle(current, *pair), result[:LOOP_JUDGED])
+        evaluated = self.pool.map(lambda pair: self._settle(current, *pair), result[:LOOP_COMPARED])
         return sorted(evaluated, key=lambda f: f.left_out)
 
     def choose(self, current: FittedLoops, tried: Sequence[FittedLoops]) -> FittedLoops | None:

@@ -13,7 +13,7 @@ from ....errors import InputError
 from ..channels import AXES, ROTATION, Channel
 from .columns import Column
 
-_LEAST_LEVER = 0.05
+_LEAST_DISTANCE = 0.05
 """Lever, m, below which sensors are at one place."""
 
 
@@ -80,7 +80,7 @@ def _as_rigid_body(place: str, quantity: str, sensors: Sequence[Column], samples
     if not rows[:, -1].any():
         axes, rows = axes[:-1], rows[:, :-1]  # all on the axes: the rotation moves none of them
     # positions in m are compared with translations: a lever of some centimetres finds no rotation
-    if np.linalg.matrix_rank(rows, tol=_LEAST_LEVER) < len(axes):
+    if np.linalg.matrix_rank(rows, tol=_LEAST_DISTANCE) < len(axes):
         raise InputError(
             f"{place}, {quantity}",
             f"{len(sensors)} sensors at {', '.join(_text(o.at) for o in sensors if o.at)}",
