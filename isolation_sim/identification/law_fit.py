@@ -58,6 +58,9 @@ NOT_AVERAGED = 0.8
 the force channel has none: the harmonics of some laws look like it."""
 _STEP_ERROR = 2e-4
 """Relative error of the force below which the integration steps resolve a law."""
+_YIELDS = 10.0
+"""Deviation from the expected value of a law's parameter, in units of 300 % of it, beyond which the
+spring that holds it yields. Less lets fits that are right end elsewhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +135,8 @@ class LawModel:
 
         def held(values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
             residual, jacobian = self.residuals(values, derivatives)
-            away = (values[:n] - self.expected) / width
-            residual = np.concatenate([residual, np.arcsinh(away)])
+            away = (values[:n] - self.expected) / (_YIELDS * width)
+            residual = np.concatenate([residual, _YIELDS * np.arcsinh(away)])
             if derivatives:
                 pull = np.eye(n, len(start)) / (width * np.sqrt(1 + away**2))[:, np.newaxis]
                 jacobian = np.concatenate([jacobian, pull])

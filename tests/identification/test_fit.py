@@ -407,7 +407,7 @@ def test_a_number_moves_by_powers_of_ten_from_the_expected_one():
     expected, scale, right = np.array([1e5]), np.array([1e5]), 1e9
 
     def residuals(values, derivatives):
-        return 100 * (np.log(values) - np.log(right)), 100 / values[np.newaxis]
+        return 1000 * (np.log(values) - np.log(right)), 1000 / values[np.newaxis]
 
     model = SimpleNamespace(
         expected=expected, held=None, n_law=1, residuals=residuals,
