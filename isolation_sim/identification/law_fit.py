@@ -58,9 +58,6 @@ NOT_AVERAGED = 0.8
 the force channel has none: the harmonics of some laws look like it."""
 _STEP_ERROR = 2e-4
 """Relative error of the force below which the integration steps resolve a law."""
-_YIELDS = 10.0
-"""Deviation from the expected value of a law's parameter, in units of 300 % of it, beyond which the
-spring that holds it yields. Less lets fits that are right end elsewhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,8 +118,7 @@ class LawModel:
         """Fit all values; cost and derivatives of the result are those of the data alone."""
         # A weak spring holds the law's parameters near ``expected``: a deviation of 300 % weighs as
         # much as one standard deviation of one sample. Parameters that few runs leave open do not
-        # diverge, and the law stays usable for other runs. It yields with the logarithm of a large
-        # deviation: a number whose unit depends on an exponent, 1/m^n, moves by powers of ten.
+        # diverge, and the law stays usable for other runs.
         lower, upper = self.bounds()
         if self.held is not None:
             lower, upper = (np.where(self.held, start, bound) for bound in (lower, upper))
@@ -132,15 +128,13 @@ class LawModel:
             )
         n = self.n_law
         width = 3 * np.maximum(np.abs(self.expected), 0.1 * self.parameterisation.scale)
+        pull = np.zeros((n, len(start)))
+        pull[:, :n] = np.diag(1 / width)
 
         def held(values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
             residual, jacobian = self.residuals(values, derivatives)
-            away = (values[:n] - self.expected) / (_YIELDS * width)
-            residual = np.concatenate([residual, _YIELDS * np.arcsinh(away)])
-            if derivatives:
-                pull = np.eye(n, len(start)) / (width * np.sqrt(1 + away**2))[:, np.newaxis]
-                jacobian = np.concatenate([jacobian, pull])
-            return residual, jacobian
+            residual = np.concatenate([residual, (values[:n] - self.expected) / width])
+            return residual, np.concatenate([jacobian, pull]) if derivatives else jacobian
 
         result = levenberg_marquardt(held, start, lower, upper, most, tolerance, valley=valley)
         rows = len(result.residual) - n

@@ -41,16 +41,8 @@ class Optimum:
 def at_bound(value: float, lower: float, upper: float, size: float | None = None) -> bool:
     """Whether a fitted value lies at a bound; ``size``: its range, or itself if that is open."""
     if size is None:
-        below = upper - lower if isfinite(upper - lower) else abs(value)
-        above = lower if over_orders(lower, upper) else below
-    else:
-        above = below = size
-    return bool(value - lower <= AT_BOUND * above or upper - value <= AT_BOUND * below)
-
-
-def over_orders(lower: float, upper: float) -> bool:
-    """Whether a range, such as that of a length, goes over orders of magnitude."""
-    return 0 < 100 * lower < upper
+        size = upper - lower if isfinite(upper - lower) else abs(value)
+    return bool(min(abs(value - lower), abs(upper - value)) <= AT_BOUND * size)
 
 
 def levenberg_marquardt(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -400,17 +399,3 @@ def test_an_end_that_diverges_on_all_samples_gives_way_to_the_next(campaign_of, 
     assert len(refined) == 2
     assert not np.array_equal(*refined)
     assert np.isfinite(result.cost)
-
-
-def test_a_number_moves_by_powers_of_ten_from_the_expected_one():
-    # as beta of a Bouc-Wen law, in 1/m^n, where n changes by two
-    expected, scale, right = np.array([1e5]), np.array([1e5]), 1e9
-
-    def residuals(values, derivatives):
-        return 1000 * (np.log(values) - np.log(right)), 1000 / values[np.newaxis]
-
-    model = SimpleNamespace(
-        expected=expected, held=None, n_law=1, residuals=residuals,
-        parameterisation=SimpleNamespace(scale=scale), bounds=lambda: (expected / 10, [np.inf]),
-    )  # fmt: skip
-    assert LawModel.minimise(model, expected, 50).x == pytest.approx(right, rel=0.01)

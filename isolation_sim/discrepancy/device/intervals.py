@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...identification.law_fit import SEARCHED
-from ...identification.least_squares import DETERMINED, over_orders, unit_columns
+from ...identification.least_squares import DETERMINED, unit_columns
 from ...identification.noise import correlation_time
 from ..decisions import BOUND_NEEDED, INTERVAL_EXAMPLES, LEAST_EXAMPLES, OFF_BOUND
 from ..inference import at_bound, half_widths
@@ -136,7 +136,7 @@ def _nearest(value: float, lower: float, upper: float) -> float:
 def _inside(value: float, lower: float, upper: float) -> float:
     """A value a share of the range away from the bound at which it lies."""
     from_below = _nearest(value, lower, upper) == lower
-    if over_orders(lower, upper):
+    if lower > 0 and upper > 100 * lower:
         return value * (1 + OFF_BOUND) if from_below else value / (1 + OFF_BOUND)
     if not np.isfinite(upper - lower):
         return value + OFF_BOUND * (1 if from_below else -1) * max(abs(value), 1e-12)
