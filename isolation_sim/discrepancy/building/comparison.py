@@ -178,8 +178,7 @@ class Comparison:
         costs = [squared(trial.fitted_residuals(result)) for trial in trials]
         if not costs or min(costs) >= squared(self.fitted_residuals(result)):
             return self
-        best = models[int(np.argmin(costs))]
-        return compare_records(best, self.records, result, self.model_error, self.middle)
+        return trials[int(np.argmin(costs))].with_noise_beside(result)
 
     def with_noise_beside(self, result: CauseValues) -> Comparison:
         """Estimate the noise again, with given causes in the model."""

@@ -14,7 +14,7 @@ from ..channels import AXES, ROTATION, Channel
 from .columns import Column
 
 _LEAST_DISTANCE = 0.05
-"""Lever, m, below which sensors are at one place."""
+"""Distance, m, below which sensors are at one place."""
 
 
 class Samples(NamedTuple):
