@@ -230,10 +230,10 @@ def parameterise(
 ) -> Parameterisation:
     """Choose the unknown parameters of a law for measured runs, with scales from the fitted ones.
 
-    Where every run has one current, a scale of a state is redundant. If the parameters follow the
-    current, the state is scaled to 1 at most; else the law's own redundant parameter is held. Of a
-    ``prescribed`` device the one is held that it does not change with the current, at its value
-    there. A current that changes within a run determines the scale.
+    Where every run has one current, a scale of a state is redundant. The state is scaled to 1 at
+    most, if the law says how; else its own redundant parameter is held. Of a ``prescribed`` device
+    the one is held that it does not change with the current, at its value there. A current that
+    changes within a run determines the scale.
 
     Raises InputError if the data cannot excite the law or do not determine the degree.
     """
@@ -261,9 +261,11 @@ def parameterise(
     )
     scaling = None
     if steady and redundancy is not None and not held.keys() & set(redundancy.among):
+        # a scaled state follows the current more simply, and no number in 1/m^n moves by powers of
+        # ten with n, along a valley that takes a fit hundreds of steps
         name = redundancy.held
         if prescribed is None:
-            if len(currents) > 1 and redundancy.scaling is not None:
+            if redundancy.scaling is not None:
                 scaling = redundancy.scaling
             else:
                 held[name] = redundancy.value * (force if redundancy.of_data else 1.0)
@@ -363,7 +365,7 @@ def fit_law(
     begin = screen_starts(p, search_constant, pool, starts, seed)
     best = compare(p, begin, [] if start is None else [start])
     holding = p.holding()
-    if holding is not None and _n_currents(data) > len(p.currents):
+    if holding is not None and _n_currents(data) > len(p.currents) > 1:
         held = compare(holding, [holding.convert(x, p) for x in begin], [])
         if held[0][:2] <= (best[0][0], _AS_GOOD**2 * best[0][1]):
             best = held
