@@ -186,11 +186,11 @@ def test_a_sharp_corner_is_reached_from_a_round_one():
     (one,) = iso.evaluate(device(5.0), Campaign("one", "made", (run,))).errors
     campaign = Campaign("sharp", "made", (replace(run, force=one.force),))
     data = measured_runs(campaign.runs)
-    model = LawModel(data, parameterise(campaign, law, data))
-    round_corner = model.parameterisation.of(device(2.0))
-    found = replace(model, expected=round_corner).minimise(round_corner, 12)
-    n = [q.name for q in model.parameterisation.free].index("n")
-    assert found.x[n] == pytest.approx(5.0, rel=0.1)
+    p = parameterise(campaign, law, data)
+    round_corner = p.of(device(2.0))
+    model = LawModel(data, p, expected=round_corner).resolve_steps(p.of(device(5.0)))
+    found = model.minimise(round_corner, 12)
+    assert found.x[[q.name for q in p.free].index("n")] == pytest.approx(5.0, rel=0.1)
 
 
 def test_a_fit_that_diverges_takes_more_steps():
