@@ -56,6 +56,9 @@ LARGEST_DERIVATIVE = 1e100
 NOT_AVERAGED = 0.8
 """Factor on the error of a law behind a moving average below which the law without one shows that
 the force channel has none: the harmonics of some laws look like it."""
+_SPRING = 3.0
+"""Deviation of a parameter from its expected value, over its size, that weighs as much as one
+standard deviation of one sample."""
 _STEP_ERROR = 2e-4
 """Relative error of the force below which the integration steps resolve a law."""
 
@@ -116,9 +119,8 @@ class LawModel:
         self, start: NDArray, most: int = 20, tolerance: float = 1e-5, valley: float = 0.0
     ) -> Optimum:
         """Fit all values; cost and derivatives of the result are those of the data alone."""
-        # A weak spring holds the law's parameters near ``expected``: a deviation of 300 % weighs as
-        # much as one standard deviation of one sample. Parameters that few runs leave open do not
-        # diverge, and the law stays usable for other runs.
+        # A weak spring holds the law's parameters near ``expected``. Parameters that few runs leave
+        # open do not diverge, and the law stays usable for other runs.
         lower, upper = self.bounds()
         if self.held is not None:
             lower, upper = (np.where(self.held, start, bound) for bound in (lower, upper))
@@ -126,15 +128,17 @@ class LawModel:
             return levenberg_marquardt(
                 self.residuals, start, lower, upper, most, tolerance, valley=valley
             )
-        n = self.n_law
-        width = 3 * np.maximum(np.abs(self.expected), 0.1 * self.parameterisation.scale)
-        pull = np.zeros((n, len(start)))
-        pull[:, :n] = np.diag(1 / width)
+        n, expected = self.n_law, self.expected
 
         def held(values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
             residual, jacobian = self.residuals(values, derivatives)
-            residual = np.concatenate([residual, (values[:n] - self.expected) / width])
-            return residual, np.concatenate([jacobian, pull]) if derivatives else jacobian
+            away, slopes = self.parameterisation.deviations(values[:n], expected)
+            residual = np.concatenate([residual, away / _SPRING])
+            if derivatives:
+                pull = np.zeros((n, len(start)))
+                pull[:, :n] = slopes / _SPRING
+                jacobian = np.concatenate([jacobian, pull])
+            return residual, jacobian
 
         result = levenberg_marquardt(held, start, lower, upper, most, tolerance, valley=valley)
         rows = len(result.residual) - n
@@ -230,10 +234,10 @@ def parameterise(
 ) -> Parameterisation:
     """Choose the unknown parameters of a law for measured runs, with scales from the fitted ones.
 
-    Where every run has one current, a scale of a state is redundant. The state is scaled to 1 at
-    most, if the law says how; else its own redundant parameter is held. Of a ``prescribed`` device
-    the one is held that it does not change with the current, at its value there. A current that
-    changes within a run determines the scale.
+    Where every run has one current, a scale of a state is redundant. If the parameters follow the
+    current, the state is scaled to 1 at most; else the law's own redundant parameter is held. Of a
+    ``prescribed`` device the one is held that it does not change with the current, at its value
+    there. A current that changes within a run determines the scale.
 
     Raises InputError if the data cannot excite the law or do not determine the degree.
     """
@@ -261,11 +265,9 @@ def parameterise(
     )
     scaling = None
     if steady and redundancy is not None and not held.keys() & set(redundancy.among):
-        # a scaled state follows the current more simply, and no number in 1/m^n moves by powers of
-        # ten with n, along a valley that takes a fit hundreds of steps
         name = redundancy.held
         if prescribed is None:
-            if redundancy.scaling is not None:
+            if len(currents) > 1 and redundancy.scaling is not None:
                 scaling = redundancy.scaling
             else:
                 held[name] = redundancy.value * (force if redundancy.of_data else 1.0)
@@ -365,7 +367,7 @@ def fit_law(
     begin = screen_starts(p, search_constant, pool, starts, seed)
     best = compare(p, begin, [] if start is None else [start])
     holding = p.holding()
-    if holding is not None and _n_currents(data) > len(p.currents) > 1:
+    if holding is not None and _n_currents(data) > len(p.currents):
         held = compare(holding, [holding.convert(x, p) for x in begin], [])
         if held[0][:2] <= (best[0][0], _AS_GOOD**2 * best[0][1]):
             best = held

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -64,6 +65,15 @@ class Parameterisation:
         # coefficients after another's
         sized = [characteristic_scale(self._units[q.name], *sizes) for q in self.free]
         self.scale = np.repeat(sized, n)
+        # (n_unknowns,): Place of the exponent n in a unit such as 1/m^n, -1 without one; size of
+        # the unit's other part
+        self._exponent, self._rest = np.full(len(self.scale), -1), np.ones(len(self.scale))
+        places = {q.name: k * n for k, q in enumerate(self.free)}
+        for name, at in places.items():
+            for power in places.keys() & set(re.findall(r"\^([a-z]\w*)", self._units[name])):
+                rest = characteristic_scale(self._units[name], *sizes, exponents={power: 0.0})
+                self._exponent[at : at + n] = places[power] + np.arange(n)
+                self._rest[at : at + n] = rest
         # (n_coefficients, n_unknowns): Derivatives of the coefficients by the unknowns
         self.spread = np.zeros((len(names) * n, len(self.free) * n))
         for k, quantity in enumerate(self.free):
@@ -85,6 +95,20 @@ class Parameterisation:
         guarded = np.repeat(divides, n) & (self.lower == 0)
         self.lower[guarded] = 1e-6 * self.scale[guarded]
         self.upper[guarded] = np.minimum(self.upper[guarded], 1e7 * self.scale[guarded])
+
+    def deviations(self, values: NDArray, expected: NDArray) -> tuple[NDArray, NDArray]:
+        """Deviations from expected unknowns over their sizes, and derivatives by the unknowns."""
+        # A number in 1/m^n changes by powers of ten with n. It is compared with a power of the
+        # length that it is expected to stand for.
+        size = np.maximum(np.abs(expected), 0.1 * self.scale)
+        places = np.flatnonzero((self._exponent >= 0) & (expected[self._exponent] > 0))
+        exponents = self._exponent[places]
+        rate = np.log(size[places] / self._rest[places]) / expected[exponents]
+        unit = np.ones(len(expected))
+        unit[places] = np.exp(rate * (values - expected)[exponents])
+        slopes = np.diag(1 / (size * unit))
+        slopes[places, exponents] -= rate * (values / (size * unit))[places]
+        return (values / unit - expected) / size, slopes
 
     def coefficients(self, parameterisation: NDArray) -> NDArray:
         """Coefficients of all parameters, ascending powers of the current."""

@@ -171,28 +171,6 @@ def test_the_data_choose_the_scale_where_there_are_more_currents():
     assert any(note.startswith("gamma is A - beta, ") for note in chosen.notes)
 
 
-def test_a_sharp_corner_is_reached_from_a_round_one():
-    """With A held beta would have to grow by 10^9 with the exponent, in hundreds of steps."""
-    law, time = LAWS["bouc_wen"], 0.01 * np.arange(600)
-    x = 0.01 * np.sin(5 * time) * np.minimum(time / 2, 1) + 0.003 * np.sin(11 * time)
-    run = TestRun("a", time, x, np.gradient(x, time), x, np.zeros(600), velocity_measured=True)
-
-    def device(n):
-        beta = 0.5 * 1e-3**-n
-        values = {"k": 2e4, "c": 100.0, "alpha": 4e5, "A": 1.0, "beta": beta, "gamma": beta,
-                  "n": n, "F0": 0.0}  # fmt: skip
-        return Device(law, CurrentDependence.polynomial({k: (y,) for k, y in values.items()}))
-
-    (one,) = iso.evaluate(device(5.0), Campaign("one", "made", (run,))).errors
-    campaign = Campaign("sharp", "made", (replace(run, force=one.force),))
-    data = measured_runs(campaign.runs)
-    p = parameterise(campaign, law, data)
-    round_corner = p.of(device(2.0))
-    model = LawModel(data, p, expected=round_corner).resolve_steps(p.of(device(5.0)))
-    found = model.minimise(round_corner, 12)
-    assert found.x[[q.name for q in p.free].index("n")] == pytest.approx(5.0, rel=0.1)
-
-
 def test_a_fit_that_diverges_takes_more_steps():
     """A relaxation of 1.5 ms diverges with one explicit step of 5 ms."""
     time = 0.005 * np.arange(800)

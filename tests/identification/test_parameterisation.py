@@ -25,6 +25,26 @@ def test_what_a_search_has_switched_off_begins_again_weaker():
     assert p.switched_on(began_off, np.array([3e4, 2e4, 0.0, 0.0])) is None
 
 
+def test_a_number_in_a_power_of_a_length_is_compared_by_its_length():
+    """The same corner with another exponent: beta alone is 10^5 times as large."""
+    p = Parameterisation(LAWS["bouc_wen"], np.array([0.0]), (100.0, 2e-2, 0.1), {"A": 1.0})
+    names = [q.name for q in p.free]
+    n, beta, gamma = (names.index(name) for name in ("n", "beta", "gamma"))
+
+    def corner(exponent):
+        values = np.array([1e4, 100.0, 4e4, 0.0, 0.0, exponent, 0.0])
+        values[[beta, gamma]] = 0.5 * 3e-3**-exponent
+        return values
+
+    expected, values = corner(2.3), corner(4.5)
+    away, slopes = p.deviations(values, expected)
+    assert values[beta] > 1e5 * expected[beta] and 0 < away[beta] == away[gamma] < 1
+    assert away[n] == pytest.approx(2.2 / 2.3) and not away[: names.index("beta")].any()
+    step = 1e-6 * np.maximum(np.abs(values), 1.0)
+    moved = [p.deviations(values + one, expected)[0] for one in np.diag(step)]
+    assert slopes == pytest.approx((np.array(moved) - away).T / step, rel=1e-4, abs=1e-12)
+
+
 def test_rounding_makes_no_divisor_zero():
     law = LAWS["strain_stiffening"]
     currents = np.array([0.0, 1.0, 2.0, 3.0])
