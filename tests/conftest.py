@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.law_choice import choose_law
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -58,6 +59,19 @@ def few_laws() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(device_tests, "choose_law", compared)
         yield
+
+
+FEW_EFFECTS = (
+    "amplitude_softening", "coulomb_friction", "end_stop", "force_offset", "inertia_force",
+    "stress_softening", "weak_rate_dependence",
+)  # fmt: skip
+
+
+@pytest.fixture
+def few_effects(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A diagnosis asks seven effects, in all their forms: all of them take most of its time."""
+    asked = {name: EFFECTS[name] for name in FEW_EFFECTS}
+    monkeypatch.setattr(device_tests, "EFFECTS", asked)
 
 
 @pytest.fixture(scope="session")

@@ -64,6 +64,7 @@ def test_a_weak_run_that_is_held_out_is_missed_by_noise_alone():
     assert found.error_before.held_out == pytest.approx(found.held_out_noise_floor, rel=0.3)
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_what_is_found_but_too_small_to_matter_is_negligible():
     assert [cause.name for cause in judged(offset=0.01).causes] == ["force_offset"]
     found = judged(offset=0.01, significance=0.03)
@@ -72,6 +73,7 @@ def test_what_is_found_but_too_small_to_matter_is_negligible():
     assert found.extended.law.effects == ()
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_a_cause_that_corrects_less_than_what_remains_only_acts_like_one():
     def labels(**hidden):
         return sorted(cause.label for cause in judged(friction=0.3, offset=0.03, **hidden).causes)
@@ -80,6 +82,7 @@ def test_a_cause_that_corrects_less_than_what_remains_only_acts_like_one():
     assert labels(unrelated=0.06) == ["acts like force_offset", "coulomb_friction"]
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_a_small_share_of_the_misfit_counts_where_it_is_most_of_what_remains():
     # less than the noise, and a thousandth of what friction removes
     found = judged(friction=0.3, offset=0.0045, n=2 * N)
@@ -90,6 +93,7 @@ def test_a_small_share_of_the_misfit_counts_where_it_is_most_of_what_remains():
     assert [cause.name for cause in found.causes] == ["coulomb_friction"]
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_explained_means_down_to_the_noise():
     assert judged(offset=0.1).verdict == "explained"
     # the offset removes 96 % of the squared misfit; what remains is four times the noise
@@ -110,6 +114,7 @@ def test_interference_explains_what_the_right_law_misses():
     assert found.verdict == "explained" and found.unexplained_share == 0.0
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_slow_noise_is_not_said_to_be_an_error_of_the_simulation():
     found = judged(unrelated=0.02, tiers="auto")
     assert found.verdict == "unexplained" and not found.causes
