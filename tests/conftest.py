@@ -63,13 +63,13 @@ def few_laws() -> Iterator[None]:
 
 FEW_EFFECTS = (
     "amplitude_softening", "coulomb_friction", "end_stop", "force_offset", "inertia_force",
-    "stress_softening", "weak_rate_dependence",
+    "self_heating", "stress_softening", "weak_rate_dependence",
 )  # fmt: skip
 
 
 @pytest.fixture
 def few_effects(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A diagnosis asks seven effects, in all their forms: all of them take most of its time."""
+    """A diagnosis asks eight effects, in all their forms: all of them take most of its time."""
     asked = {name: EFFECTS[name] for name in FEW_EFFECTS}
     monkeypatch.setattr(device_tests, "EFFECTS", asked)
 

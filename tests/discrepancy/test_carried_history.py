@@ -171,6 +171,7 @@ def test_no_run_begins_warmer_than_the_one_before_has_ended():
     assert np.all(warmth[data.starts[1:-1]] <= warmth[data.starts[1:-1] - 1] + 1e-3)
 
 
+@pytest.mark.usefixtures("few_effects", "few_laws")
 def test_heating_is_named_although_the_rests_are_unknown():
     found = diagnose(warming()[0], "kelvin_voigt", tiers="causes")
     (cause,) = found.causes

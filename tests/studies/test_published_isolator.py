@@ -38,6 +38,7 @@ RIVALS = {
 )
 def test_short_form(tmp_path, monkeypatch, names):
     if names:
+        monkeypatch.setattr(study, "CYCLES", 8)
         compared = {
             cause: tuple(each for each in EFFECTS[cause] if each.form in forms)
             for cause, forms in names.items()
