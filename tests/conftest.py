@@ -7,8 +7,10 @@ import os
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 
 from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.effects import EFFECTS
@@ -72,6 +74,19 @@ def few_effects(monkeypatch: pytest.MonkeyPatch) -> None:
     """A diagnosis asks eight effects, in all their forms: all of them take most of its time."""
     asked = {name: EFFECTS[name] for name in FEW_EFFECTS}
     monkeypatch.setattr(device_tests, "EFFECTS", asked)
+
+
+@pytest.fixture
+def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files of figures are written without being drawn, which takes two seconds a diagnosis."""
+
+    def write(figure: Figure, file: Any, **options: Any) -> None:
+        if isinstance(file, str | os.PathLike):
+            Path(file).write_text("<svg></svg>")
+        else:
+            file.write("<svg></svg>")
+
+    monkeypatch.setattr(Figure, "savefig", write)
 
 
 @pytest.fixture(scope="session")

@@ -24,6 +24,8 @@ PLAN = (
 )
 STUDY = """
 from studies.study import Outcome
+
+pytestmark = pytest.mark.usefixtures("no_drawing")
 TITLE = "A study"
 def outcome(folder, short, step):
     return Outcome([{"case": 1.0}], "Nothing.", {})

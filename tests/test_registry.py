@@ -47,6 +47,8 @@ import numpy as np
 
 from ground_motions import Record
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 
 def read_mg(path, dt=0.02):
     """Read accelerations in mg, one per line."""

@@ -9,6 +9,8 @@ from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.scenario import Scenario
 from studies.blind.cases import CATALOGUE, Case, clean, outside, several
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 SINGLES = {
     "coulomb_friction": "bristles",
     "end_stop": "hertz",

@@ -29,7 +29,7 @@ from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws.registry import LAWS
 from isolation_sim.workers import workers
 
-pytestmark = pytest.mark.usefixtures("few_laws")
+pytestmark = pytest.mark.usefixtures("few_laws", "no_drawing")
 STEP, N = 0.005, 500
 MOTIONS = ((3, 0.5), (4, 1.6), (6, 1.0), (8, 0.5), (9, 1.4), (12, 0.7), (12, 1.3), (15, 1.0))
 K, C, SQUEEZE = 9e3, 400.0, 2.5e7

@@ -14,6 +14,8 @@ from isolation_sim.laws import LAWS
 from studies import building_record as study
 from studies.study import perform
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 
 @pytest.fixture(scope="module")
 def first(shared_data):

@@ -12,6 +12,8 @@ from isolation_sim.effects import EFFECTS
 from studies import published_isolator as study
 from studies.study import perform
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 
 def test_the_loops_of_the_second_paper_hardly_depend_on_frequency():
     table = study.yu()
