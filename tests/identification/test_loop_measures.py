@@ -126,7 +126,7 @@ def test_uncertainty_covers_the_noise():
     expected = {"effective_stiffness": 3e4, "energy_per_cycle": 2e3 * np.pi**2 * X**2}
     expected |= {"storage_stiffness": 3e4, "loss_damping": 1e3}
     scores: dict[str, list[float]] = {name: [] for name in expected}
-    for _ in range(24):
+    for _ in range(40):
         noisy_f = f + 0.02 * np.std(f) * rng.standard_normal(t.size)
         m = loop_measures(t, x + 0.01 * X * rng.standard_normal(t.size), noisy_f)
         for name, value in expected.items():
