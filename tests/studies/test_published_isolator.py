@@ -29,7 +29,7 @@ def test_the_loops_of_the_second_paper_hardly_depend_on_frequency():
 
 
 RIVALS = {
-    "amplitude_softening": ("power", "power_by_current"),
+    "amplitude_softening": ("power",),
     "weak_rate_dependence": ("spring_pot",),
 }
 """Forms of two causes that the table can hardly tell apart."""
