@@ -168,8 +168,7 @@ def test_predictive_control_in_c_decides_as_in_the_simulation(
     controller = iso.controller(name, **settings)
     sensors = iso.Sensors(delay=0.02 if "filter" in settings else 0.0)
     options = {"driver": driver, "sensors": sensors}
-    records = tuple(each.cut(0.0, 2.5) for each in job.records)
-    case = replace(job, records=records, controllers={name: controller}, options=options)
+    case = replace(job, controllers={name: controller}, options=options)
     files = controller_files(case, name)
     assert "malloc" not in files[f"{name}.c"]
     inputs = re.findall(r"measured\[\d+\]: (\S+)", files[f"{name}.h"])
