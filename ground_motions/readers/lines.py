@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import numpy as np
 from ground_motions.errors import InputError, warn
 
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_AROUND_CELLS = re.compile(r'["\s]')
 FEW = 0.01
 """Share of the samples that may differ from the number in a header."""
 
@@ -57,6 +59,8 @@ def table_cells(path: str | Path) -> list[tuple[int, list[str]]]:
     separator = next((one for one in ";\t" if one in rows[0][1]), ",")
 
     def cells(line: str) -> list[str]:
+        if not _AROUND_CELLS.search(line):
+            return line.split(separator)
         return [cell.strip().strip('"').strip() for cell in line.split(separator)]
 
     if separator == ",":

@@ -219,7 +219,9 @@ def _occasional_lines(quiet: bool, steps: int) -> Callable[..., None]:
         now = time.monotonic()
         if not quiet and now - last >= BETWEEN_LINES:
             last = now
-            print(f"{text}: {max(count, 0)} of {steps}, {now - started:.0f} s", file=sys.stderr)
+            # the number of steps may be an estimate
+            share = f"{count} of {steps}, " if 0 <= count <= steps else ""
+            print(f"{text}: {share}{now - started:.0f} s", file=sys.stderr)
 
     return step
 

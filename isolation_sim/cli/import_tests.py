@@ -9,7 +9,7 @@ import typer
 
 from ..errors import InputError
 from ..io.files import check_new_files
-from .common_options import Force, examples, read_values, write_new_file
+from .common_options import Force, examples, progress, read_values, write_new_file
 
 if TYPE_CHECKING:
     from ..discrepancy.building.raw_records.columns import Match
@@ -28,7 +28,9 @@ EXAMPLES = examples(
 def import_tests(
     tests: Annotated[
         list[Path],
-        typer.Argument(help="Text, Excel, MATLAB and LabVIEW files, or folders of them."),
+        typer.Argument(
+            help="Text, Excel, MATLAB, JSON, HDF5 and LabVIEW files, or folders of them."
+        ),
     ],
     out: Annotated[
         Path | None,
@@ -104,21 +106,25 @@ def import_tests(
         return
     if force:
         raise InputError("--force", "with device tests", "a building record, or a new folder")
+    from ..identification.raw_tests.files import raw_files
     from ..identification.raw_tests.import_tests import import_tests as run_import
 
     held = hold_out or []
     every = len(held) == 1 and held[0].isdigit()
-    result = run_import(
-        tests,
-        out,
-        columns=_sensors(column),
-        units=read_values(unit, "--unit", "force=kN"),
-        current=current,
-        current_from_name=current_from_name,
-        rate=rate,
-        hold_out=int(held[0]) if every else held,
-        leave_out=leave_out or [],
-    )
+    # every file is read, then its tests are checked
+    with progress(False, 2 * len(raw_files(tests))) as step:
+        result = run_import(
+            tests,
+            out,
+            columns=_sensors(column),
+            units=read_values(unit, "--unit", "force=kN"),
+            current=current,
+            current_from_name=current_from_name,
+            rate=rate,
+            hold_out=int(held[0]) if every else held,
+            leave_out=leave_out or [],
+            progress=step,
+        )
     result.report()
     if result.folder is None:
         print("nothing is written; --out my_tests writes the campaign")

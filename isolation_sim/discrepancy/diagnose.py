@@ -14,6 +14,7 @@ from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.data_checks import refuse_swapped
 from ..identification.law_choice import AUTO, choose_law
+from ..identification.long_runs import thin_runs
 from ..identification.measured_runs import hold_out_some, measured_runs
 from ..identification.spikes import repaired
 from ..io.files import read_toml
@@ -64,6 +65,8 @@ def diagnose(
     if isinstance(data, Campaign):
         data, wrong = repaired(data)
         refuse_swapped(data.runs)
+        data, thinned = thin_runs(data)
+        wrong += thinned
     from .adapters.device_tests import DeviceTests
     from .adapters.loop_table import LoopTableTests
 

@@ -4,6 +4,8 @@ Forms:
 
     play        law sees y, the play (backlash) of half-width `gap`: y stays while |x - y| < gap and
                 is dragged along otherwise; it starts in the middle of the gap
+    open        law sees the play, and no force passes while the linkage is open, nor at an end of
+                the gap one that pulls: friction holds the device where it was left
     dead_zone   law sees x less the part within `gap` of the centre: a spring brings the device back
                 to the middle of its clearance
 
@@ -22,6 +24,8 @@ from .followers import RISE, positive
 
 _NO_GAP = 1e-9
 """m: depth of the contact without a gap."""
+_SMALL_GAP = 1e-6
+"""m: a gap well below it does not part the device from the rig."""
 
 
 def _contact(away: Any, gap: Any) -> tuple:
@@ -44,6 +48,17 @@ def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     return (_contact(signals.x - states[0], parameters[0])[0] / RISE,)
 
 
+def kept_back(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """What an open linkage keeps back: at each end of the gap it pushes and does not pull."""
+    (gap,) = parameters
+    away, force = signals.x - states[0], signals.force
+    # at the end of its gap the linkage is closed even at rest; it opens at 0.8 of the gap
+    hold = positive((np.fabs(away) - 0.8 * gap) / (0.1 * gap + _NO_GAP))
+    hold = hold - positive(hold - 1)
+    pushed = positive(force) * (away > 0) - positive(-force) * (away < 0)
+    return gap / (gap + _SMALL_GAP) * (hold * pushed - force)
+
+
 def start(signals: Signals, parameters: tuple) -> tuple:
     """In the middle of the gap."""
     return (signals.x,)
@@ -56,7 +71,7 @@ def motion_dead_zone(signals: Signals, states: tuple, parameters: tuple) -> tupl
 
 
 GAP = EffectParameter(
-    "gap", "m", "half of the free play", lower=0.0, strength=True, starts=(0.01, 0.05),
+    "gap", "m", "half of the free play", lower=0.0, strength=True, starts=(0.01, 0.03, 0.1),
     difference=0.05,
 )  # fmt: skip
 
@@ -71,6 +86,19 @@ FORMS = (
         rates=rates,
         motion=motion,
         source="Visintin (1994), play operator",
+    ),
+    Effect(
+        cause="linkage_backlash",
+        form="open",
+        title="Linkage backlash that lets go",
+        parameters=(GAP,),
+        states=(Quantity("keep", "m", "deformation from which the play is measured"),),
+        start=start,
+        rates=rates,
+        motion=motion,
+        force=kept_back,
+        needs=frozenset({"force"}),
+        source="Nordin & Gutman (2002), physical model of backlash",
     ),
     Effect(
         cause="linkage_backlash",

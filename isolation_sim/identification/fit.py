@@ -22,6 +22,7 @@ from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
 from .law_choice import AUTO, choose_law
 from .law_fit import LARGEST_DERIVATIVE, STARTS, LawModel, fit_law, from_off, parameterise
 from .least_squares import Optimum, at_bound
+from .long_runs import thin_runs
 from .measured_runs import LEAST_NOISE, hold_out_some, measured_runs
 from .noise import correlation_time
 from .parameterisation import Parameterisation
@@ -101,6 +102,7 @@ def fit(
     if starts < 1:
         raise InputError(f"starts is {starts}; expected: 1 or more")
     refuse_swapped(campaign.runs)
+    campaign, thinned = thin_runs(campaign)
     data = measured_runs(campaign.runs)
     choice = None
     if law == AUTO:
@@ -121,7 +123,7 @@ def fit(
         None, (outlier_note(result.errors), *data_notes(campaign.runs, model.data.averaging))
     )
     diverges = divergence_note(result.errors)
-    notes = filter(None, (diverges, *wrong, *_first(of_data), chosen, begin))
+    notes = filter(None, (diverges, *wrong, *thinned, *_first(of_data), chosen, begin))
     return replace(result, notes=(*notes, *result.notes))
 
 

@@ -345,6 +345,31 @@ def test_backlash_is_the_play_of_the_motion():
     )  # fmt: skip
 
 
+def test_an_open_linkage_passes_no_force():
+    # a slider of 100 N on a link of 1e7 N/m with a free play of 2 mm
+    gap, friction, stiffness = 1e-3, 100.0, 1e7
+    slider = law("dahl", {"k": 0.0, "c": 0.0, "F_c": friction, "sigma": stiffness})
+    device = extend(slider, [(effect("linkage_backlash", "open"), {"gap": gap})])
+    t, x, v = sine(5e-3, 0.5, 3, 400)
+    force, _ = respond(device, t, x, v, 0.0, None, 1e-9)
+    place, expected = 0.0, np.zeros(t.size)
+    for k, one in enumerate(x):
+        away = one - place
+        link = stiffness * np.sign(away) * max(abs(away) - gap, 0.0)
+        expected[k] = np.clip(link, -friction, friction)
+        place += (link - expected[k]) / stiffness
+    settled = np.abs(expected) == friction
+    np.testing.assert_allclose(force[settled], expected[settled], rtol=0.1)
+    turning = np.abs(expected) == 0.0
+    assert np.median(np.abs(force[turning])) < 0.01 * friction
+    # at rest at the end of its gap it holds, and without a gap it is not there
+    kept_back = effect("linkage_backlash", "open").force
+    pressed = REST._replace(x=9e-4, force=50.0)
+    assert kept_back(pressed, (0.0,), (gap,)) == pytest.approx(0.0, abs=1e-3)
+    assert kept_back(pressed._replace(force=-50.0), (0.0,), (gap,)) == pytest.approx(50, rel=2e-3)
+    assert kept_back(pressed, (0.0,), (0.0,)) == 0.0
+
+
 def test_a_linear_stop_is_a_spring_beyond_the_gap():
     device = spring(("end_stop.linear", {"stiffness": 3e4, "gap": 2e-3}))
     x = np.array([1e-3, 3e-3, -3e-3])

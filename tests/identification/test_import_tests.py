@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
@@ -180,14 +182,63 @@ def test_matlab_files_of_version_7_3(tmp_path):
             assert_is_the_test(run)
 
 
+SAMPLES = {"time (s)": TIME, "x (mm)": 1e3 * X, "F (N)": FORCE, "I (A)": CURRENT}
+MATRIX = np.column_stack([*SAMPLES.values()])
+AS_JSON = {
+    "columns": {"test 1": {**SAMPLES, "operator": "Li"}, "rate": 200},
+    "rows": {"columns": [*SAMPLES], "data": MATRIX},
+    "numbered samples": {key: dict(enumerate(values)) for key, values in SAMPLES.items()},
+    "an object per sample": [dict(zip(SAMPLES, row, strict=True)) for row in MATRIX.tolist()],
+}  # as published, and as pandas writes tables
+
+
+@pytest.mark.parametrize("content", AS_JSON.values(), ids=AS_JSON)
+def test_json_files(tmp_path, content):
+    text = json.dumps(content, default=lambda array: array.tolist())
+    imported = iso.import_tests(written(tmp_path, text, "a.json"))
+    assert_is_the_test(imported.campaign.runs[0])
+    assert "a.json: not JSON" in refused(written(tmp_path, text[:-9], "a.json"))
+
+
+def test_a_json_matrix_without_names(tmp_path):
+    rows_of_text = json.dumps({"data": MATRIX.tolist()}).replace("[0.005,", "[null,")
+    file = written(tmp_path, rows_of_text, "a.json")
+    assert "columns 'column 1', 'column 2'" in refused(file)
+    columns = {"time": 1, "displacement": 2, "force": 3, "current": 4}
+    units = {"displacement": "mm", "force": "N", "current": "A"}
+    imported = iso.import_tests(file, columns=columns, units=units)
+    assert_is_the_test(imported.campaign.runs[0])
+    assert any("time" in note and "1 sample" in note for note in imported.notes), imported.notes
+
+
+@pytest.mark.parametrize("kind", ["group", "compound", "matrix"])
+def test_hdf5_files(tmp_path, kind):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        group = file.create_group("test 1")
+        if kind == "compound":
+            group["log"] = np.array([*map(tuple, MATRIX)], [(name, float) for name in SAMPLES])
+        elif kind == "matrix":
+            group["log"] = MATRIX
+            group.attrs["columns"] = [*SAMPLES]
+        else:
+            for (name, values), unit in zip(SAMPLES.items(), ("s", "mm", "N", "A"), strict=True):
+                group[name.split()[0]] = values
+                group[name.split()[0]].attrs["units"] = unit
+    assert_is_the_test(iso.import_tests(tmp_path).campaign.runs[0])
+    assert "not an HDF5 file" in refused(written(tmp_path, "none", "b.hdf5"))
+
+
 def test_formats_without_their_library(tmp_path, monkeypatch):
     h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "a.mat", "w", userblock_size=512) as file:
         file["x"] = X
     header = b"MATLAB 7.3 MAT-file".ljust(124) + b"\0\2IM"
     (tmp_path / "a.mat").write_bytes(header + (tmp_path / "a.mat").read_bytes()[128:])
-    (tmp_path / "a.tdms").write_bytes(b"")
-    for name, module, extra in (("a.mat", "h5py", "hdf5"), ("a.tdms", "nptdms", "tdms")):
+    for name, module, extra in (
+        ("a.mat", "h5py", "hdf5"), ("a.h5", "h5py", "hdf5"), ("a.tdms", "nptdms", "tdms"),
+    ):  # fmt: skip
+        (tmp_path / name).touch()
         monkeypatch.setitem(__import__("sys").modules, module, None)
         assert f"pip install 'isolation-sim[{extra}]'" in refused(tmp_path / name)
         monkeypatch.undo()
@@ -479,13 +530,18 @@ def test_wrong_units_are_noted(tmp_path):
 
 
 def test_tests_of_a_folder(tmp_path):
-    for k in (1, 2, 10, 11):
+    for k in ("1", "2", "10", "1.5", "11"):
         written(tmp_path, HEADING + PLAIN, f"T{k}.csv")
     written(tmp_path, "notes of the operator\n", "notes.txt")
     (tmp_path / "photo.jpg").write_bytes(b"\xff")
-    imported = iso.import_tests(str(tmp_path), hold_out=2, leave_out=["T11*"])
+    steps = []
+    imported = iso.import_tests(
+        str(tmp_path), hold_out=3, leave_out=["T11*"], progress=steps.append
+    )
+    assert steps[:2] == ["reading notes.txt", "reading T1.csv"] and steps[-1] == "checking T10"
     held = {run.name: run.hold_out for run in imported.campaign.runs}
-    assert held == {"T1": False, "T2": True, "T10": False}
+    assert held == {"T1": False, "T1.5": False, "T2": True, "T10": False}
+    assert [*held] == ["T1", "T1.5", "T2", "T10"]
     assert "notes.txt: no table of numbers; left out" in imported.notes
     assert "a pattern that fits a test" in refused(tmp_path, hold_out=["x*"])
     assert "a pattern that fits a test" in refused(tmp_path, leave_out=["x*"])

@@ -234,7 +234,8 @@ class Model(LawModel):
         """Factor and added force of an effect; empty if it has neither."""
         if effect.factor is None and effect.force is None:
             return {}
-        return evaluate(effect, self.data, inner, parameters)
+        every = evaluate(effect, self.data, inner, parameters)
+        return {name: every[name] for name in ("factor", "force") if name in every}
 
 
 def _combined(inner: NDArray, evaluated: list) -> NDArray:

@@ -63,9 +63,9 @@ class _Probe:
 
     def starts(self) -> list[NDArray]:
         """Parameters to look at: a strength or several, and some of each other's first values."""
-        # what changes the current does not act in proportion to its strength: a slow field does not
-        # follow from a quick one
-        one_strength = self.effect.current is None
+        # What changes the motion or the current does not act in proportion to its strength: a slow
+        # field does not follow from a quick one, nor a wide gap from a narrow one.
+        one_strength = self.effect.current is None and self.effect.motion is None
         choices = []
         for q, size in zip(self.effect.parameters, self.sizes, strict=True):
             result = [min(max(s * size, q.lower), q.upper) for s in q.starts]

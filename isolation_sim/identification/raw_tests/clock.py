@@ -23,7 +23,7 @@ _DAY = 86400.0
 
 def is_clock(cell: str) -> bool:
     """Whether a cell is a time of day, with or without a date."""
-    return bool(_CLOCK.fullmatch(cell))
+    return ":" in cell and bool(_CLOCK.fullmatch(cell))
 
 
 def is_date(cell: str) -> bool:

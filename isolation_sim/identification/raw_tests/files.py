@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -17,11 +17,18 @@ _KIND = re.compile(r"\b(sheet|table) ")
 _NOT_IN_NAMES = re.compile(r'[\\/:*?"<>|\s]+')
 
 
+def raw_files(places: Sequence[Path], kind: str = "test") -> list[Path]:
+    """Files that can be read, those of folders in the order of the numbers in their names."""
+    return [path for place in places for path in _files(place, _expected(kind))]
+
+
 def tables_by_name(
-    places: Sequence[Path], leave_out: Sequence[str], kind: str = "test"
+    places: Sequence[Path],
+    leave_out: Sequence[str],
+    kind: str = "test",
+    progress: Callable[[str], None] = lambda text: None,
 ) -> tuple[dict[str, RawTable], list[str]]:
     """Tables by the names of their tests or records, and notes of files without one."""
-    expected = f"{kind} files ({', '.join(suffixes())}) or a folder of them"
     by_name: dict[str, RawTable] = {}
     notes = []
     fitting: set[str] = set()
@@ -31,7 +38,8 @@ def tables_by_name(
         fitting.update(fits)
         return bool(fits)
 
-    for path in (path for place in places for path in _files(place, expected)):
+    for path in raw_files(places, kind):
+        progress(f"reading {path.name}")
         tables = [] if left_out(path.name, path.stem) else read_tables(path)
         for table in tables:
             part = _KIND.sub("", table.part) if len(tables) > 1 else ""
@@ -53,7 +61,7 @@ def tables_by_name(
             named = kind if kind == "test" else "file"
             raise InputError("--leave-out", repr(pattern), pattern_of(by_name, named))
     if not by_name:
-        raise InputError(f"{', '.join(map(str, places))}: no {kind}; expected: {expected}")
+        raise InputError(f"{', '.join(map(str, places))}: no {kind}; expected: {_expected(kind)}")
     return by_name, notes
 
 
@@ -62,8 +70,12 @@ def pattern_of(names: Iterable[str], kind: str = "test") -> str:
     return f"a pattern that fits a {kind}, such as {next(iter(names), '*')!r}"
 
 
+def _expected(kind: str) -> str:
+    return f"{kind} files ({', '.join(suffixes())}) or a folder of them"
+
+
 def _files(place: Path, expected: str) -> list[Path]:
-    """The files of a folder that can be read, in the order of the numbers in their names."""
+    """A file, or those of a folder."""
     if not place.is_dir():
         if place.suffix.lower() not in suffixes():
             raise InputError(f"{place}: {place.suffix or 'no'} file; expected: {expected}")
@@ -72,7 +84,7 @@ def _files(place: Path, expected: str) -> list[Path]:
     return sorted(
         (p for p in place.iterdir() if p.suffix.lower() in known and p.name[0] not in ".~"),
         key=lambda path: [
-            (int(part), "") if part.isdigit() else (0, part)
-            for part in re.split(r"(\d+)", path.name.lower())
+            (float(part), "") if part[:1].isdigit() else (0.0, part)
+            for part in re.split(r"(\d+(?:\.\d+)?)", path.stem.lower())
         ],
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 from pathlib import Path
@@ -104,6 +104,7 @@ def import_tests(
     rate: float | None = None,
     hold_out: int | Sequence[str] = (),
     leave_out: Sequence[str] = (),
+    progress: Callable[[str], None] | None = None,
 ) -> ImportedTests:
     """Read test files as machines write them, and write them as a campaign.
 
@@ -111,8 +112,9 @@ def import_tests(
     ----------
     tests : str or pathlib.Path, or a sequence of them
         Files, or folders of them: text tables (``.csv``, ``.txt``, ``.dat``, ``.asc``, ``.tsv``),
-        Excel workbooks (``.xlsx``, ``.xlsm``; a test per sheet), MATLAB files (``.mat``; a test per
-        struct or matrix), LabVIEW's (``.lvm``, ``.tdms``; a test per segment or group), and those
+        Excel workbooks (``.xlsx``, ``.xlsm``; a test per sheet), MATLAB, JSON and HDF5 files
+        (``.mat``, ``.json``, ``.h5``, ``.hdf5``; a test per struct, object or group, or per
+        matrix), LabVIEW's (``.lvm``, ``.tdms``; a test per segment or group), and those
         of readers that are registered.
     out : str or pathlib.Path, optional
         Campaign folder to make; it must not exist. By default nothing is written.
@@ -137,6 +139,8 @@ def import_tests(
         Tests to hold out of a fit: every k-th, or patterns of their names such as ``"*_2A"``.
     leave_out : sequence of str
         Patterns of the names of tests that are not imported.
+    progress : callable, optional
+        Called with a text before each file is read, and before each test is checked.
 
     Returns
     -------
@@ -170,9 +174,11 @@ def import_tests(
             raise InputError(f"{out}: exists already; expected: a folder to be made")
         check_writable(Path(out).parent)
     places = [tests] if isinstance(tests, str | Path) else list(tests)
-    tables, notes = tables_by_name([Path(place) for place in places], leave_out)
+    report = progress or (lambda text: None)
+    tables, notes = tables_by_name([Path(place) for place in places], leave_out, progress=report)
     runs, channels = [], []
     for name, table in tables.items():
+        report(f"checking {name}")
         run, columns_read, own = _read_test(name, table, choices)
         runs.append(run)
         channels.append(columns_read)

@@ -59,6 +59,8 @@ class RawTable:
         column = self.columns[k]
         if isinstance(column, np.ndarray):
             return column
+        if all(map(is_number, column)):
+            return np.where(np.isinf(plain := np.array(column, float)), np.nan, plain)
         numbers = np.full(len(column), np.nan)
         for row, cell in enumerate(column):
             if is_number(with_point(cell)):
@@ -168,8 +170,10 @@ def _table(path: Path, part: str, lines_above: Sequence[Row], block: Sequence[Ro
     rows = [*lines_above, *block]
     width = len(block[0].cells)
     # a row that begins the table but has text where the others have numbers is above it
-    texts = [_are_texts([row.cells[k] for row in block]) for k in range(width)]
-    while any(_are_texts([block[0].cells[k]]) and not texts[k] for k in range(width)):
+    while any(
+        _are_texts([cell]) and not _are_texts([row.cells[k] for row in block])
+        for k, cell in enumerate(block[0].cells)
+    ):
         block = block[1:]
     filled = max(k for k in range(width) if any(row.cells[k] for row in block)) + 1
     above = [
@@ -235,9 +239,10 @@ def with_point(cell: str) -> str:
 
 def is_data(cells: Sequence[str], least: int = 1) -> bool:
     """Whether a row has numbers, and texts in half of its cells at most."""
-    return sum(map(_is_value, cells)) >= least and not _are_texts(cells)
+    values = sum(map(_is_value, cells))
+    return values >= least and (values == len(cells) or not _are_texts(cells))
 
 
 def _is_value(cell: str) -> bool:
     """Whether a cell is a number or a time of day."""
-    return is_number(with_point(cell)) or is_clock(cell)
+    return is_number(cell) or is_number(with_point(cell)) or is_clock(cell)

@@ -1,7 +1,8 @@
-"""MATLAB files, a test per struct or matrix."""
+"""MATLAB, JSON and HDF5 files, a test per struct, object or group, or per matrix."""
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import InputError, not_installed
 from ...io.mat_file import mat_variables
 from ..run_table import MINIMUM_SAMPLES
 from .channels import Heading, heading_of
@@ -23,6 +25,64 @@ _MOST_COLUMNS = 64
 def read_mat(path: Path) -> list[RawTable]:
     """MATLAB files: a struct or a matrix per test (version 7.3 needs the extra hdf5)."""
     return list(_structs(path, "", mat_variables(path)))
+
+
+def read_json(path: Path) -> list[RawTable]:
+    """JSON files: an object of columns, a list of rows or a list of samples per test."""
+    try:
+        content = json.loads(path.read_bytes())
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except ValueError as error:
+        raise InputError(f"{path}: not JSON ({error})") from None
+    content = _of_lists(content)
+    return list(_structs(path, "", content if isinstance(content, dict) else {"": content}))
+
+
+def read_hdf5(path: Path) -> list[RawTable]:
+    """HDF5 files: a group of columns or a matrix per test (needs the extra hdf5)."""
+    try:
+        import h5py
+    except ModuleNotFoundError:
+        raise not_installed(f"{path}:", "h5py", "hdf5") from None
+
+    def content_of(item: Any) -> Any:
+        if isinstance(item, h5py.Group):
+            return contents_of(item)
+        values = item[()]
+        return {name: values[name] for name in item.dtype.names} if item.dtype.names else values
+
+    def contents_of(group: Any) -> dict[str, Any]:
+        items = {name: content_of(item) for name, item in group.items()}
+        units = {name: item.attrs.get("units", "") for name, item in group.items()}
+        return {**group.attrs, **items, "units": units}
+
+    try:
+        with h5py.File(path) as file:
+            return list(_structs(path, "", contents_of(file)))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except OSError:
+        raise InputError(f"{path}: not an HDF5 file") from None
+
+
+def _of_lists(value: Any) -> Any:
+    """JSON values with arrays in place of lists of numbers, and of numbers by row; null is NaN."""
+    if isinstance(value, dict):
+        if len(value) >= MINIMUM_SAMPLES and all(
+            isinstance(each, float | int | None) for each in value.values()
+        ):
+            return np.array([*value.values()], float)
+        return {key: _of_lists(each) for key, each in value.items()}
+    if not isinstance(value, list) or not value:
+        return value
+    if all(isinstance(each, dict) for each in value) and len(value) >= MINIMUM_SAMPLES:
+        # a sample per object
+        return {key: _of_lists([each.get(key) for each in value]) for key in value[0]}
+    try:
+        return np.array(value, float)
+    except (TypeError, ValueError):
+        return [_of_lists(each) for each in value]
 
 
 def _structs(path: Path, name: str, value: Any, above: float | None = None) -> Iterator[RawTable]:
@@ -55,6 +115,10 @@ def _structs(path: Path, name: str, value: Any, above: float | None = None) -> I
             yield RawTable(path, own, headings, columns, _one_to(len(array)), rate=rate)
     for key, each in value.items():
         yield from _structs(path, f"{name} {key}".strip(), each, rate)
+
+
+def _is_sample(value: Any) -> bool:
+    return value is None or isinstance(value, float | int)
 
 
 def _is_time(heading: Heading) -> bool:
