@@ -7,10 +7,13 @@ import os
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 
 from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.law_choice import choose_law
 
 REPOSITORY = Path(__file__).resolve().parents[1]
@@ -19,8 +22,11 @@ FIRST = tuple(
     for name in ("mpc_levers", "damper_diagnosis", "sweep_studies", "damper", "causal_limit")
 )
 """What begins. Two workers that compile the same at the same time would do it twice."""
-SLOW = ("tests/studies", "tests/sweeps", "tests/test_docs.py")
-"""What takes longest of the others."""
+SLOW = (
+    "tests/studies", "tests/sweeps", "tests/test_docs.py", "tests/discrepancy", "tests/blind",
+    "tests/identification", "tests/controllers", "tests/reports", "tests/export",
+)  # fmt: skip
+"""What takes longest of the others; what comes last is quick, so that both workers end together."""
 QUICK = (
     "tests/ground_motions", "tests/literature", "tests/test_architecture.py",
     "tests/test_criteria.py", "tests/test_docstrings.py", "tests/test_generated.py",
@@ -58,6 +64,32 @@ def few_laws() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(device_tests, "choose_law", compared)
         yield
+
+
+FEW_EFFECTS = (
+    "amplitude_softening", "coulomb_friction", "end_stop", "force_offset", "inertia_force",
+    "self_heating", "stress_softening", "weak_rate_dependence",
+)  # fmt: skip
+
+
+@pytest.fixture
+def few_effects(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A diagnosis asks eight effects, in all their forms: all of them take most of its time."""
+    asked = {name: EFFECTS[name] for name in FEW_EFFECTS}
+    monkeypatch.setattr(device_tests, "EFFECTS", asked)
+
+
+@pytest.fixture
+def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files of figures are written without being drawn, which takes two seconds a diagnosis."""
+
+    def write(figure: Figure, file: Any, **options: Any) -> None:
+        if isinstance(file, str | os.PathLike):
+            Path(file).write_text("<svg></svg>")
+        else:
+            file.write("<svg></svg>")
+
+    monkeypatch.setattr(Figure, "savefig", write)
 
 
 @pytest.fixture(scope="session")

@@ -92,7 +92,9 @@ def desk(tmp_path, monkeypatch, tests_of_a_device):
 
 
 @pytest.mark.parametrize("page", [name for name, text in TEXTS.items() if _commands(text)])
-def test_the_commands_of_a_page_run(page, desk, capsys, monkeypatch):
+def test_the_commands_of_a_page_run(page, desk, capsys, monkeypatch, request):
+    if page != "README.md":  # whose commands draw all that a run and a fit draw
+        request.getfixturevalue("no_drawing")
     # one paper is enough: the numbers of all are computed, by the same function, in test_papers
     monkeypatch.setattr("studies.papers.study.PAPERS", {"paper_003": PAPERS["paper_003"]})
     for line in _commands(TEXTS[page]):

@@ -24,6 +24,8 @@ from isolation_sim.scenario.nonlinear import MoatWall
 from isolation_sim.simulation.batch import Case
 from isolation_sim.structures import plan_building
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 ROOT = Path(__file__).resolve().parents[1]
 SHORT = '[ground]\nstop_s = 2.0\n[[controller]]\nname = "passive_off"\n'
 

@@ -16,6 +16,8 @@ from isolation_sim.identification.campaign import Campaign, write_campaign
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.io.results_folder import replace_results, write_contents
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 JOB = '[ground]\nstop_s = 0.5\n[[controller]]\nname = "passive_off"\n'
 SUITE = '[ground]\nfiles = ["motion.csv"]\n[[controller]]\nname = "passive_off"\n'
 PLAN = (

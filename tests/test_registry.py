@@ -37,6 +37,8 @@ from isolation_sim.registry import COMMANDS, CONTROLLERS, STUDIES
 from isolation_sim.sweeps.design import Design
 from isolation_sim.sweeps.plan import SweepPlan
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")
 REGISTRIES = (LAWS, EFFECTS, CONTROLLERS, CRITERIA, STUDIES, COMMANDS, READERS, TEST_READERS)

@@ -40,14 +40,14 @@ def _every(run: TestRun, samples: float) -> int:
 
 
 def _thinned(run: TestRun, every: int) -> TestRun:
-    channels = (
-        "time",
-        "displacement",
-        "velocity",
-        "force",
-        "current",
-        "acceleration",
-        "temperature",
+    some = slice(None, None, every)
+    return replace(
+        run,
+        time=run.time[some],
+        displacement=run.displacement[some],
+        velocity=run.velocity[some],
+        force=run.force[some],
+        current=run.current[some],
+        acceleration=None if run.acceleration is None else run.acceleration[some],
+        temperature=None if run.temperature is None else run.temperature[some],
     )
-    kept = {name: getattr(run, name) for name in channels}
-    return replace(run, **{k: None if v is None else v[::every] for k, v in kept.items()})

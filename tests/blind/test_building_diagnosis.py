@@ -18,6 +18,7 @@ from studies.blind.score import NOTHING
 from studies.blind_buildings import score
 
 
+@pytest.mark.usefixtures("short_motion")
 def test_the_storey_that_lost_stiffness_is_named_first():
     case = next(singles())
     # the study asks other processes
@@ -28,6 +29,7 @@ def test_the_storey_that_lost_stiffness_is_named_first():
     assert loss["value"] == pytest.approx(case.record.severities[0], rel=0.1)
 
 
+@pytest.mark.usefixtures("short_motion")
 def test_nothing_is_named_where_nothing_is_hidden():
     result = score(next(clean(1)))
     assert answer(result.diagnosis) == NOTHING and not result.diagnosis["causes"]
@@ -41,6 +43,7 @@ def test_lists_hold_every_form_and_pairs_of_two_names():
         assert [(fault.name, fault.form) for fault in case.faults] == list(case.forms)
 
 
+@pytest.mark.usefixtures("short_motion")
 def test_a_pair_is_more_than_either_alone():
     case = next(pairs(1))
     alone = [BuildingCase("single", case.seed, (form,), case.size) for form in case.forms]

@@ -34,7 +34,7 @@ def plant(isolated, el_centro):
 @pytest.fixture(scope="module")
 def coarse(isolated, el_centro):
     """A motion of fewer intervals."""
-    return Plant(isolated, (el_centro.cut(1.0, 3.0).resampled(0.025),), LAGGING)
+    return Plant(isolated, (el_centro.cut(1.0, 2.92).resampled(0.04),), LAGGING)
 
 
 @pytest.fixture(scope="module")
@@ -107,13 +107,13 @@ def test_a_long_motion_is_begun_with_the_optimum_of_its_first_half(coarse, monke
         return solve(self, start, *given)
 
     monkeypatch.setattr(WholeRecord, "solve", noted)
-    monkeypatch.setattr(clairvoyant, "LONG", 60)
-    grown = bound(coarse, starts=1, period=0.05)
+    monkeypatch.setattr(clairvoyant, "LONG", 40)
+    grown = bound(coarse, starts=1, period=0.08)
     (half, constant), (whole, continued) = begun
-    assert (half, whole) == (40, 80) and np.all(constant == 0)
+    assert (half, whole) == (24, 48) and np.all(constant == 0)
     assert np.ptp(continued[:half]) > 0.1 and np.all(continued[half:] == 0)
     monkeypatch.undo()
-    alone = bound(coarse, starts=1, period=0.05, iterations=299)
+    alone = bound(coarse, starts=1, period=0.08, iterations=299)
     assert grown.score == pytest.approx(alone.score, rel=5e-3)
 
 
@@ -186,7 +186,7 @@ def parting(plant, until):
 
 
 def test_motions_that_part_share_their_first_commands(coarse):
-    until, period = 0.8, 0.05
+    until, period = 0.8, 0.08
     plants = parting(coarse, until)
     references = [bound(one, period=period, starts=1).score for one in plants]
     both = causal_bound(plants, [0.0, until], references, period=period, starts=1)
@@ -196,7 +196,8 @@ def test_motions_that_part_share_their_first_commands(coarse):
     excess = [one.score - r for one, r in zip(both, references, strict=True)]
     # to know which motion comes is worth something, and each is free after the parting
     assert 1e-3 < max(excess) < 0.5
-    assert max(one.difference for one in both) < 5e-3
+    # the engine's peaks lie between samples of the ground, which are coarse
+    assert max(one.difference for one in both) < 1e-2
 
 
 @pytest.mark.slow

@@ -1,5 +1,7 @@
 """One specimen in a series of tests: what it has been through goes on from run to run."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -123,12 +125,13 @@ GAIN, COOLING = 0.03, 30.0
 RESTS = (20.0, 600.0, 5.0, 60.0, 10.0, 10.0, 120.0, 5.0, 40.0)
 
 
+@cache
 def warming():
     """Runs of a spring and dashpot that its dissipation warms, and that cools in the rests."""
-    rng, dt = np.random.default_rng(7), 0.005
+    rng, dt = np.random.default_rng(7), 0.01
     runs, starts, warmth = [], [], 0.0
     for k, rest in enumerate(RESTS):
-        time = np.arange(0.0, 10.0, dt)
+        time = np.arange(0.0, 8.0, dt)
         w = 2 * np.pi * (1 + k % 3)
         x = (3e-3, 6e-3)[k % 2] * np.minimum(time, 1.0) * np.sin(w * time)
         v = np.gradient(x, dt)
@@ -168,6 +171,7 @@ def test_no_run_begins_warmer_than_the_one_before_has_ended():
     assert np.all(warmth[data.starts[1:-1]] <= warmth[data.starts[1:-1] - 1] + 1e-3)
 
 
+@pytest.mark.usefixtures("few_effects", "few_laws")
 def test_heating_is_named_although_the_rests_are_unknown():
     found = diagnose(warming()[0], "kelvin_voigt", tiers="causes")
     (cause,) = found.causes

@@ -19,6 +19,8 @@ from isolation_sim.laws import CurrentDependence, Device, law
 from isolation_sim.laws.registry import LAWS
 from isolation_sim.scenario import Scenario
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 N, DT = 600, 0.005
 TIME = DT * np.arange(N)
 OFFSET = 7.0

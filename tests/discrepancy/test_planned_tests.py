@@ -13,6 +13,8 @@ from isolation_sim.identification.campaign import Campaign, write_campaign
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.velocity import smooth
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 
 def sinusoid(amplitude, frequency, current, cycles=5, noise=0.0):
     time = np.arange(0.0, cycles / frequency, 1 / 200)

@@ -29,7 +29,7 @@ from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws.registry import LAWS
 from isolation_sim.workers import workers
 
-pytestmark = pytest.mark.usefixtures("few_laws")
+pytestmark = pytest.mark.usefixtures("few_laws", "no_drawing")
 STEP, N = 0.005, 500
 MOTIONS = ((3, 0.5), (4, 1.6), (6, 1.0), (8, 0.5), (9, 1.4), (12, 0.7), (12, 1.3), (15, 1.0))
 K, C, SQUEEZE = 9e3, 400.0, 2.5e7
@@ -128,6 +128,7 @@ def test_the_written_law_loads_fits_simulates_and_closes_the_ledger(diagnosis, c
     assert run.energy.closure_error < 1e-6
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_results_with_a_law_of_ones_own_can_be_moved(campaign, tmp_path):
     own = tmp_path / "work" / "my_law.py"
     own.parent.mkdir()
@@ -484,6 +485,7 @@ def test_an_effect_that_an_equation_makes_superfluous_is_dropped(campaign):
     assert rest.final.values[-2:] == pytest.approx([SQUEEZE, mass], rel=0.03)
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_friction_that_grows_along_the_stroke(campaign):
     """A spring whose friction, elastic over 0.4 mm, is 60 N in the middle and grows by 2.5 N/mm."""
     friction = Term("s", "s", "N/m", (Number("r", "m", "yields", 4e-4),), "v - np.fabs(v) * s / r")
@@ -664,6 +666,7 @@ def _with_current(amplitude_mm, frequency, seed, hold_out):
     return TestRun(run.name, time, x, v, force + noise, current, hold_out, velocity_measured=True)
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_the_rate_of_the_current_is_a_term(tmp_path):
     runs = [_with_current(*motion, k, k == 4) for k, motion in enumerate(MOTIONS)]
     campaign = Campaign("rate", "made", tuple(runs))
@@ -682,6 +685,7 @@ def test_the_rate_of_the_current_is_a_term(tmp_path):
     assert device.force(0.0, 0.0, states, 1.5) == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_numbers_between_those_of_the_library_are_found():
     """A bump where no candidate stands, and narrower than any."""
     runs = []

@@ -19,7 +19,7 @@ from isolation_sim.laws import LAWS
 
 RATE, SECONDS = 256, 12.0
 STIFFNESS, DAMPING, MASS = 2e4, 300.0, 12.0
-SEEDS = 16
+SEEDS = 8
 
 
 def campaign(seed, noise=0.03):

@@ -13,25 +13,27 @@ from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
 
-N, DT, NOISE = 800, 0.005, 0.005
+pytestmark = pytest.mark.usefixtures("few_laws")
+N, NOISE = 400, 0.005
+DURATION = 4.0
 
 
-def campaign(offset=0.0, unrelated=0.0, friction=0.0, held_out_size=6e-3):
+def campaign(offset=0.0, unrelated=0.0, friction=0.0, held_out_size=6e-3, n=N):
     """A spring and a dashpot with noise, and shares of the force that they do not have."""
     random = np.random.default_rng(5)
-    slow = butter(4, [0.5, 3.0], "bandpass", fs=1 / DT, output="sos")
-    time = DT * np.arange(N)
+    slow = butter(4, [0.5, 3.0], "bandpass", fs=n / DURATION, output="sos")
+    time = DURATION / n * np.arange(n)
     runs = []
     for k, size in enumerate((4e-3, 5e-3, held_out_size, 7e-3, 8e-3)):
         omega = 2 * np.pi * (0.7 + 0.2 * k)
         x, v = size * np.sin(omega * time), size * omega * np.cos(omega * time)
         force = 2e4 * x + 700.0 * v
         rms = 100.0  # about the force of them all
-        wandering = sosfiltfilt(slow, random.standard_normal(N))
+        wandering = sosfiltfilt(slow, random.standard_normal(n))
         force += rms * (offset + unrelated * wandering / np.std(wandering))
         force += rms * friction * np.tanh(v / 2e-3)
-        force += NOISE * rms * random.standard_normal(N)
-        runs.append(TestRun(f"run{k}", time, x, v, force, np.zeros(N), hold_out=k == 2))
+        force += NOISE * rms * random.standard_normal(n)
+        runs.append(TestRun(f"run{k}", time, x, v, force, np.zeros(n), hold_out=k == 2))
     return Campaign("made", "made", tuple(runs))
 
 
@@ -62,6 +64,7 @@ def test_a_weak_run_that_is_held_out_is_missed_by_noise_alone():
     assert found.error_before.held_out == pytest.approx(found.held_out_noise_floor, rel=0.3)
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_what_is_found_but_too_small_to_matter_is_negligible():
     assert [cause.name for cause in judged(offset=0.01).causes] == ["force_offset"]
     found = judged(offset=0.01, significance=0.03)
@@ -70,6 +73,7 @@ def test_what_is_found_but_too_small_to_matter_is_negligible():
     assert found.extended.law.effects == ()
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_a_cause_that_corrects_less_than_what_remains_only_acts_like_one():
     def labels(**hidden):
         return sorted(cause.label for cause in judged(friction=0.3, offset=0.03, **hidden).causes)
@@ -78,16 +82,18 @@ def test_a_cause_that_corrects_less_than_what_remains_only_acts_like_one():
     assert labels(unrelated=0.06) == ["acts like force_offset", "coulomb_friction"]
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_a_small_share_of_the_misfit_counts_where_it_is_most_of_what_remains():
     # less than the noise, and a thousandth of what friction removes
-    found = judged(friction=0.3, offset=0.0045)
+    found = judged(friction=0.3, offset=0.0045, n=2 * N)
     assert sorted(cause.name for cause in found.causes) == ["coulomb_friction", "force_offset"]
     assert found.verdict == "explained"
     assert all(share > 0.5 for cause in found.causes for share in cause.stability.values())
-    found = judged(friction=0.3, unrelated=0.0045)
+    found = judged(friction=0.3, unrelated=0.0045, n=2 * N)
     assert [cause.name for cause in found.causes] == ["coulomb_friction"]
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_explained_means_down_to_the_noise():
     assert judged(offset=0.1).verdict == "explained"
     # the offset removes 96 % of the squared misfit; what remains is four times the noise
@@ -102,13 +108,13 @@ def test_explained_means_down_to_the_noise():
 
 def test_interference_explains_what_the_right_law_misses():
     quiet = campaign()
-    runs = [replace(r, force=r.force + 3.0 * np.sin(2 * np.pi * 50 * r.time)) for r in quiet.runs]
+    runs = [replace(r, force=r.force + 3.0 * np.sin(2 * np.pi * 40 * r.time)) for r in quiet.runs]
     found = diagnose(replace(quiet, runs=tuple(runs)), "kelvin_voigt", threads=1)
-    assert [cause.form for cause in found.causes] == ["periodic at 50.00 Hz, adds to the force"]
+    assert [cause.form for cause in found.causes] == ["periodic at 40.00 Hz, adds to the force"]
     assert found.verdict == "explained" and found.unexplained_share == 0.0
 
 
-@pytest.mark.usefixtures("few_laws")
+@pytest.mark.usefixtures("few_effects")
 def test_slow_noise_is_not_said_to_be_an_error_of_the_simulation():
     found = judged(unrelated=0.02, tiers="auto")
     assert found.verdict == "unexplained" and not found.causes

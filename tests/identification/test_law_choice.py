@@ -58,7 +58,7 @@ def test_given_parameters_take_part_in_the_comparison(campaign_of, stiffness):
 def damper():
     """Spencer's damper under random motion by small steps of Heun, apart from the package."""
     k0, c0, k1, c1, F_y, rho = 4690.0, 2450.0, 500.0, 28590.0, 537.7, 46750.0
-    step, samples, fine = 0.005, 1500, 400
+    step, samples, fine = 0.005, 900, 200
     random, frequencies = np.random.default_rng(0), np.arange(1, 45) / 15
     phases = random.uniform(0, 2 * np.pi, len(frequencies))
     sizes = np.abs(random.standard_normal(len(frequencies))) / (1 + frequencies**2)
@@ -72,7 +72,7 @@ def damper():
     x, v = (scale * y for y in motion(time))
     inner = np.arange(samples * fine) * (step / fine)
     xs, vs = (scale * y for y in map(np.concatenate, zip(*(
-        motion(part) for part in np.array_split(inner, 200)), strict=True)))  # fmt: skip
+        motion(part) for part in np.array_split(inner, 60)), strict=True)))  # fmt: skip
     y = z = 0.0
     force, h = np.zeros(samples), step / fine
 

@@ -14,6 +14,8 @@ from isolation_sim.laws import LAWS
 from studies import building_record as study
 from studies.study import perform
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 
 @pytest.fixture(scope="module")
 def first(shared_data):
@@ -39,7 +41,7 @@ def test_storeys_found_above_the_base_follow_the_floors(first):
 
 RIVALS = (
     ("kelvin_voigt", "dahl"),
-    ("amplitude_softening", "coulomb_friction", "extra_relaxation", "stress_softening"),
+    ("amplitude_softening", "coulomb_friction", "stress_softening"),
 )
 ALL = tuple(LAWS), tuple(EFFECTS)
 
@@ -48,6 +50,7 @@ ALL = tuple(LAWS), tuple(EFFECTS)
     ("laws", "causes"), [RIVALS, pytest.param(*ALL, marks=pytest.mark.slow)], ids=["rivals", "all"]
 )
 def test_short_form(tmp_path, shared_data, monkeypatch, laws, causes):
+    monkeypatch.setattr(study, "SHORT_EVERY", 5)
     monkeypatch.setattr(device_tests, "choose_law", partial(choose_law, laws=laws))
     monkeypatch.setattr(device_tests, "EFFECTS", {name: EFFECTS[name] for name in causes})
     found, path = perform("building_record", tmp_path / "study", True)

@@ -14,6 +14,8 @@ from isolation_sim.identification.law_choice import choose_law
 from isolation_sim.laws import LAWS
 from studies.study import perform
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 RIVALS = (
     ("bouc_wen", "rate_dependent_bouc_wen"),
     ("inertia_force", "weak_rate_dependence"),

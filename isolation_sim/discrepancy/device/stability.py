@@ -81,9 +81,6 @@ def _costs(fitted: FittedModel, weights: NDArray) -> NDArray:
     squares = np.array([jacobian[run].T @ jacobian[run] for run in runs])
     slopes = np.array([jacobian[run].T @ residual[run] for run in runs])
     costs = np.array([residual[run] @ residual[run] for run in runs])
-    result = weights @ costs
-    for k, weight in enumerate(weights):
-        slope = weight @ slopes
-        inverse = np.linalg.pinv(np.tensordot(weight, squares, 1), DETERMINED, hermitian=True)
-        result[k] -= slope @ inverse @ slope
-    return result
+    slopes = weights @ slopes
+    inverse = np.linalg.pinv(np.tensordot(weights, squares, 1), DETERMINED, hermitian=True)
+    return weights @ costs - np.einsum("ki,kij,kj->k", slopes, inverse, slopes)

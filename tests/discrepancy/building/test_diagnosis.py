@@ -195,6 +195,7 @@ def test_what_no_cause_explains_is_blamed_on_none(isolated):
     assert diagnosis.error_before == diagnosis.error_after
 
 
+@pytest.mark.usefixtures("few_causes")
 def test_a_cause_stands_out_from_what_no_cause_explains(isolated):
     record = _swaying(_record(isolated, _heavier(0.5), seed=7), 0.1)
     space, cause_values = search_causes(
@@ -245,6 +246,7 @@ def test_a_search_is_reopened_with_half_of_the_held_out_time(isolated):
     assert two.fitting_more() is None and two.fitting_less() is None
 
 
+@pytest.mark.usefixtures("few_causes")
 def test_two_causes_are_both_named_and_held_out_records_judge(isolated):
     def both(model):
         return _heavier(0.15)(_damped(2e5)(model))
@@ -264,6 +266,7 @@ def test_two_causes_are_both_named_and_held_out_records_judge(isolated):
     assert "Held out: second" in noise_step.text
 
 
+@pytest.mark.usefixtures("few_causes")
 def test_a_drift_and_a_mass_that_it_hides_are_both_named_alone(isolated):
     record = _record(isolated, _heavier(0.1), seed=6)
     response = dict(record.response)
@@ -303,6 +306,7 @@ def test_a_clock_of_another_rate_is_named(isolated):
     assert cause.parameters["drift"].value == pytest.approx(1.5e-3, rel=0.05)
 
 
+@pytest.mark.usefixtures("few_causes")
 def test_a_contact_with_a_wall_that_dissipates_is_named(isolated):
     quiet = _record(isolated, noise=0.0)
     gap = 0.9 * float(np.abs(quiet.displacement("")).max())
@@ -317,6 +321,7 @@ def test_a_contact_with_a_wall_that_dissipates_is_named(isolated):
     assert cause.parameters["gap"].value == pytest.approx(gap, rel=0.03)
 
 
+@pytest.mark.usefixtures("few_causes")
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_wall_on_one_side_is_named_with_its_side(isolated, side):
     """The other way the base moves beyond the gap, freely."""

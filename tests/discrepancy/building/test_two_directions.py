@@ -20,6 +20,8 @@ from isolation_sim.discrepancy.diagnosis import Trace, groups_in_turn
 from isolation_sim.errors import InputError
 from isolation_sim.structures import plan_building
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 N = 100
 
 

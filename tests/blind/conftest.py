@@ -1,0 +1,14 @@
+"""Ground motions shorter than those of the study."""
+
+from functools import partial
+
+import pytest
+
+from studies.blind import buildings
+
+
+@pytest.fixture
+def short_motion(monkeypatch):
+    """Building records of 15 s in place of 25 s."""
+    short = partial(buildings.ground_motion, duration=15.0)
+    monkeypatch.setattr(buildings, "ground_motion", short)
