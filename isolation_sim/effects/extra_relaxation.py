@@ -13,6 +13,10 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Signals
+from .followers import positive
+
+_MOST = 30.0
+"""Extension over the length beyond which the dashpot flows no more easily."""
 
 
 def force(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -51,7 +55,10 @@ def stored_energy_two(x: Any, states: tuple, parameters: tuple) -> Any:
 def rates_eyring(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """The dashpot flows the more easily the larger its force is."""
     _, time, length = parameters
-    return (signals.v - length / time * np.sinh(states[0] / length),)
+    stretched = states[0] / length
+    # beyond it the spring is let go within less than a step
+    stretched = stretched - positive(stretched - _MOST) + positive(-stretched - _MOST)
+    return (signals.v - length / time * np.sinh(stretched),)
 
 
 STIFFNESS = EffectParameter(

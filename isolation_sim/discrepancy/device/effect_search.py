@@ -121,7 +121,9 @@ class EffectSearch:
         A simpler form of the same cause need only be as good: the other's values degenerate.
         """
         simpler = other.causes[-1] == model.causes[place] and len(other.values) < len(model.values)
-        least = 0.0 if simpler else SIGNIFICANT
+        # far from the noise, forms that are all wrong would take each other's place for long
+        left = max(model.cost - self.noise_cost, 0.0)
+        least = 0.0 if simpler else max(SIGNIFICANT, LEAST_PART * left)
         return self.penalised_cost(other) < self.penalised_cost(model) - least
 
     def _with_own_steps(self, fitted: FittedModel) -> FittedModel:
