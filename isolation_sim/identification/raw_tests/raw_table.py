@@ -60,16 +60,20 @@ class RawTable:
         if isinstance(column, np.ndarray):
             return column
         if all(map(is_number, column)):
-            return np.where(np.isinf(plain := np.array(column, float)), np.nan, plain)
-        numbers = np.full(len(column), np.nan)
-        for row, cell in enumerate(column):
-            if is_number(with_point(cell)):
-                numbers[row] = float(with_point(cell))
-            elif cell.lower() not in _MISSING:
-                place = f"{self.place}, line {self.lines[row]}, column {self.headings[k].text}"
-                raise InputError(place, repr(cell), "a number, or an empty cell")
+            numbers = np.array(column, float)
+        else:
+            numbers = np.array([self._number(k, row, cell) for row, cell in enumerate(column)])
         numbers[np.isinf(numbers)] = np.nan
         return numbers
+
+    def _number(self, k: int, row: int, cell: str) -> float:
+        """Number in a cell of column k; NaN where it is missing."""
+        if is_number(with_point(cell)):
+            return float(with_point(cell))
+        if cell.lower() not in _MISSING:
+            place = f"{self.place}, line {self.lines[row]}, column {self.headings[k].text}"
+            raise InputError(place, repr(cell), "a number, or an empty cell")
+        return np.nan
 
 
 def tables_of_rows(path: Path, part: str, rows: Sequence[Row]) -> list[RawTable]:
