@@ -13,7 +13,7 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Signals
-from .followers import positive
+from .followers import beyond
 
 _MOST = 30.0
 """Extension over the length beyond which the dashpot flows no more easily."""
@@ -56,9 +56,8 @@ def rates_eyring(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """The dashpot flows the more easily the larger its force is."""
     _, time, length = parameters
     stretched = states[0] / length
-    # beyond it the spring is let go within less than a step
-    stretched = stretched - positive(stretched - _MOST) + positive(-stretched - _MOST)
-    return (signals.v - length / time * np.sinh(stretched),)
+    # beyond _MOST the spring is let go within less than a step
+    return (signals.v - length / time * np.sinh(stretched - beyond(stretched, _MOST)),)
 
 
 STIFFNESS = EffectParameter(

@@ -28,11 +28,15 @@ _SMALL_GAP = 1e-6
 """m: a gap well below it does not part the device from the rig."""
 
 
+def _from_0_to_1(value: Any) -> Any:
+    above = positive(value)
+    return above - positive(above - 1)
+
+
 def _contact(away: Any, gap: Any) -> tuple:
     """Distance beyond the gap, m, and how far contact has taken hold, 0 to 1."""
     depth = gap / 10 + _NO_GAP
-    hold = positive((np.fabs(away) - gap) / (2 * depth) + 0.5)
-    hold = hold - positive(hold - 1)
+    hold = _from_0_to_1((np.fabs(away) - gap) / (2 * depth) + 0.5)
     pressed = depth * hold**2 + positive(np.fabs(away) - gap - depth)
     return np.sign(away) * pressed, hold
 
@@ -53,8 +57,7 @@ def kept_back(signals: Signals, states: tuple, parameters: tuple) -> Any:
     (gap,) = parameters
     away, force = signals.x - states[0], signals.force
     # at the end of its gap the linkage is closed even at rest; it opens at 0.8 of the gap
-    hold = positive((np.fabs(away) - 0.8 * gap) / (0.1 * gap + _NO_GAP))
-    hold = hold - positive(hold - 1)
+    hold = _from_0_to_1((np.fabs(away) - 0.8 * gap) / (0.1 * gap + _NO_GAP))
     pushed = positive(force) * (away > 0) - positive(-force) * (away < 0)
     return gap / (gap + _SMALL_GAP) * (hold * pushed - force)
 
@@ -74,6 +77,7 @@ GAP = EffectParameter(
     "gap", "m", "half of the free play", lower=0.0, strength=True, starts=(0.01, 0.03, 0.1),
     difference=0.05,
 )  # fmt: skip
+KEEP = Quantity("keep", "m", "deformation from which the play is measured")
 
 FORMS = (
     Effect(
@@ -81,7 +85,7 @@ FORMS = (
         form="play",
         title="Linkage backlash",
         parameters=(GAP,),
-        states=(Quantity("keep", "m", "deformation from which the play is measured"),),
+        states=(KEEP,),
         start=start,
         rates=rates,
         motion=motion,
@@ -92,7 +96,7 @@ FORMS = (
         form="open",
         title="Linkage backlash that lets go",
         parameters=(GAP,),
-        states=(Quantity("keep", "m", "deformation from which the play is measured"),),
+        states=(KEEP,),
         start=start,
         rates=rates,
         motion=motion,

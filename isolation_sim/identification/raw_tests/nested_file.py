@@ -69,10 +69,8 @@ def read_hdf5(path: Path) -> list[RawTable]:
 def _of_lists(value: Any) -> Any:
     """JSON values with arrays in place of lists of numbers, and of numbers by row; null is NaN."""
     if isinstance(value, dict):
-        if len(value) >= MINIMUM_SAMPLES and all(
-            isinstance(each, float | int | None) for each in value.values()
-        ):
-            return np.array([*value.values()], float)
+        if len(value) >= MINIMUM_SAMPLES and all(map(_is_sample, value.values())):
+            return np.array([*value.values()], float)  # by the number of the sample
         return {key: _of_lists(each) for key, each in value.items()}
     if not isinstance(value, list) or not value:
         return value
