@@ -136,9 +136,7 @@ def _felt(draws: NDArray, sensors: NDArray, n: int, n_directions: int) -> tuple[
     return np.mean(np.abs(along) ** 2, axis=0) / 2, vectors
 
 
-def _ground_shares(
-    residuals: NDArray, sensors: NDArray, felt: tuple[NDArray, NDArray]
-) -> NDArray:
+def _ground_shares(residuals: NDArray, sensors: NDArray, felt: tuple[NDArray, NDArray]) -> NDArray:
     """Noise of the ground's sensors over its upper limits, from the part that channels share."""
     # Strong shaking is never without fast motion, so that what lies above the band bounds the noise
     # of the ground's sensor but seldom is it. The residual's part along what such noise does to the
