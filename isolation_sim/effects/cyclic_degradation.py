@@ -9,6 +9,8 @@ Forms:
     unlimited      exp(-c W),                    W' = F v
     inelastic, inelastic_unlimited    the last two with W' = (F - k x) v, k the secant stiffness as
                                       in self-heating by dissipation
+    core           1 / (1 + c W) of F - k x alone,    W' = (F - k x) v, of the force that is left:
+                   the yield force falls, and the rubber of stiffness k beside it does not
 
 Elastic work swings the W of dissipation and unlimited within a cycle and cancels over it, as it
 does the warmth of self-heating. The unlimited ones are self-heating that never cools: the data
@@ -21,7 +23,7 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Past, Signals
-from .followers import SECANT, positive, without_elastic
+from .followers import RUBBER, SECANT, of_core, positive, without_elastic
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -94,6 +96,21 @@ def _inelastic(signals: Signals, states: tuple, left: Any) -> tuple:
 def carried_inelastic(past: Past, parameters: tuple) -> tuple:
     """Work of earlier tests that was not given back; no motion remembered."""
     return (past.dissipated, 0.0 * past.dissipated, 0.0 * past.dissipated)
+
+
+def core(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Loss of force of the yielding part."""
+    return (_strength(states, parameters) - 1) * of_core(signals, parameters[1])
+
+
+def rates_core(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Work of the yielding part, by the force that is left."""
+    return (_strength(states, parameters) * of_core(signals, parameters[1]) * signals.v,)
+
+
+def _strength(states: tuple, parameters: tuple) -> Any:
+    """Share of the yield force that is left."""
+    return 1 / (1 + parameters[0] * positive(states[0]))
 
 
 TRAVEL = Quantity("travel", "m", "way travelled")
@@ -207,6 +224,19 @@ FORMS = (
         rates=rates_inelastic_unlimited,
         needs=frozenset({"force"}),
         source="damage in proportion to the dissipated energy and to what is left",
+        gradual=True,
+    ),
+    Effect(
+        cause="cyclic_degradation",
+        form="core",
+        title="Cyclic degradation of the yield force",
+        parameters=(PER_ENERGY, RUBBER),
+        states=(DISSIPATED,),
+        force=core,
+        carried=carried_dissipation,
+        rates=rates_core,
+        needs=frozenset({"force"}),
+        source="Baber & Noori (1985): strength over 1 + c W, W the energy of the hysteretic part",
         gradual=True,
     ),
 )  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..laws.law import Quantity
-from .effect import Signals
+from .effect import EffectParameter, Signals
 
 RISE = 2e-3
 """s: lag with which a peak is followed upwards; short beside any cycle of a structure."""
@@ -32,6 +32,18 @@ def without_elastic(signals: Signals, means: tuple) -> tuple[Any, tuple]:
     secant = product / (positive(square) + REST**2)
     rates = (signals.force * signals.x - product) / WINDOW, (signals.x**2 - square) / WINDOW
     return signals.force - secant * signals.x, rates
+
+
+RUBBER = EffectParameter(
+    "stiffness", "N/m", "stiffness of the rubber, which does not weaken", lower=0.0,
+    starts=(0.5, 0.2),
+)  # fmt: skip
+"""Parameter of ``of_core``."""
+
+
+def of_core(signals: Signals, stiffness: Any) -> Any:
+    """Force of a lead core or a slider beside the rubber, before it weakens."""
+    return signals.force - stiffness * signals.x
 
 
 def positive(value: Any) -> Any:

@@ -21,7 +21,7 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Past, Signals
-from .followers import SECANT, positive, without_elastic
+from .followers import RUBBER, SECANT, of_core, positive, without_elastic
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -61,19 +61,14 @@ def _rate(signals: Signals, h: Any, factor: Any, parameters: tuple) -> Any:
 
 def core(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Loss of force of the core."""
-    return (exponential(signals, states, parameters) - 1) * _of_core(signals, parameters)
+    return (exponential(signals, states, parameters) - 1) * of_core(signals, parameters[2])
 
 
 def rates_core(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Heat from the core, heat out."""
     gain, cooling, _ = parameters
-    force = exponential(signals, states, parameters) * _of_core(signals, parameters)
+    force = exponential(signals, states, parameters) * of_core(signals, parameters[2])
     return (gain * force * signals.v - states[0] / cooling,)
-
-
-def _of_core(signals: Signals, parameters: tuple) -> Any:
-    """Force of the cold core."""
-    return signals.force - parameters[2] * signals.x
 
 
 def rates_dissipation(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -126,13 +121,7 @@ FORMS = (
         cause="self_heating",
         form="core",
         title="Self-heating of the core",
-        parameters=(
-            *PARAMETERS,
-            EffectParameter(
-                "stiffness", "N/m", "stiffness of the rubber, which does not weaken", lower=0.0,
-                starts=(0.5, 0.2),
-            ),
-        ),
+        parameters=(*PARAMETERS, RUBBER),
         states=(WARMTH,),
         rates=rates_core,
         force=core,

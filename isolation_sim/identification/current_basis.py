@@ -12,7 +12,7 @@ from ..errors import InputError
 from .campaign import Campaign
 from .run_table import TestRun
 
-_STEADY = 0.02
+STEADY = 0.02
 """Standard deviation of a run's current, and difference of two, over the largest one, up to which
 a current is steady and two are one."""
 
@@ -21,7 +21,7 @@ def tested_currents(currents: Sequence[NDArray]) -> NDArray:
     """Currents of some runs, increasing, A; nominal ones where every run keeps its own to noise."""
     seen = np.unique(np.round(np.concatenate([np.unique(current) for current in currents]), 6))
     noise = max(float(np.std(current)) for current in currents)
-    same = _STEADY * float(np.max(np.abs(seen)))
+    same = STEADY * float(np.max(np.abs(seen)))
     if not 1e-6 < noise < same:
         return seen
     levels = group_currents([float(np.mean(current)) for current in currents], same)

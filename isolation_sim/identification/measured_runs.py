@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects.effect import REFERENCE_TEMPERATURE, Past
+from .current_basis import STEADY
 from .force_channel import Averaging, find_averaging, moving_average
 from .holds import hold_still
-from .noise import channel_noise, sensor_noise
+from .noise import channel_noise, sensor_noise, white_noise
 from .run_starts import find_starts
 from .run_table import TestRun
 from .sensitivities import Motion
@@ -28,6 +29,8 @@ _SAME_CURRENT = 0.05
 """Difference over the largest current up to which runs have one current. Convention."""
 RUNAWAY = 10.0
 """Multiple of the largest measured force beyond which a model diverges."""
+_WHITE = 0.7
+"""Part of a steady current's deviation that white noise must have: a drift has more. Convention."""
 _JUMP = 0.05
 """Change of the current from sample to sample, over the largest current, from which it jumps.
 Convention, seen on clean campaigns with anti-aliasing filters."""
@@ -232,7 +235,7 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
         v=np.concatenate([v for _, v, _ in motions]),
         a=np.concatenate([a for _, _, a in motions]),
         force=np.concatenate([run.force for run in runs]),
-        current=np.concatenate([run.current for run in runs]),
+        current=np.concatenate(_without_noise([run.current for run in runs])),
         temperature=np.concatenate(
             [
                 np.full(n, REFERENCE_TEMPERATURE) if one is None else one
@@ -263,6 +266,18 @@ def _motion(run: TestRun) -> tuple[NDArray, NDArray, NDArray]:
     x, _, a = smooth(run.displacement, run.step)
     a = a if run.acceleration is None else run.acceleration
     return hold_still(x, run.velocity, a, run.step)
+
+
+def _without_noise(currents: Sequence[NDArray]) -> list[NDArray]:
+    """Currents of the runs; the mean of one that is steady up to white noise of its channel."""
+    # a law's force follows the channel's noise, and a lag would be named for smoothing it
+    small = STEADY * max(float(np.max(np.abs(current))) for current in currents)
+    result = []
+    for current in currents:
+        deviation = float(np.std(current))
+        steady = 0 < deviation < small and white_noise(current) > _WHITE * deviation
+        result.append(np.full_like(current, np.mean(current)) if steady else current)
+    return result
 
 
 def _beside_jumps(currents: Sequence[NDArray]) -> NDArray:

@@ -15,6 +15,8 @@ from ..laws.law import Law, StateScaling
 from .characteristic_scales import characteristic_scale
 from .current_basis import bernstein
 
+_VANISHING = 0.02
+"""Part of its mean over the currents below which a parameter vanishes at one of them. Convention."""
 _ON = 0.1
 """Share of its start with which a parameter is fitted again."""
 _DECADES = (0.7, 1.5)
@@ -175,6 +177,15 @@ class Parameterisation:
         if not gone.any():
             return None
         return np.where(gone, np.clip(_ON * start, self.lower, self.upper), end)
+
+    def evened(self, values: NDArray) -> NDArray | None:
+        """Return unknowns without parameters that vanish at some currents; None if none does."""
+        # where an element is off nothing depends on its other parameters, and a search stays there
+        rows = values.reshape(len(self.free), -1)
+        mean = rows.mean(axis=1, keepdims=True)
+        from_zero = np.array([q.lower == 0 for q in self.free])[:, None]
+        vanishing = from_zero & (rows.min(axis=1, keepdims=True) < _VANISHING * mean)
+        return np.where(vanishing, mean, rows).ravel() if vanishing.any() else None
 
     def starts(self, number: int, seed: int) -> list[NDArray]:
         """Published numbers, if there are any, then random ones of the data's magnitude."""

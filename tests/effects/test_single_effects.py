@@ -257,6 +257,14 @@ def test_heat_comes_to_an_equilibrium():
         assert abs(rate) < 1e-10
 
 
+def test_wear_of_a_core_leaves_the_rubber_alone():
+    one = effect("cyclic_degradation", "core")
+    signals = REST._replace(x=0.01, v=0.05, force=300.0)
+    # a work of 1 / c halves the yield force, and a half of it does work
+    assert one.force(signals, (50.0,), (0.02, 1e4)) == pytest.approx(-100.0)
+    assert one.rates(signals, (50.0,), (0.02, 1e4)) == pytest.approx((100.0 * 0.05,))
+
+
 def test_heat_of_a_core_leaves_the_rubber_alone():
     one = effect("self_heating", "core")
     signals = REST._replace(x=0.01, v=0.05, force=300.0)

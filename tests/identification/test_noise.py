@@ -105,6 +105,23 @@ def test_white_noise_of_a_channel_has_no_corner():
     np.testing.assert_array_equal(found.deviation[:-1], white_ones)
 
 
+def test_friction_that_reverses_in_a_bearing_is_no_filtered_noise():
+    """Harmonics of a few ramped cycles are broad, and look like a plateau with a corner."""
+    random = np.random.default_rng(8)
+    forces, motions = [], []
+    for amplitude, frequency in ((2, 0.5), (4, 1.0), (8, 2.0)):
+        for friction in (8.0, 4.0, 2.0, 1.0):
+            time = np.arange(0, 4 / frequency + 0.6, 1 / 200)
+            cycles = np.clip((time - 0.3) * frequency, 0, 4)
+            x = amplitude * np.minimum(np.minimum(cycles, 4 - cycles), 1) * np.sin(2 * np.pi * cycles)
+            slip = np.tanh(np.gradient(x, time) / (2 * amplitude * frequency))
+            forces.append(10 * x + friction * slip + 0.3 * random.standard_normal(time.size))
+            motions.append(x)
+    found = channel_noise(forces, [1 / 200] * len(forces), motions)
+    assert found.corner == np.inf
+    np.testing.assert_allclose(found.deviation, 0.3, rtol=0.3)
+
+
 def test_drawn_noise_has_unit_variance_and_its_corner():
     random = np.random.default_rng(5)
     drawn = [coloured_noise(random, TIME.size, 1 / RATE, CORNER) for _ in range(5)]

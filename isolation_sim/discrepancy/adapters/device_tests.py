@@ -312,8 +312,13 @@ class DeviceTests(Problem[FittedModel]):
         return None if nearly is None else self.space.revise(nearly)
 
     def _needed(self, best: FittedModel) -> FittedModel:
-        """Drop effects that most fits from other runs do not need."""
+        """Drop effects that chance explains beside the others, or most fits from other runs."""
         while best.effects:
+            gains = [self._gain(best, place) for place in range(len(best.effects))]
+            least = int(np.argmin(gains))
+            if len(gains) > 1 and gains[least] < SIGNIFICANT:
+                best = self.space.without(best, least)
+                continue
             shares = [one.needed for one in stability(self.space, best, self.seed)]
             least = int(np.argmin(shares))
             if shares[least] >= NEEDED:
@@ -321,6 +326,11 @@ class DeviceTests(Problem[FittedModel]):
             self.unstable.append(best.effects[least].title)
             best = self.space.without(best, least)
         return best
+
+    def _gain(self, model: FittedModel, place: int) -> float:
+        """Decrease of the cost by one effect, over that by noise, once the others follow."""
+        without = self.space.without(model, place)
+        return (without.cost - model.cost) / self.space.noise_gain(without, model)
 
     def _extend(self, best: FittedModel) -> None:
         """Take the effects of a searched model, and fit them to all samples."""

@@ -200,7 +200,11 @@ def refit(one: FittedModel) -> FittedModel:
     model = one.model
     if model.expected is None:
         return one
-    start = np.concatenate([model.expected, one.values[model.n_law :]])
-    other = fit_model(model, start, most=30, tolerance=1e-4)
-    better = one if one.cost <= other.cost else other
+    begin = [model.expected, model.parameterisation.evened(model.expected)]
+    others = [
+        fit_model(model, np.concatenate([law, one.values[model.n_law :]]), 30, 1e-4)
+        for law in begin
+        if law is not None
+    ]
+    better = min([one, *others], key=lambda f: f.cost)
     return fit_model(model, better.values)
