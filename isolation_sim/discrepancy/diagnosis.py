@@ -309,7 +309,8 @@ class Diagnosis(Printed):
         ladder = self.ladder
         not_measured = ladder.inexplicable if ladder is not None else float("nan")
         noise = self.noise.held_out
-        return meaning(self.verdict, self.error_before.held_out, noise, not_measured)
+        before = self.error_before.held_out
+        return meaning(self.verdict, before, noise, self.unexplained, not_measured)
 
     @property
     def noise(self) -> Errors:

@@ -59,14 +59,15 @@ def _verdict_step(
     problem: Problem[H], result: SearchResult[H], evaluation: Evaluation, causes: Sequence[Cause],
     verdict: Verdict,
 ) -> Step:  # fmt: skip
-    sentences = [meaning(verdict, evaluation.before.held_out, evaluation.noise.held_out)]
+    before, noise = evaluation.before.held_out, evaluation.noise.held_out
+    sentences = [meaning(verdict, before, noise, evaluation.unexplained)]
     if causes:
         change = _change(evaluation.before, evaluation.after)
-        noise = evaluation.noise
-        alone = f"; noise alone leaves {100 * noise.fit:.2f}"
+        fitted = evaluation.noise.fit
+        alone = f"; noise alone leaves {100 * fitted:.2f}"
         if evaluation.after.held_out > 0:
-            alone += f" and {100 * noise.held_out:.2f}"
-        sentences.append(change + (f"{alone} %." if np.isfinite(noise.fit) else "."))
+            alone += f" and {100 * noise:.2f}"
+        sentences.append(change + (f"{alone} %." if np.isfinite(fitted) else "."))
     text, headings, rows = problem.outcome_text(result, evaluation, causes)
     return Step(
         "Verdict", " ".join([*sentences, text]).strip(), headings, rows,

@@ -15,6 +15,11 @@ MEANINGS: dict[Verdict, str] = {
     "unexplained": "The simulation gets something wrong that none of the known causes explains.",
 }
 """Each verdict in a sentence."""
+NEARLY = (
+    "Nearly all of the misfit is explained. The small remainder is more than noise, or one of the "
+    "causes only acts like the right one."
+)
+"""The verdict "partly explained" where the causes leave little."""
 FITTED_ONLY = (
     "The simulation reproduces the fitted data within their noise: no effect is missing there. "
     "It misses the data held out by more: the fitted data do not determine it there, or something "
@@ -30,13 +35,16 @@ NOT_MEASURED = (
 
 
 def meaning(
-    verdict: Verdict, held_out: float, noise: float, not_measured: float = float("nan")
-) -> str:
+    verdict: Verdict, held_out: float, noise: float, left: float,
+    not_measured: float = float("nan"),
+) -> str:  # fmt: skip
     """A verdict in a sentence."""
-    # By the held-out error before any cause, that of noise alone, and the share of the misfit that
-    # no measured variable explains, if the tiers have shown it.
+    # By the held-out error before any cause, that of noise alone, and the shares of the misfit that
+    # the causes leave and that no measured variable explains, if the tiers have shown it.
     if verdict == "unexplained" and not_measured > 1 - NEARLY_ALL:
         return NOT_MEASURED
+    if verdict == "partly_explained" and left < NEARLY_ALL:
+        return NEARLY
     if verdict == "adequate" and held_out**2 > FITTED_ALONE * noise**2:
         return FITTED_ONLY
     return MEANINGS[verdict]

@@ -39,7 +39,7 @@ SOFTENING = EffectParameter(
     strength=True, starts=(0.005,),
 )  # fmt: skip
 ACTIVATION = EffectParameter(
-    "activation", "degC", "activation energy over gas constant", lower=-1e4, upper=1e4,
+    "activation", "K", "activation energy over gas constant", lower=-1e4, upper=1e4,
     strength=True, starts=(500.0,),
 )  # fmt: skip
 

@@ -73,6 +73,8 @@ _ALONE, _FAR_WORSE = 2 / 3, 3.0
 run alone makes the misfit. Convention."""
 _SAME_MOTION = 0.03
 """Relative difference up to which two runs repeat one motion and current. Convention."""
+_SAME_TEMPERATURE = 3.0
+"""Difference in degC up to which such runs have one temperature: 1 % of force or so. Convention."""
 _REPEATED = 0.02
 """Relative difference of the forces of repeated runs that is noted. Convention."""
 _ROUNDED = 8.0
@@ -409,6 +411,10 @@ def _repeated(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, TestRun, int]]
         n, longer = sorted((len(first.time), len(second.time)))
         if abs(first.step - second.step) > 1e-6 * second.step or n < 0.9 * longer:
             continue
+        if first.temperature is not None and second.temperature is not None:
+            warmer = float(np.mean(first.temperature) - np.mean(second.temperature))
+            if abs(warmer) > _SAME_TEMPERATURE:
+                continue
         channels = ((run.displacement[:n], run.current[:n]) for run in (first, second))
         if all(
             np.linalg.norm(a - b) <= _SAME_MOTION * np.linalg.norm(b)

@@ -16,7 +16,7 @@ from .characteristic_scales import characteristic_scale
 from .current_basis import bernstein
 
 _VANISHING = 0.02
-"""Part of its mean over the currents below which a parameter vanishes at one of them. Convention."""
+"""Part of its mean over the currents below which a parameter vanishes at one. Convention."""
 _ON = 0.1
 """Share of its start with which a parameter is fitted again."""
 _DECADES = (0.7, 1.5)

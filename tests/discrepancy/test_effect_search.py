@@ -149,6 +149,22 @@ def test_a_model_is_completed_where_held_out_runs_agree(second, cost, held_out, 
     assert bool(problem.unstable) is not added
 
 
+def test_a_cause_that_chance_explains_beside_the_others_is_dropped(monkeypatch):
+    costs = {("heat", "wear"): 1000, ("heat",): 1010, ("wear",): 5000}
+
+    class Alone(Space):
+        def without(self, model, place):
+            rest = model.effects[:place] + model.effects[place + 1 :]
+            return fitted(costs[rest], *rest)
+
+    needed = SimpleNamespace(needed=1.0)
+    monkeypatch.setattr(device_tests, "stability", lambda *_: [needed])
+    problem = DeviceTests.__new__(DeviceTests)
+    problem.space, problem.seed, problem.unstable = Alone(), 0, []
+    costs[()] = 1e4
+    assert problem._needed(fitted(1000, "heat", "wear")).effects == ("heat",)
+
+
 @pytest.mark.parametrize(("cost", "taken"), [(1500, True), (2500, False)])
 def test_causes_take_the_place_of_a_state_of_each_run(monkeypatch, cost, taken):
     """If they leave less than twice what it leaves, their parameters included."""

@@ -126,6 +126,12 @@ def test_nothing_is_said_of_data_in_which_nothing_is_wrong(runs):
     assert data_notes(runs, np.zeros(len(runs))) == []
 
 
+def test_runs_at_other_temperatures_do_not_repeat_each_other(runs):
+    cold = replace(runs[4], force=0.9 * runs[4].force, temperature=np.full(len(TIME), -10.0))
+    warm = [replace(one, temperature=np.full(len(TIME), 20.0)) for one in runs[:4]]
+    assert data_notes([*warm, cold], np.zeros(5)) == []
+
+
 @pytest.mark.parametrize("name", WRONG)
 def test_what_is_wrong_is_said(name, runs):
     change, said = WRONG[name]

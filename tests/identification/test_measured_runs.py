@@ -43,6 +43,17 @@ def fitted(runs):
     return np.asarray(device.parameters_at(0.0))
 
 
+def test_a_current_that_is_steady_up_to_noise_is_its_mean(runs):
+    noise = 0.005 * np.random.default_rng(4).standard_normal(N)
+    drift = np.linspace(-0.02, 0.02, N)
+    currents = (1.0 + noise, 1.0 + drift + noise / 5, 1.0 + 0.5 * np.sign(drift) + noise)
+    runs = [replace(run, current=one) for run, one in zip(runs, currents, strict=True)]
+    first, *others = np.split(measured_runs(runs).current, 3)
+    np.testing.assert_allclose(first, np.mean(currents[0]), rtol=1e-12)
+    for found, given in zip(others, currents[1:], strict=True):
+        np.testing.assert_array_equal(found, given)
+
+
 def test_runs_count_by_their_noise_under_the_right_law(runs):
     by_noise = least_squares(runs, NOISE)
     assert fitted(runs) == pytest.approx(by_noise, rel=2e-4)

@@ -113,7 +113,11 @@ def test_friction_that_reverses_in_a_bearing_is_no_filtered_noise():
         for friction in (8.0, 4.0, 2.0, 1.0):
             time = np.arange(0, 4 / frequency + 0.6, 1 / 200)
             cycles = np.clip((time - 0.3) * frequency, 0, 4)
-            x = amplitude * np.minimum(np.minimum(cycles, 4 - cycles), 1) * np.sin(2 * np.pi * cycles)
+            x = (
+                amplitude
+                * np.minimum(np.minimum(cycles, 4 - cycles), 1)
+                * np.sin(2 * np.pi * cycles)
+            )
             slip = np.tanh(np.gradient(x, time) / (2 * amplitude * frequency))
             forces.append(10 * x + friction * slip + 0.3 * random.standard_normal(time.size))
             motions.append(x)

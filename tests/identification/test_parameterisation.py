@@ -25,6 +25,12 @@ def test_what_a_search_has_switched_off_begins_again_weaker():
     assert p.switched_on(began_off, np.array([3e4, 2e4, 0.0, 0.0])) is None
 
 
+def test_what_vanishes_at_one_current_has_its_mean_at_all():
+    p = Parameterisation(LAWS["kelvin_voigt"], np.array([0.0, 2.0]), (300.0, 8e-3, 0.2), {})
+    assert p.evened(np.array([1e4, 3e4, 40.0, 0.0])).tolist() == [1e4, 3e4, 20.0, 20.0]
+    assert p.evened(np.array([1e4, 3e4, 40.0, 60.0])) is None
+
+
 def test_a_number_in_a_power_of_a_length_is_compared_by_its_length():
     """The same corner with another exponent: beta alone is 10^5 times as large."""
     p = Parameterisation(LAWS["bouc_wen"], np.array([0.0]), (100.0, 2e-2, 0.1), {"A": 1.0})

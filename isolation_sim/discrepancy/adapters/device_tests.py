@@ -552,14 +552,14 @@ class DeviceTests(Problem[FittedModel]):
             + f" {quantity.unit}" * (quantity.unit != "1")
             for quantity in effect.parameters
         )
+        samples = f"the {int(np.sum(self.validation_samples))} samples {where}"
         # a law that depends on the effect may fail without it
         larger = (
-            f"is {ratio:.3g} times as large" if np.isfinite(ratio)
-            else "unknown: the law fails"
+            f"the residual on {samples} is {ratio:.3g} times as large" if np.isfinite(ratio)
+            else f"the fitted law diverges on {samples}"
         )  # fmt: skip
         return (
-            f"Without {in_sentence(effect.title)} the residual on the "
-            f"{int(np.sum(self.validation_samples))} samples {where} {larger}; it removes "
+            f"Without {in_sentence(effect.title)} {larger}; it removes "
             f"{100 * share:.0f} % of the misfit with {numbers}.{_remarks(effect)}"
         )
 
@@ -686,10 +686,12 @@ class DeviceTests(Problem[FittedModel]):
         notes = " ".join(
             f"{note}." for note in (*self.data_notes, start_note(data.periods, law)) if note
         )
+        low, high = data.current.min(), data.current.max()
+        currents = f", currents {low:.3g} to {high:.3g} A" if low < high or high else ""
         return Text(
             f"{len(runs)} run{'s' * (len(runs) > 1)}, {duration:.0f} s in all, deformations up "
-            f"to {1e3 * np.max(np.abs(data.x)):.3g} mm, currents {data.current.min():.3g} to "
-            f"{data.current.max():.3g} A. {held_out} held out to validate the result. "
+            f"to {1e3 * np.max(np.abs(data.x)):.3g} mm{currents}. "
+            f"{held_out} held out to validate the result. "
             f"{notes or 'Nothing looks wrong in the data.'}"
         )
 
