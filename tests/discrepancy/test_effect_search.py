@@ -97,6 +97,7 @@ def test_a_small_share_counts_of_a_named_effect_that_leaves_far_less():
     models = fitted(1100, "heat"), fitted(400, "heat", "wear")
     assert space.completes(*models)
     assert not space.completes(models[0], fitted(600, "heat", "wear"))
+    assert not space.completes(fitted(21, "heat"), fitted(2, "heat", "wear"))  # by chance
     costs = np.full(2, 1100.0), np.array([400.0, 600.0])
     small = np.ones(2), np.full(2, 1e5)  # sizes of the sets of runs, misfit of the law
     assert space.helps(*models, *costs, *small).tolist() == [False, False]

@@ -281,6 +281,9 @@ class EffectSearch:
     def completes(self, without: FittedModel, extended: FittedModel) -> bool:
         """Whether a model leaves far less above the noise than one with a cause less does."""
         before, after = np.array(without.cost), np.array(extended.cost)
+        # where little is left, chance makes that far less
+        if not before - after > SIGNIFICANT * self.noise_gain(without, extended):
+            return False
         return bool(self.leaves_far_less(before, after, np.array(1.0)))
 
     def leaves_far_less(self, cost_without: NDArray, cost: NDArray, size: NDArray) -> NDArray:
