@@ -310,7 +310,7 @@ class Diagnosis(Printed):
         not_measured = ladder.inexplicable if ladder is not None else float("nan")
         noise = self.noise.held_out
         before = self.error_before.held_out
-        return meaning(self.verdict, before, noise, self.unexplained, not_measured)
+        return meaning(self.verdict, before, noise, self.unexplained_share, not_measured)
 
     @property
     def noise(self) -> Errors:
