@@ -43,7 +43,6 @@ def test_short_form(tmp_path, monkeypatch, names):
         monkeypatch.setattr(study, "CYCLES", 6)
         monkeypatch.setattr(model, "CYCLES", 6)
         monkeypatch.setattr(model, "LOOP_FOLDS", 6)
-        monkeypatch.setattr(model, "LOOP_LAWS", 3)
         compared = {
             cause: tuple(each for each in EFFECTS[cause] if each.form in forms)
             for cause, forms in names.items()
