@@ -13,7 +13,7 @@ import re
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import version
@@ -112,7 +112,7 @@ def name_of_text(kind: str, text: str) -> str:
 def name_of_content(kind: str, content: object, write: Callable[[], str]) -> str:
     """Name by the content, all sources of its writer, and the version of CasADi."""
     sources = map(_content, sources_of(write))
-    return _name(kind, [repr(content).encode(), version("casadi").encode(), *sources])
+    return _name(kind, [repr(content).encode(), _version("casadi").encode(), *sources])
 
 
 def sources_of(write: Callable[[], str]) -> list[Path]:
@@ -123,8 +123,16 @@ def sources_of(write: Callable[[], str]) -> list[Path]:
 def _name(kind: str, parts: list[bytes]) -> str:
     digest = hashlib.sha256()
     for part in parts:
-        digest.update(hashlib.sha256(part).digest())
+        digest.update(_digest(part))
     return f"{kind}_{digest.hexdigest()[:20]}"
+
+
+_version = lru_cache(version)
+
+
+@lru_cache(maxsize=512)
+def _digest(part: bytes) -> bytes:
+    return hashlib.sha256(part).digest()
 
 
 @lru_cache
@@ -132,7 +140,7 @@ def _content(path: Path) -> bytes:
     return path.read_bytes()
 
 
-def _closure(result: set[Path]) -> set[Path]:
+def _closure(result: Set[Path]) -> Set[Path]:
     """These files and all files of the package that they import."""
     waiting = list(result)
     while waiting:
@@ -143,9 +151,10 @@ def _closure(result: set[Path]) -> set[Path]:
     return result
 
 
-def _package_files(text: str, path: Path | None) -> set[Path]:
+@lru_cache(maxsize=512)
+def _package_files(text: str, path: Path | None) -> frozenset[Path]:
     """Files of the package that a text imports; relative names are relative to its path."""
-    result = set()
+    result: set[Path] = set()
     for origin, members, modules in _IMPORTS.findall(text):
         if modules:
             places = [(name.split(" as ")[0].strip(), "") for name in modules.split(",")]
@@ -156,7 +165,7 @@ def _package_files(text: str, path: Path | None) -> set[Path]:
             folder = _place(module, path)
             if folder is not None:
                 result |= set(_files(folder, member))
-    return result
+    return frozenset(result)
 
 
 def _place(module: str, path: Path | None) -> Path | None:
