@@ -13,9 +13,9 @@ import re
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Set
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from threading import RLock
@@ -104,43 +104,41 @@ def module_name(kind: str, text: str) -> str:
 
 def name_of_text(kind: str, text: str) -> str:
     """Name by the text and by the sources of its imports."""
-    return _name(
-        kind, [text.encode(), *map(_content, sorted(_closure(_package_files(text, None))))]
-    )
+    return _name(kind, [text], sorted(_closure(_package_files(text, None))))
 
 
 def name_of_content(kind: str, content: object, write: Callable[[], str]) -> str:
     """Name by the content, all sources of its writer, and the version of CasADi."""
-    sources = map(_content, sources_of(write))
-    return _name(kind, [repr(content).encode(), _version("casadi").encode(), *sources])
+    return _name(kind, [repr(content), version("casadi")], sources_of(write))
 
 
-def sources_of(write: Callable[[], str]) -> list[Path]:
+def sources_of(write: Callable[[], str]) -> tuple[Path, ...]:
     """Source files of a writer: its own file and all files of the package that it imports."""
-    return sorted(_closure({Path(write.__code__.co_filename)}))
+    return _sources_from(Path(write.__code__.co_filename))
 
 
-def _name(kind: str, parts: list[bytes]) -> str:
-    digest = hashlib.sha256()
-    for part in parts:
-        digest.update(_digest(part))
+@cache
+def _sources_from(path: Path) -> tuple[Path, ...]:
+    return tuple(sorted(_closure({path})))
+
+
+def _name(kind: str, texts: Iterable[str], sources: Iterable[Path]) -> str:
+    parts = [hashlib.sha256(text.encode()).digest() for text in texts]
+    digest = hashlib.sha256(b"".join([*parts, *map(_digest, sources)]))
     return f"{kind}_{digest.hexdigest()[:20]}"
 
 
-_version = lru_cache(version)
-
-
-@lru_cache(maxsize=512)
-def _digest(part: bytes) -> bytes:
-    return hashlib.sha256(part).digest()
-
-
-@lru_cache
+@cache
 def _content(path: Path) -> bytes:
     return path.read_bytes()
 
 
-def _closure(result: Set[Path]) -> Set[Path]:
+@cache
+def _digest(path: Path) -> bytes:
+    return hashlib.sha256(_content(path)).digest()
+
+
+def _closure(result: set[Path]) -> set[Path]:
     """These files and all files of the package that they import."""
     waiting = list(result)
     while waiting:
@@ -151,10 +149,9 @@ def _closure(result: Set[Path]) -> Set[Path]:
     return result
 
 
-@lru_cache(maxsize=512)
-def _package_files(text: str, path: Path | None) -> frozenset[Path]:
+def _package_files(text: str, path: Path | None) -> set[Path]:
     """Files of the package that a text imports; relative names are relative to its path."""
-    result: set[Path] = set()
+    result = set()
     for origin, members, modules in _IMPORTS.findall(text):
         if modules:
             places = [(name.split(" as ")[0].strip(), "") for name in modules.split(",")]
@@ -165,7 +162,7 @@ def _package_files(text: str, path: Path | None) -> frozenset[Path]:
             folder = _place(module, path)
             if folder is not None:
                 result |= set(_files(folder, member))
-    return frozenset(result)
+    return result
 
 
 def _place(module: str, path: Path | None) -> Path | None:

@@ -18,7 +18,7 @@ from controllers import clipped_lqr
 from controllers.device_model import DeviceModel
 from isolation_sim import generated
 from isolation_sim.discrepancy.device import effect_evaluation
-from isolation_sim.effects import effect
+from isolation_sim.effects import effect, followers, self_heating
 from isolation_sim.identification import sensitivities
 from isolation_sim.laws import LAWS, emit, standard_solid
 from isolation_sim.simulation.kernel import loading
@@ -46,7 +46,13 @@ WRITERS = {
     "law": (loading.law_text, lambda: loading.law_text(LAW, 1, 1, 1, 0), "emit.py"),
     "device": (sensitivities._text, lambda: sensitivities._text(LAW, False), "device_kernel.py"),
     "stiff": (sensitivities._text, lambda: sensitivities._text(LAW, True), "device_kernel.py"),
+    "effect": (
+        effect_evaluation._text, lambda: effect_evaluation._text(effect("self_heating")),
+        "effect_kernel.py",
+    ),
 }  # fmt: skip
+ARITHMETIC = {standard_solid.__file__, self_heating.__file__, followers.__file__}
+"""Files of the law and of the effect, which are in the names by their fingerprints."""
 
 
 @pytest.fixture
@@ -72,6 +78,7 @@ def changed(monkeypatch, path, old, new):
         return found.replace(old, new, 1) if file == path else found
 
     monkeypatch.setattr(generated, "_content", read)
+    monkeypatch.setattr(generated, "_digest", generated._digest.__wrapped__)
 
 
 @pytest.mark.parametrize("kind", GENERATORS)
@@ -84,12 +91,13 @@ def test_another_byte_of_the_emitter_gives_another_name(kind, name, monkeypatch)
     assert name(kind) != before
 
 
-@pytest.mark.parametrize("kind", ["kernel", "law", "tables", "device"])
+@pytest.mark.parametrize("kind", ["kernel", "law", "tables", "device", "effect"])
 def test_modules_found_without_their_text_are_named_by_every_byte_of_their_sources(
     kind, name, monkeypatch
 ):
     before = name(kind)
-    writer = {"device": sensitivities._text}.get(kind, loading.integration_text)
+    writers = {"device": sensitivities._text, "effect": effect_evaluation._text}
+    writer = writers.get(kind, loading.integration_text)
     sources = generated.sources_of(writer)
     assert Path(emit.__file__) in sources
     for path in sources:
@@ -123,8 +131,7 @@ def test_every_file_that_runs_or_is_read_while_a_text_is_written_is_a_source(kin
             used |= {sys.modules[name].__file__ for name in names if name in sys.modules}
     files = {path for path in map(Path, used) if path.suffix == ".py"}
     own = {p for p in files if PACKAGE in p.parents and p.name != "__init__.py"}
-    # the law is in the name by its arithmetic
-    missing = own - set(generated.sources_of(writer)) - {Path(standard_solid.__file__)}
+    missing = own - set(generated.sources_of(writer)) - {*map(Path, ARITHMETIC)}
     assert not missing
     assert {path.name for path in own} >= {source, Path(writer.__code__.co_filename).name}
 

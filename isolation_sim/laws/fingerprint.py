@@ -1,7 +1,7 @@
-"""A digest of a law's computation, without running or tracing it.
+"""A digest of the computation of a law or an effect, without running or tracing it.
 
-Equal names mean equal arithmetic, so that text written out from a law once can be found again in a
-later process without CasADi.
+Equal digests mean equal arithmetic, so that text written out from a law once can be found again in
+a later process without CasADi.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from .law import Law
 
 
 class _Unknown(Exception):
-    """A law depends on an object that cannot be described in a digest."""
+    """A function depends on an object that cannot be described in a digest."""
 
 
-def fingerprint(law: Law) -> str | None:
-    """Return the digest of a law's computation."""
+def fingerprint(computation: Any) -> str | None:
+    """Return the digest of a law, or of a list of functions and numbers; None if there is none."""
     digest = hashlib.sha256()
     try:
-        for part in _parts(law, set()):
+        for part in _parts(computation, set()):
             digest.update(part)
     except _Unknown:
         return None

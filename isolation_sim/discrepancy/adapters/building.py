@@ -217,7 +217,7 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def building(self, result: SearchResult[FittedBuilding]) -> IsolatedStructure:
         """Structure and isolators with the causes in them."""
-        return with_causes(self._model, result.best.cause_values).assembled()
+        return with_causes(self._model, result.best.cause_values).assembled
 
     def traces(self, result: SearchResult[FittedBuilding]) -> tuple[Trace, ...]:
         """Each channel in each segment of a record."""

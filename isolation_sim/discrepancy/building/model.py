@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -96,8 +96,9 @@ class BuildingModel:
         around = around_the_law(self.effects)
         return extend(device, [(e, self.effects.get(e) or absent(e, size)) for e in around])
 
+    @cached_property
     def assembled(self) -> IsolatedStructure:
-        """Assemble structure, isolators and soil."""
+        """Structure, isolators and soil; the engine keeps what it derives from one such object."""
         elements = list(self.nominal.elements)
         extended: dict[float, Device] = {}
         for e in self.isolators if self.effects else ():
@@ -148,7 +149,7 @@ class BuildingModel:
             if self.band_limited:
                 shaking = _for_lines(shaking)
             motions.append(replace(motion, acceleration=shaking[:end]))
-        isolated = self.assembled()
+        isolated = self.assembled
         driver = CoilDriver()
         slew = np.inf if self.jump is None else self.slew
         if record.current is not None and (self.lag or np.isfinite(slew)):
@@ -167,8 +168,9 @@ class BuildingModel:
         self, record: BuildingRecord, isolated: IsolatedStructure, names: tuple[str, ...]
     ) -> NDArray:
         """Columns of a run's outputs that give the record's channels, (n_outputs, n_channels)."""
-        dofs = [dofs_by_level(self.structure, axis) for axis in (*record.axes, ROTATION)]
-        levels = dict(zip((*record.axes, ROTATION), dofs, strict=True))
+        # causes change its matrices alone
+        structure = self.nominal.structure
+        levels = {axis: dofs_by_level(structure, axis) for axis in (*record.axes, ROTATION)}
         n, all_names = self.structure.n_dofs, isolated.structure.names
         result = np.zeros((len(names), len(record.sensors)))
         for k, sensor in enumerate(record.sensors):
@@ -337,6 +339,7 @@ def _check_layer(isolated: IsolatedStructure) -> None:
             )
 
 
+@lru_cache(maxsize=64)
 def dofs_by_level(structure: Structure, axis: str) -> tuple[int, ...]:
     """Dofs of base and floors along a direction or in rotation; empty if it has none."""
     n = len(structure.horizontal)

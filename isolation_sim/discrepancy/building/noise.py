@@ -94,17 +94,18 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     most = white_noise(shaking, dt, band, 0.1)
     draws = _simulated_noise(model, record, most, predicted)
     felt = _felt(draws[:_DRAWS], sensors, int(band * dt * len(measured)), len(most))
-    share = _ground_share(residual, sensors, felt)
-    examples: list[NDArray] = []
-    for draw in share * draws[_DRAWS:]:
-        own = np.random.default_rng(len(examples)).standard_normal(draw.shape)
-        own *= sensors / white_noise(own, dt, band, 0.5)
-        # from this example the ground's noise would have been estimated differently
-        guess = max(_ground_share(own - draw, sensors, felt), share / 2)
-        examples.append(own - draw * share / guess)
+    share = float(_ground_shares(residual[np.newaxis], sensors, felt)[0])
+    shaken = share * draws[_DRAWS:]
+    own = np.empty_like(shaken)
+    for k in range(len(own)):
+        own[k] = np.random.default_rng(k).standard_normal(own[k].shape)
+        own[k] *= sensors / white_noise(own[k], dt, band, 0.5)
+    # from these examples the ground's noise would have been estimated differently
+    guesses = np.maximum(_ground_shares(own - shaken, sensors, felt), share / 2)
+    examples = own - shaken * (share / guesses)[:, np.newaxis, np.newaxis]
     ground, draws = share * most, share * draws[:_DRAWS]
     total = np.sqrt(sensors**2 + np.mean(draws**2, axis=(0, 1)))
-    return NoiseFloor(sensors, ground, total, band, draws, np.array(examples))
+    return NoiseFloor(sensors, ground, total, band, draws, examples)
 
 
 def _simulated_noise(
@@ -135,26 +136,26 @@ def _felt(draws: NDArray, sensors: NDArray, n: int, n_directions: int) -> tuple[
     return np.mean(np.abs(along) ** 2, axis=0) / 2, vectors
 
 
-def _ground_share(residual: NDArray, sensors: NDArray, felt: tuple[NDArray, NDArray]) -> float:
+def _ground_shares(residuals: NDArray, sensors: NDArray, felt: tuple[NDArray, NDArray]) -> NDArray:
     """Noise of the ground's sensors over its upper limits, from the part that channels share."""
     # Strong shaking is never without fast motion, so that what lies above the band bounds the noise
     # of the ground's sensor but seldom is it. The residual's part along what such noise does to the
     # channels tells more; the median over frequencies leaves out where something else is wrong.
-    strength, vectors = felt
-    spectrum = spectra(residual[np.newaxis], len(strength))[0] / sensors
-    result = np.abs((vectors.conj() * spectrum[:, :, np.newaxis]).sum(1)) ** 2
-    used = strength > 1.0
+    variance, vectors = felt
+    used = variance > 1.0
     if used.sum() < 16:
-        return 1.0
-    low, high = 0.0, 1.0
+        return np.ones(len(residuals))
+    spectrum = spectra(residuals, len(variance)) / sensors
+    along = np.einsum("fcd,rfc->rfd", vectors.conj(), spectrum)
+    result, variance = np.abs(along[:, used]) ** 2, variance[used]
+    low, high = np.zeros(len(residuals)), np.ones(len(residuals))
     for _ in range(30):
         middle = (low + high) / 2
         # half of what is distributed exponentially with mean 2 lies below 2 ln 2
-        if np.median(result[used] / (1 + middle * strength[used])) > 2 * np.log(2):
-            low = middle
-        else:
-            high = middle
-    return float(np.sqrt(high))
+        medians = np.median(result / (1 + middle[:, np.newaxis] * variance), axis=1)
+        more = medians > 2 * np.log(2)
+        low, high = np.where(more, middle, low), np.where(more, high, middle)
+    return np.sqrt(high)
 
 
 def spectra(values: NDArray, n_frequencies: int) -> NDArray:

@@ -23,6 +23,7 @@ from ...generated import load_written
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.run_starts import lead_in
 from ...laws.emit import function_text, straight_line, symbols
+from ...laws.fingerprint import fingerprint
 from .carried_history import RestSlopes, after_rests, by_inputs, first_states, has_unknown_starts
 from .late_motion import late_motion
 
@@ -185,7 +186,9 @@ def _width(effect: Effect, hook: str) -> int:
 
 @lru_cache(maxsize=256)
 def _compiled(effect: Effect) -> ModuleType:
-    return load_written("effect", None, lambda: _text(effect))
+    sizes = [len(effect.states), len(effect.parameters), "force" in effect.needs]
+    computation = [*sizes, effect.rates, *(getattr(effect, hook) for hook in HOOKS)]
+    return load_written("effect", fingerprint(computation), lambda: _text(effect))
 
 
 def _text(effect: Effect) -> str:

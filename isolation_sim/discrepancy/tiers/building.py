@@ -325,7 +325,7 @@ class BuildingTiers(Tiers[_Rung]):
             cast(BuildingDiagnosis, diagnosis),
             error_after=Errors(errors.fit, errors.held_out),
             extended=extended_device(model),
-            building=model.assembled(),
+            building=model.assembled,
             gain=gain_interval(squared_blocks(self.comparison, both), self.problem.seed),
             traces=traces_of(self.comparison, both),
         )

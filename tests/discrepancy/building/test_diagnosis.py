@@ -553,7 +553,7 @@ def test_masses_stiffness_and_damping_are_changed_where_they_are_said_to_be(isol
     np.testing.assert_allclose(damper, 1e6 * np.outer(row, row), atol=1e-6)
     damped = changed("structural_damping_error", "", 0.5)
     np.testing.assert_allclose(damped.damping, 1.5 * own.damping)
-    weaker = _with(model, "isolator_force_error", "", (-0.25,)).assembled()
+    weaker = _with(model, "isolator_force_error", "", (-0.25,)).assembled
     scales = [one.elements[0].device.force_scale for one in (weaker, isolated)]
     assert scales[0] == pytest.approx(0.75 * scales[1])
 

@@ -142,7 +142,7 @@ def test_effects_go_around_all_isolators_whose_forces_are_one(isolated, form):
     )  # fmt: skip
     # the level is reported of all isolators together
     assert friction.parameters[0].factor == pytest.approx(1.0)
-    elements = with_causes(model, ((friction, (1e4, 0.05)),)).assembled().elements
+    elements = with_causes(model, ((friction, (1e4, 0.05)),)).assembled.elements
     assert ["friction" in element.device.name for element in elements[:8]] == [True] * 8
     assert not any("friction" in element.device.name for element in elements[8:])
 
