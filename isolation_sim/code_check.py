@@ -109,13 +109,20 @@ def effective_properties(
 ) -> EffectiveProperties:
     """Effective period and damping at the displacement D_M, by iteration."""
     period, displacement = 2.0, 0.1
+    earlier: tuple[float, float] | None = None
     for _ in range(100):
         stiffness, damping, period = effective(isolated, displacement, period, current)
         before = displacement
         target = spectral_acceleration * period / (4 * np.pi**2 * damping_coefficient(damping))
-        displacement = (displacement * target) ** 0.5
         if abs(target - before) < 1e-6 * target:
             break
+        # secant on logarithms; half of the way where there is no slope that can be right
+        here = float(np.log(before)), float(np.log(target / before))
+        slope = 0.0
+        if earlier is not None and here[0] != earlier[0]:
+            slope = (earlier[1] - here[1]) / (here[0] - earlier[0])
+        displacement *= float(np.exp(here[1] / (slope if 0.25 < slope < 4.0 else 2.0)))
+        earlier = here
     # slow loading from the other side, since viscous forces do not recentre the base
     slow, at_rest = isolation_loop(isolated, before, SLOW * period, current)
     rising = slice(len(slow) // 2, None)

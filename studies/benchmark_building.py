@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from isolation_sim.simulation.result import Run
 
 TITLE = "Smart base-isolated benchmark building"
-SHORT_S = 12.0
+SHORT_S = 8.0
 """Part of each record that the short form runs, s."""
 RECORDS = ("newhall", "sylmar", "elcentro", "rinaldi", "kobe", "jiji", "erzikan")
 COMPONENTS = ("fault_parallel", "fault_normal")

@@ -92,9 +92,8 @@ def desk(tmp_path, monkeypatch, tests_of_a_device):
 
 
 @pytest.mark.parametrize("page", [name for name, text in TEXTS.items() if _commands(text)])
-def test_the_commands_of_a_page_run(page, desk, capsys, monkeypatch, request):
-    if page != "README.md":  # whose commands draw all that a run and a fit draw
-        request.getfixturevalue("no_drawing")
+@pytest.mark.usefixtures("no_drawing")
+def test_the_commands_of_a_page_run(page, desk, capsys, monkeypatch):
     # one paper is enough: the numbers of all are computed, by the same function, in test_papers
     monkeypatch.setattr("studies.papers.study.PAPERS", {"paper_003": PAPERS["paper_003"]})
     for line in _commands(TEXTS[page]):
@@ -143,7 +142,10 @@ def test_commands_named_in_passing_exist():
         "docs/biaxial.md", "docs/effects.md", "docs/observers.md", "docs/guide/own_parts.md",
         "docs/guide/step_by_step.md"))],
 )  # fmt: skip
-def test_the_python_of_a_page_runs(page, desk, monkeypatch):
+def test_the_python_of_a_page_runs(page, desk, monkeypatch, request):
+    if page == "docs/ideas/discrepancy.md":
+        request.getfixturevalue("few_laws")
+        request.getfixturevalue("few_effects")
     for registry in (CONTROLLERS, READERS, TEST_READERS):  # what a page registers is forgotten
         monkeypatch.setattr(registry, "_registered", {})
     blocks = _blocks(TEXTS[page], "python")

@@ -78,6 +78,7 @@ class Broken:
         raise ValueError("dict contains what cannot be written")
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_everything_of_a_comparison(comparison, tmp_path):
     write_comparison(comparison, tmp_path, "# scenario\n")
     found = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
@@ -147,6 +148,7 @@ def test_a_results_folder_below_a_file_is_refused(tmp_path):
             pass
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_a_folder_says_what_is_in_it(comparison, tmp_path):
     write_comparison(comparison, tmp_path, "# scenario\n")
     title, _, *lines = (tmp_path / "README.txt").read_text().splitlines()

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ground_motions.errors import InputError, warn
 
@@ -123,7 +124,7 @@ _COARSEST = 0.3
 """Unit to which times may be rounded, in steps."""
 
 
-def uniform_step(times: Sequence[float], line_numbers: Sequence[int], column: str) -> float:
+def uniform_step(times: ArrayLike, line_numbers: Sequence[int], column: str) -> float:
     """Return the step of increasing, uniform times."""
     t = np.asarray(times)
     steps = np.diff(t)

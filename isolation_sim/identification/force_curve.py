@@ -11,6 +11,7 @@ mean's standard error.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -140,22 +141,29 @@ class CornerCurve:
         samples = cycles.window(centre, low, high, cycles.step / 4 if corner else -1.0)
         fewest = min(phase.size for phase, _ in samples)
         self.terms = terms or self._chosen(fewest, *np.concatenate(samples, axis=1))
+        rows = [self.terms.rows(phase, np.sign(phase)) for phase, _ in samples]
         self.coefficients = np.stack(
-            [_fitted(f, self.terms.rows(phase, np.sign(phase))) for phase, f in samples]
+            [_fitted(force, own) for (_, force), own in zip(samples, rows, strict=True)]
         )
         misfits = [
-            (
-                force - self.terms.rows(phase, np.sign(phase)) @ own,
-                force - _waves(centre + phase, cycles.order) @ waves,
-            )
-            for (phase, force), own, waves in zip(
-                samples, self.coefficients, cycles.harmonics, strict=True
-            )
+            force - own @ coefficients
+            for (_, force), own, coefficients in zip(samples, rows, self.coefficients, strict=True)
         ]
-        own, waves = np.concatenate(misfits, axis=1)
+        squares = float(sum(misfit @ misfit for misfit in misfits))
+        free = sum(misfit.size for misfit in misfits) - self.coefficients.size
+        self.left = squares / max(free, 1)
+        self._samples = samples
+
+    @cached_property
+    def left_by_harmonics(self) -> float:
+        """Variance that the harmonics of the whole cycle leave of the window's samples, N^2."""
+        cycles = self.cycles
+        misfits = [
+            force - _waves(self.centre + phase, cycles.order) @ waves
+            for (phase, force), waves in zip(self._samples, cycles.harmonics, strict=True)
+        ]
         a_sample = cycles.harmonics.shape[1] * cycles.step / (2 * np.pi)
-        self.left = float(np.sum(own**2)) / max(own.size - self.coefficients.size, 1)
-        self.left_by_harmonics = float(np.mean(waves**2)) / max(1 - a_sample, 0.05)
+        return float(np.mean(np.concatenate(misfits) ** 2)) / max(1 - a_sample, 0.05)
 
     @property
     def smooth(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -121,11 +122,11 @@ class TestRun:
         array.flags.writeable = False
         return array
 
-    @property
+    @cached_property
     def step(self) -> float:
         """Time between samples, s."""
         try:
-            return uniform_step(self.time.tolist(), range(self.time.size), f"{self.name}, time")
+            return uniform_step(self.time, range(self.time.size), f"{self.name}, time")
         except InputError as error:
             raise InputError(str(error).replace(" line ", " sample ")) from None
 

@@ -59,13 +59,18 @@ def _energy_gradient(law: Law, dependence: CurrentDependence) -> Any:
     return casadi.Function("energy_gradient", arguments, gradients)
 
 
+@lru_cache(maxsize=64)
+def _energy_gradients(law: Law, dependence: CurrentDependence, count: int) -> Any:
+    """The gradient at several points; a call without a map takes seven times as long."""
+    return _energy_gradient(law, dependence).map(count)
+
+
 def energy_gradients(
     law: Law, dependence: CurrentDependence, x: Sequence, states: Sequence, current: np.ndarray
 ) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], np.ndarray]:
     """Derivatives of a law's stored energy by deformations, states and current."""
     rows = [np.asarray(a, float)[np.newaxis] for a in (*x, current, *states)]
-    # a call without a map takes seven times as long
-    mapped = _energy_gradient(law, dependence).map(rows[0].size)
+    mapped = _energy_gradients(law, dependence, rows[0].size)
     gradients = [np.asarray(row).ravel() for row in mapped.call(rows)]
     n = law.directions
     return tuple(gradients[:n]), tuple(gradients[n + 1 :]), gradients[n]

@@ -116,8 +116,8 @@ def ledger(run: Trajectory) -> Ledger:
     totals[4] += np.cumsum(jumps)
     state = run.modal @ np.concatenate([shapes.real, -shapes.imag], axis=1).T
     q, v = state[:, :n], state[:, n:]
-    kinetic = 0.5 * np.einsum("ti,ij,tj->t", v, structure.mass, v)
-    strain = 0.5 * np.einsum("ti,ij,tj->t", q, structure.stiffness, q)
+    kinetic = 0.5 * np.einsum("td,td->t", v @ structure.mass, v)
+    strain = 0.5 * np.einsum("td,td->t", q @ structure.stiffness, q)
     total_in, damping, loss, on_controls, field = totals
     mismatch = total_in + field - (kinetic + strain + stored + damping + loss)
     samples = run.grid.samples
@@ -263,13 +263,12 @@ class _Works(Pieces):
             z, states, current, rate, ground = self.at(low + (high - low) * node)
             velocity = (z @ shapes[structure.n_dofs :].T).real
             total[0] -= weight * np.einsum("td,td->t", velocity @ inertia, ground)
-            damped = np.einsum("ti,ij,tj->t", velocity, structure.damping, velocity)
-            total[1] += weight * damped
+            total[1] += weight * np.einsum("td,td->t", velocity @ structure.damping, velocity)
             isolated = self.run.isolated
             pairs = zip(isolated.groups, isolated.group_laws, states, strict=True)
             for group, law, own in pairs:
                 rows = self.run.modes.deformation[list(group)]
-                x, v = np.einsum("gkm,tm->kgt", rows, z).real
+                x, v = (rows.swapaxes(0, 1) @ z.T).real
                 whole, loss, field = _device_powers(
                     isolated.elements[group[0]], law, tuple(x), tuple(v), own, current, rate
                 )

@@ -117,7 +117,9 @@ class Pieces:
         """Modes, states, currents, their rates and the ground at a fraction c of every piece."""
         run, modes = self.run, self.run.modes
         t = c * self.length
-        phi = _phi(modes.eigenvalues * t[:, None])
+        # most pieces are whole intervals of one grid
+        different, same = np.unique(t, return_inverse=True)
+        phi = [each[same] for each in _phi(modes.eigenvalues * different[:, None])]
         integral = [
             t[:, None] * phi[1],
             (c * t)[:, None] * phi[2],
@@ -127,18 +129,18 @@ class Pieces:
         slope = run.work.ground[self.interval + 1, :, 0] - a0
         low = a0 + slope * self.offset[:, None]
         rise = slope * self.size[:, None]
-        z = self.z * phi[0]
-        z += (low @ modes.ground) * integral[0] + (rise @ modes.ground) * integral[1]
         p = np.linalg.inv(np.vander(NODES, increasing=True))
-        for e in range(len(modes.force)):
-            f0, f1, f2 = (p @ self.elements[:, e, :3].T)[:, :, None]
-            a, b = self.tau0[:, None], self.tau1[:, None]
-            push = (
-                (f0 + f1 * a + f2 * a * a) * integral[0]
-                + (f1 + 2 * f2 * a) * b * integral[1]
-                + f2 * b * b * integral[2]
-            )
-            z = z + push * modes.force[e]
+        f0, f1, f2 = np.moveaxis(self.elements[:, :, :3] @ p.T, 2, 0)
+        a, b = self.tau0[:, None], self.tau1[:, None]
+        # ground and forces as polynomials of the fraction
+        pushes = [
+            low @ modes.ground + (f0 + f1 * a + f2 * a * a) @ modes.force,
+            rise @ modes.ground + ((f1 + 2 * f2 * a) * b) @ modes.force,
+            (f2 * b * b) @ modes.force,
+        ]
+        z = self.z * phi[0]
+        for push, part in zip(pushes, integral, strict=True):
+            z += push * part
         tau = self.tau0 + c * self.tau1
         states = self._states(tau)
         current, rate = self._currents(self.from_segment + t)
@@ -182,8 +184,11 @@ def _phi(z: NDArray) -> list[NDArray]:
     term = np.full(z.shape, 1 / 6, complex)
     third = term.copy()
     for n in range(1, 21):
-        term = term * s / (n + 3)
+        term *= s
+        term /= n + 3
         third += term
+        if np.abs(term).max(initial=0.0) < 1e-18:  # no digit of the sum, which is about 1/6
+            break
     large = np.where(small, 1.0, z)
     exact = np.exp(large)
     one = (exact - 1) / large

@@ -28,8 +28,8 @@ from .table import Check, Claim, Consequence, Verdict, compare, how, note, read,
 
 TITLE = LI_LI
 AMPLITUDES_MM = tuple(LI_LI_STIFFNESS_N_PER_MM)
-CYCLES, STEADY_CYCLES = 20, 17
-"""Cycles that are integrated, and those of them that are not measured."""
+CYCLES, STEADY_CYCLES, POINTS = 10, 7, 256
+"""Cycles that are integrated, those of them that are not measured, and points of each."""
 
 FIELD_T = 0.588
 """Section 4.2: field of the top layer without deformation."""
@@ -60,7 +60,7 @@ def generalised(frequency: float = 1.0) -> Motion:
     """Move Table 2's model at all amplitudes and currents of Table 1."""
     amplitudes = 1e-3 * np.array(AMPLITUDES_MM)[:, None]
     currents = np.array(CURRENTS_A)[None, :]
-    return sinusoidal(law("strain_stiffening"), amplitudes, currents, frequency, CYCLES)
+    return sinusoidal(law("strain_stiffening"), amplitudes, currents, frequency, CYCLES, POINTS)
 
 
 def stiffness_and_ratio(motion: Motion, *case: int) -> tuple[float, float]:
@@ -223,7 +223,7 @@ def _section_4_1() -> Iterator[Check]:
             device = law(name, {"k": k0, "c": c0})
         else:
             device = base_model(name)
-        motion = sinusoidal(device, 1e-3 * np.array(AMPLITUDES_MM), 0.0, 1.0, CYCLES)
+        motion = sinusoidal(device, 1e-3 * np.array(AMPLITUDES_MM), 0.0, 1.0, CYCLES, POINTS)
         linear = name in ("standard_solid", "kelvin_voigt")
         for i, amplitude in list(enumerate(AMPLITUDES_MM))[: 1 if linear else 3]:
             stiffness, ratio = stiffness_and_ratio(motion, i)
@@ -246,14 +246,14 @@ def peak_of_lower_branch() -> float:
     """Largest effective stiffness of the lower branch over c1 ω, at any amplitude."""
     device = base_model(k1=0.0)
     amplitudes = np.linspace(10e-3, 16e-3, 25)
-    motion = sinusoidal(device, amplitudes, 0.0, 1.0, CYCLES)
+    motion = sinusoidal(device, amplitudes, 0.0, 1.0, CYCLES, POINTS)
     stiffness = [stiffness_and_ratio(motion, i)[0] for i in range(len(amplitudes))]
     return max(stiffness) / (LI_LI_BASE_MODEL["c1"] * 2 * np.pi)
 
 
 def decay_rate(device: Device, amplitude: float, current: float, frequency: float) -> float:
     """Largest decay rate 3 alpha z^2 / c1 of the stiffening branch in a settled cycle."""
-    motion = sinusoidal(device, [amplitude], current, frequency, CYCLES)
+    motion = sinusoidal(device, [amplitude], current, frequency, CYCLES, POINTS)
     _, _, c1, _, alpha = device.parameters_at(current)
     return float(np.max(3 * alpha * motion.states[-motion.points :, 1] ** 2 / c1))
 
@@ -329,7 +329,7 @@ def _text() -> Iterator[Check]:
     amplitudes = 1e-3 * np.array(AMPLITUDES_MM)
     forces, heights = [], []
     for alpha in STUDY[14][1]:
-        motion = sinusoidal(base_model(alpha=alpha), amplitudes, 0.0, 1.0, CYCLES)
+        motion = sinusoidal(base_model(alpha=alpha), amplitudes, 0.0, 1.0, CYCLES, POINTS)
         forces.append(motion.force[-1])  # x = 0, largest velocity
         heights.append(np.max(motion.force[-motion.points :], axis=0))
     spread = 100 * np.ptp(forces, axis=0) / np.max(forces, axis=0)
@@ -345,7 +345,10 @@ def _text() -> Iterator[Check]:
     for name in ("c0", "k1"):
         small, large = (
             stiffness_and_ratio(
-                sinusoidal(base_model(**{name: value}), [1e-3 * STUDY_MM], 0.0, 1.0, CYCLES), 0
+                sinusoidal(
+                    base_model(**{name: value}), [1e-3 * STUDY_MM], 0.0, 1.0, CYCLES, POINTS
+                ),
+                0,
             )[0]
             for value in (LI_LI_BASE_MODEL[name], 2 * LI_LI_BASE_MODEL[name])
         )

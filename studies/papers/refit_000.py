@@ -71,11 +71,11 @@ def lower_branch() -> CubicSpline:
 
 
 def loops(c0: NDArray, k0: NDArray, c1: NDArray, k1: NDArray, alpha: NDArray) -> NDArray:
-    """Steady loops at Table 1's amplitudes and currents."""
+    """Steady loops at Table 1's amplitudes and currents; further axes of the parameters first."""
     series = k0 + 1j * OMEGA * c0
     upper = k1 * series / (k1 + series)
     x = np.array(list(LI_LI_STIFFNESS_N_PER_MM))[:, None]
-    s = np.broadcast_to(x * np.sqrt(alpha / (c1 * OMEGA)), (3, 4))
+    s = np.broadcast_to(x * np.sqrt(alpha / (c1 * OMEGA)), (*alpha.shape[:-2], 3, 4))
     lower = lower_branch()(np.log(np.clip(s, 1e-2, 1e2)))
     stiffness = upper.real + c1 * OMEGA * lower[..., 0]
     return np.array([stiffness, (upper.imag + c1 * OMEGA * lower[..., 1]) / (2 * stiffness)])
@@ -109,20 +109,29 @@ def refit(degree: int, softening: bool = False) -> Refit:
     amplitudes = np.array(list(LI_LI_STIFFNESS_N_PER_MM))[:, None] / REFERENCE_MM
     count = len(NAMES) * (degree + 1)
 
-    def errors(parameterisation: NDArray) -> NDArray:
-        at_nodes = np.exp(np.clip(parameterisation[:count].reshape(len(NAMES), -1), -20, 20))
-        parameters = np.maximum((values @ at_nodes.T).T, 1e-9)[:, None, :]
+    def errors(numbers: NDArray) -> NDArray:
+        """Relative errors; of several parameterisations, one row each."""
+        shape = numbers.shape[:-1]
+        at_nodes = np.exp(np.clip(numbers[..., :count].reshape(*shape, len(NAMES), -1), -20, 20))
+        parameters = np.maximum(at_nodes @ values.T, 1e-9)[..., None, :]
         if softening:
-            e0, e1 = parameterisation[count:]
+            e0, e1 = (numbers[..., k, None, None, None] for k in (count, count + 1))
             parameters = parameters * amplitudes ** -(e0 + e1 * currents)
-        return (loops(*parameters) / measured - 1).ravel()
+        found = loops(*np.moveaxis(parameters, -3, 0))
+        return np.moveaxis(found, 0, -3).reshape(*shape, -1) / measured.ravel() - 1
+
+    def slopes(numbers: NDArray) -> NDArray:
+        """Forward differences, all columns at once."""
+        step = 1.5e-8 * np.where(numbers < 0, -1, 1) * np.maximum(1.0, np.abs(numbers))
+        moved = errors(numbers + np.diag(step))
+        return ((moved - errors(numbers)) / step[:, None]).T
 
     rng = np.random.default_rng(0)
     middle = np.log([5.0, 10.0, 5.0, 40.0, 0.05])[:, None]
     fits = []
     for _ in range(STARTS):
         start = (middle + rng.normal(0, 1.0, (len(NAMES), degree + 1))).ravel()
-        fits.append(least_squares(errors, np.append(start, [0.3, 0.0] if softening else [])))
+        fits.append(least_squares(errors, [*start, *((0.3, 0.0) if softening else ())], slopes))
     best = min(fits, key=lambda fit: fit.cost)
     stiffness, damping = 100 * np.sqrt(np.mean(best.fun.reshape(2, -1) ** 2, axis=1))
     return Refit(

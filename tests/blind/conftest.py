@@ -9,6 +9,6 @@ from studies.blind import buildings
 
 @pytest.fixture
 def short_motion(monkeypatch):
-    """Building records of 15 s in place of 25 s."""
-    short = partial(buildings.ground_motion, duration=15.0)
+    """Building records of 12 s in place of 25 s."""
+    short = partial(buildings.ground_motion, duration=12.0)
     monkeypatch.setattr(buildings, "ground_motion", short)

@@ -18,7 +18,7 @@ def written(case, tmp_path):
 
 def test_a_single_effect_is_named_first(tmp_path):
     name = "coulomb_friction"
-    case = Case("single", "strain_stiffening", "strain_stiffening", ((name, "bristles"),), 31)
+    case = Case("single", "kelvin_voigt", "kelvin_voigt", ((name, "bristles"),), 31)
     found = diagnose(written(case, tmp_path), case.law, tiers="causes")
     assert found.causes[0].name == name
     assert found.error_after.held_out < 0.6 * found.error_before.held_out

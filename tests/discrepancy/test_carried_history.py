@@ -128,7 +128,7 @@ RESTS = (20.0, 600.0, 5.0, 60.0, 10.0, 10.0, 120.0, 5.0, 40.0)
 @cache
 def warming():
     """Runs of a spring and dashpot that its dissipation warms, and that cools in the rests."""
-    rng, dt = np.random.default_rng(7), 0.01
+    rng, dt = np.random.default_rng(7), 0.02
     runs, starts, warmth = [], [], 0.0
     for k, rest in enumerate(RESTS):
         time = np.arange(0.0, 8.0, dt)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
+from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
@@ -91,6 +92,28 @@ def test_a_small_share_of_the_misfit_counts_where_it_is_most_of_what_remains():
     assert all(share > 0.5 for cause in found.causes for share in cause.stability.values())
     found = judged(friction=0.3, unrelated=0.0045, n=2 * N)
     assert [cause.name for cause in found.causes] == ["coulomb_friction"]
+
+
+@pytest.mark.usefixtures("few_effects")
+@pytest.mark.parametrize("high", [9.0, np.inf])
+def test_a_small_cause_whose_size_may_be_zero_only_acts_like_one(monkeypatch, high):
+    numbers = device_tests.intervals
+
+    def with_zero(*given):
+        found = numbers(*given)
+        for one in found:
+            if "level" in one:
+                one["level"] = replace(one["level"], low=0.0, high=high)
+        return found
+
+    monkeypatch.setattr(device_tests, "intervals", with_zero)
+    found = judged(friction=0.3, offset=0.02)
+    labels = {one.name: one.label for one in found.causes}
+    # an end that the data do not determine says nothing of the size
+    acts = "acts like " if np.isfinite(high) else ""
+    assert labels["force_offset"] == f"{acts}force_offset"
+    # a large cause is named whatever its interval
+    assert labels["coulomb_friction"] == "coulomb_friction"
 
 
 @pytest.mark.usefixtures("few_effects")

@@ -17,7 +17,7 @@ from isolation_sim.identification.sensitivities import Simulator
 from isolation_sim.identification.velocity import smooth
 from isolation_sim.laws.registry import LAWS
 
-STEP = 1 / 256
+STEP = 1 / 128
 STIFFNESS, ALPHA, DAMPING, A, BETA, GAMMA = 8e4, 6e5, 900.0, 0.9, 9e4, 4e4
 
 
@@ -98,7 +98,7 @@ def test_runs_from_rest_are_left(cut_out):
 @pytest.mark.parametrize("closing", [False, True])
 def test_one_closed_cycle_is_found(closing):
     whole = _cycles(5e-3, 2.0, 0.0, 1.0, 2.0, 4, 0)
-    n = 128 + closing
+    n = 64 + closing
     one = _part(whole, slice(n))
     assert measured_runs([one]).periods == pytest.approx([0.5], rel=1e-6)
     rest = _cycles(5e-3, 2.0, 0.0, 0.0, 2.0, 0, 0)
@@ -109,7 +109,7 @@ def test_one_closed_cycle_is_found(closing):
 def test_the_led_in_force_is_that_of_steady_cycles():
     """The simulation of a cut-out run is that of the end of the whole test."""
     whole = _cycles(5e-3, 1.7, 0.0, 0.0, 8.0, 0, 0, noise=0.0)
-    cut = _part(whole, slice(700, None))
+    cut = _part(whole, slice(350, None))
     data = measured_runs([cut])
     assert data.periods == pytest.approx([1 / 1.7], rel=1e-4)
     law = LAWS["bouc_wen"]

@@ -7,7 +7,7 @@ import pytest
 
 from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws import law
-from studies.papers.paper_000 import STEADY_CYCLES, generalised
+from studies.papers.paper_000 import CYCLES, STEADY_CYCLES, generalised
 
 STIFFNESS = {  # N/mm at 0, 1, 2, 3 A
     2: (30.05, 50.00, 67.74, 87.48),
@@ -38,7 +38,7 @@ def test_generalised_model(row, current):
 @pytest.mark.parametrize("amplitude", [2, 4, 8])
 def test_base_model(amplitude):
     base = law("strain_stiffening", "base_model")
-    m = sinusoidal(base, [1e-3 * amplitude]).measured(0, skip=STEADY_CYCLES)
+    m = sinusoidal(base, [1e-3 * amplitude], cycles=CYCLES).measured(0, skip=STEADY_CYCLES)
     stiffness, ratio = BASE_MODEL[amplitude]
     assert m.effective_stiffness.value == pytest.approx(1e3 * stiffness, rel=5e-3)
     assert m.damping_ratio.value == pytest.approx(ratio, rel=5e-3)
@@ -54,7 +54,7 @@ def test_kelvin_voigt_base_set(amplitude):
 
 def test_standard_solid_is_the_law_without_stiffening():
     device = law("strain_stiffening", "base_model").with_parameters(alpha=0.0)
-    m = sinusoidal(device, [4e-3]).measured(0, skip=STEADY_CYCLES)
+    m = sinusoidal(device, [4e-3], cycles=CYCLES).measured(0, skip=STEADY_CYCLES)
     assert m.effective_stiffness.value == pytest.approx(5318.0, rel=1e-3)
     assert m.damping_ratio.value == pytest.approx(0.276, rel=5e-3)
     k0, k1, c0, omega = 200.0, 7000.0, 2000.0, 2 * np.pi

@@ -40,7 +40,9 @@ RIVALS = {
 )
 def test_short_form(tmp_path, monkeypatch, names):
     if names:
-        monkeypatch.setattr(study, "CYCLES", 8)
+        monkeypatch.setattr(study, "CYCLES", 6)
+        monkeypatch.setattr(model, "CYCLES", 6)
+        monkeypatch.setattr(model, "LOOP_FOLDS", 6)
         compared = {
             cause: tuple(each for each in EFFECTS[cause] if each.form in forms)
             for cause, forms in names.items()

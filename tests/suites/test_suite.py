@@ -282,7 +282,7 @@ def test_all_records_that_cannot_be_matched_are_named(tmp_path, monkeypatch):
     """Too small a tolerance for both. They are matched in a process of its own."""
     monkeypatch.setattr("isolation_sim.sweeps.suites.prepare.match_spectrum", None)
     for name, start in (("a", 0.0), ("b", 2.0)):
-        write_csv(el_centro_1940().cut(start, 8.0), tmp_path / f"{name}.csv")
+        write_csv(el_centro_1940().cut(start, start + 3.0), tmp_path / f"{name}.csv")
     given = {
         "folder": str(tmp_path), "scaling": "matched", "isolated_period_s": 0.5,
         "target": {"kind": "en1998_1_2004", "a_g_m_s2": 3.0, "ground": "B"},

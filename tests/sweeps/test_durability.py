@@ -1,10 +1,9 @@
 """Killed, out of room, damaged, changed: nothing finished is lost and the table is the same."""
 
 import errno
+import multiprocessing
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -18,22 +17,20 @@ from isolation_sim.sweeps.run import sweep
 
 from .conftest import MIXED, plan_of
 
-REPOSITORY = Path(__file__).resolve().parents[2]
 SMALL = 3
 """Cases a chunk: 12 chunks."""
 
-# a sweep that is slow enough to be killed at a known place, by its own process
-SCRIPT = """
-import sys, time
-from isolation_sim.sweeps import SweepPlan, run, store
-run.MOST_CASES = {small}
-put = store.Store.put
-def slowly(self, finished):
-    put(self, finished)
-    time.sleep(0.05)
-store.Store.put = slowly
-run.sweep(SweepPlan.from_dict({plan!r}), sys.argv[1], resume=True, workers=int(sys.argv[2]))
-"""
+
+def slow_sweep(folder, workers):
+    """A sweep that is slow enough to be killed at a known place, by its own process."""
+    put = store.Store.put
+
+    def slowly(self, finished):
+        put(self, finished)
+        time.sleep(0.05)
+
+    run.MOST_CASES, store.Store.put = SMALL, slowly
+    sweep(plan(), folder, resume=True, workers=workers)
 
 
 def plan():
@@ -54,14 +51,10 @@ def small_chunks(monkeypatch):
 
 
 def begin(folder, workers):
-    data = {**plan().model_dump(mode="json"), "vary": [
-        each.model_dump(mode="json", exclude_none=True) for each in plan().vary
-    ]}  # fmt: skip
-    script = SCRIPT.format(small=SMALL, plan=data)
-    return subprocess.Popen(
-        [sys.executable, "-c", script, str(folder), str(workers)],
-        cwd=REPOSITORY, stderr=subprocess.PIPE, start_new_session=True,
-    )  # fmt: skip
+    """A process of its own, which has all imports: a new interpreter needs three seconds."""
+    process = multiprocessing.get_context("fork").Process(target=slow_sweep, args=(folder, workers))
+    process.start()
+    return process
 
 
 def finished_chunks(folder):
@@ -80,17 +73,18 @@ def test_killed_at_random_moments(tmp_path, workers, uninterrupted):
         # some time after some chunks more, in the middle of whatever it is doing then
         wanted = len(kept) + int(random.integers(0, 4))
         deadline = time.monotonic() + 300
-        while process.poll() is None and time.monotonic() < deadline:
+        while process.is_alive() and time.monotonic() < deadline:
             if (folder / "chunks").exists() and len(finished_chunks(folder)) >= wanted:
                 break
             time.sleep(0.002)
         time.sleep(random.uniform(0, 0.06))
         if kills < 3 - workers:
             process.kill()
-            kills += process.wait() == -signal.SIGKILL
+            process.join()
+            kills += process.exitcode == -signal.SIGKILL
         else:
-            assert process.wait() == 0, process.stderr.read().decode()
-        process.stderr.close()
+            process.join()
+            assert process.exitcode == 0
         if (folder / "chunks").exists():
             # what was finished is still there, and never less
             assert kept <= finished_chunks(folder)
@@ -132,14 +126,13 @@ def test_workers_end_with_the_process_that_started_them(tmp_path):
     process = begin(tmp_path / "sweep", 2)
     workers: list[int] = []
     deadline = time.monotonic() + 120
-    while len(workers) < 2 and process.poll() is None and time.monotonic() < deadline:
+    while len(workers) < 2 and process.is_alive() and time.monotonic() < deadline:
         # threads start the workers: each has its own list
         lists = Path(f"/proc/{process.pid}/task").glob("*/children")
         workers = [int(child) for each in lists for child in each.read_text().split()]
         time.sleep(0.01)
     process.kill()
-    process.wait()
-    process.stderr.close()
+    process.join()
     assert len(workers) == 2
     while any(map(alive, workers)):
         assert time.monotonic() < deadline

@@ -1,7 +1,9 @@
 """Who runs the chunks makes no difference: processes, a cluster, some of them dying."""
 
+import importlib
 import os
 import signal
+import sys
 import threading
 import time
 
@@ -38,14 +40,34 @@ def test_processes_give_the_same_bytes(design, expected):
     assert {each.number: each.table for each in found} == expected
 
 
-def test_chunks_are_taken_as_there_is_room(design):
+SQUARES = """
+class Square:
+    def __init__(self, number):
+        self.number = number
+
+    def run(self):
+        return {self.number: self.number**2}[abs(self.number)]
+"""
+
+
+@pytest.fixture
+def squares(tmp_path, monkeypatch):
+    """Tasks for which a worker has to import next to nothing: 0, 1, 4, …"""
+    (tmp_path / "worker_squares.py").write_text(SQUARES)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    Square = importlib.import_module("worker_squares").Square
+    yield lambda *numbers: map(Square, numbers or range(9))
+    del sys.modules["worker_squares"]
+
+
+def test_chunks_are_taken_as_there_is_room(squares):
     taken = 0
 
     def counting():
         nonlocal taken
-        for chunk in chunks_of(design, size=1):
+        for task in squares():
             taken += 1
-            yield chunk
+            yield task
 
     finished = workers.in_processes(counting(), 1)
     next(finished)
@@ -67,27 +89,26 @@ def started(monkeypatch):
     return processes
 
 
-def test_a_worker_that_dies_is_replaced(design, expected, started):
-    finished = workers.in_processes(chunks_of(design), 1)
+def test_a_worker_that_dies_is_replaced(squares, started):
+    finished = workers.in_processes(squares(), 1)
     found = [next(finished)]
     os.kill(started[0].pid, signal.SIGKILL)
     found += finished
-    assert {each.number: each.table for each in found} == expected
+    assert sorted(found) == [n**2 for n in range(9)]
     assert len(started) == 2
 
 
-def test_processes_serve_until_they_are_stopped(design, expected, started):
+def test_processes_serve_until_they_are_stopped(squares, started):
     with workers.Processes(1) as processes:
         for _ in range(2):
-            found = {each.number: each.table for each in processes.run(chunks_of(design))}
-            assert found == expected
+            assert sorted(processes.run(squares())) == [n**2 for n in range(9)]
         assert len(started) == 1
         # one who stops listening stops them; others start on demand
-        broken_off = processes.run(chunks_of(design))
+        broken_off = processes.run(squares())
         next(broken_off)
         broken_off.close()
         assert started[0].poll() is not None
-        next(processes.run(chunks_of(design)))
+        next(processes.run(squares()))
         assert len(started) == 2
     assert started[1].poll() is not None
 
@@ -98,12 +119,14 @@ def test_workers_that_die_again_and_again_stop_the_sweep(design, monkeypatch):
         list(workers.in_processes(chunks_of(design), 1))
 
 
-def test_a_worker_that_has_no_modules_says_so(design, monkeypatch):
-    """An error outside the cases is the sweep's."""
+def test_a_worker_that_has_no_modules_says_so(design, squares):
+    """An error outside the cases is the sweep's, and comes out of the worker."""
     broken = chunk_of(design, 0, range(1))
     object.__setattr__(broken, "parameters", {"nothing": float})
     with pytest.raises(KeyError, match="nothing"):
-        list(workers.in_processes(iter([broken]), 1))
+        broken.run()
+    with pytest.raises(KeyError, match="7"):
+        list(workers.in_processes(squares(2, -7), 1))
 
 
 @pytest.fixture(scope="module")

@@ -160,7 +160,7 @@ def test_a_controller_of_a_file_is_tuned_from_the_command_line(tmp_path, monkeyp
 def test_predictive_control_is_tuned_by_its_declared_ranges(scenario, strong):
     """A setting whose default depends on the preview time starts in the middle of its range."""
     found = iso.tune(
-        "mpc", scenario, motions=[strong[0][0].cut(1.0, 4.0)], unseen=[strong[0][0].cut(1.0, 3.0)],
+        "mpc", scenario, motions=[strong[0][0].cut(1.0, 3.0)], unseen=[strong[0][0].cut(1.0, 2.5)],
         settings=("regret", "change"), evaluations=9, workers=1,
     )  # fmt: skip
     assert len(found.trials) == 9 and found.best.mean < found.trials[0].mean

@@ -32,6 +32,7 @@ from ..decisions import (
     CONFUSABLE_GAIN,
     FAR_BETTER,
     LOST,
+    MAY_BE_ZERO,
     MINOR,
     MOST_MINOR,
     NEEDED,
@@ -55,7 +56,7 @@ from ..device.conditions import conditions
 from ..device.effect_search import EffectSearch
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
-from ..device.intervals import intervals, needs_bound, values_at_bounds
+from ..device.intervals import intervals, may_be_zero, needs_bound, values_at_bounds
 from ..device.model import EACH_RUN, FittedModel, Model, run_means
 from ..device.next_test import rival_tests
 from ..device.noise_examples import motion_noise, noise_residuals
@@ -500,11 +501,14 @@ class DeviceTests(Problem[FittedModel]):
         split = inference.shares(costs, final.cost_of(self.validation_samples), explained)
         numbers = intervals(final, self.shifts)
         stable = stability(space, searched, self.seed)
-        doubtful = self._doubtful(lacking)
+        less_than_remains = self._doubtful(lacking)
         causes = []
         for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
+            doubt = "corrects less than what remains unexplained" * less_than_remains[k]
             if effect is EACH_RUN:
                 numbers[k] = {"spread": self._spread()}
+            elif len(lacking) > 1 and split[k] < MAY_BE_ZERO and may_be_zero(effect, numbers[k]):
+                doubt = doubt or "may as well have the size zero"
             gain = without.cost - searched.cost
             if not needs_bound(searched, k, gain):
                 numbers[k] = {
@@ -520,10 +524,7 @@ class DeviceTests(Problem[FittedModel]):
                         len(space.effects),
                     ),
                     parameters=numbers[k],
-                    evidence=self._evidence(effect, numbers[k], split[k], costs[k])
-                    + doubtful[k]
-                    * " It corrects less than what remains unexplained, and may only "
-                    "mend the form of another.",
+                    evidence=self._evidence(effect, numbers[k], split[k], costs[k], doubt),
                     confusable_with=inference.rivals(
                         effect.cause,
                         [
@@ -537,14 +538,15 @@ class DeviceTests(Problem[FittedModel]):
                         "conditions_left_out": stable[k].conditions,
                         "runs_resampled": stable[k].resamplings,
                     },
-                    doubtful=doubtful[k],
+                    doubtful=bool(doubt),
                 )
             )
         return causes
 
     def _evidence(
-        self, effect: Effect, values: Mapping[str, Interval], share: float, cost_without: float
-    ) -> str:
+        self, effect: Effect, values: Mapping[str, Interval], share: float, cost_without: float,
+        doubt: str,
+    ) -> str:  # fmt: skip
         where = "fitted" if self.data.fitted.all() else "held out"
         ratio = np.sqrt(cost_without / max(self.final.cost_of(self.validation_samples), 1e-300))
         numbers = ", ".join(
@@ -561,6 +563,8 @@ class DeviceTests(Problem[FittedModel]):
         return (
             f"Without {in_sentence(effect.title)} {larger}; it removes "
             f"{100 * share:.0f} % of the misfit with {numbers}.{_remarks(effect)}"
+            + f" It {doubt}, and may only mend the form of another."
+            * bool(doubt)
         )
 
     def _spread(self) -> Interval:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...effects import Effect
 from ...identification.law_fit import SEARCHED
 from ...identification.least_squares import DETERMINED, unit_columns
 from ...identification.noise import correlation_time
@@ -42,6 +43,12 @@ def intervals(final: FittedModel, shifts: NDArray, seed: int = 0) -> list[dict[s
     sure = stdtrit(len(errors) - 1, 0.975) * np.sqrt(1 + 1 / len(errors))
     half = np.hypot(half, sure * (above - below) / 2)
     return _intervals(final.model, final.values, final.values - shift, half)
+
+
+def may_be_zero(effect: Effect, numbers: Mapping[str, Interval]) -> bool:
+    """Whether the interval of an effect's size is finite and holds zero."""
+    size = numbers[effect.parameters[effect.strength].name]
+    return size.low <= 0.0 <= size.high and bool(np.isfinite(size.high - size.low))
 
 
 def errors_by_motion(final: FittedModel, shifts: Sequence[NDArray]) -> NDArray:
