@@ -315,10 +315,12 @@ class DeviceTests(Problem[FittedModel]):
     def _needed(self, best: FittedModel) -> FittedModel:
         """Drop effects that chance explains beside the others, or most fits from other runs."""
         while best.effects:
-            gains = [self._gain(best, place) for place in range(len(best.effects))]
-            least = int(np.argmin(gains))
-            if len(gains) > 1 and gains[least] < SIGNIFICANT:
-                best = self.space.without(best, least)
+            # each is a fit
+            several = range(len(best.effects) if len(best.effects) > 1 else 0)
+            lacking = [self.space.without(best, place) for place in several]
+            gains = [(e.cost - best.cost) / self.space.noise_gain(e, best) for e in lacking]
+            if gains and min(gains) < SIGNIFICANT:
+                best = lacking[int(np.argmin(gains))]
                 continue
             shares = [one.needed for one in stability(self.space, best, self.seed)]
             least = int(np.argmin(shares))
@@ -327,11 +329,6 @@ class DeviceTests(Problem[FittedModel]):
             self.unstable.append(best.effects[least].title)
             best = self.space.without(best, least)
         return best
-
-    def _gain(self, model: FittedModel, place: int) -> float:
-        """Decrease of the cost by one effect, over that by noise, once the others follow."""
-        without = self.space.without(model, place)
-        return (without.cost - model.cost) / self.space.noise_gain(without, model)
 
     def _extend(self, best: FittedModel) -> None:
         """Take the effects of a searched model, and fit them to all samples."""
@@ -691,7 +688,7 @@ class DeviceTests(Problem[FittedModel]):
             f"{note}." for note in (*self.data_notes, start_note(data.periods, law)) if note
         )
         low, high = data.current.min(), data.current.max()
-        currents = f", currents {low:.3g} to {high:.3g} A" if low < high or high else ""
+        currents = f", currents {low:.3g} to {high:.3g} A" if data.current.any() else ""
         return Text(
             f"{len(runs)} run{'s' * (len(runs) > 1)}, {duration:.0f} s in all, deformations up "
             f"to {1e3 * np.max(np.abs(data.x)):.3g} mm{currents}. "
