@@ -129,13 +129,13 @@ def test_a_model_is_completed_where_held_out_runs_agree(second, cost, held_out, 
         validation_samples = data = SimpleNamespace(fitted=np.array([True, False]))
 
         def __init__(self):
-            self.space, self.unstable, self.left = Space(), [more.effects[1].title], 10.0
+            self.space, self.unstable, self.final = Space(), [more.effects[1].title], best
 
         def _extend(self, model):
-            self.left = held_out if model is more else 10.0
+            self.final = model
 
         def _misfit(self, force):
-            return self.left
+            return held_out if self.final is more else 10.0
 
         def _is_noise(self, force, chosen):
             return False
@@ -145,8 +145,7 @@ def test_a_model_is_completed_where_held_out_runs_agree(second, cost, held_out, 
 
     problem = Problem()
     found = problem._completed(best, SearchResult(fitted(1e4), more, []))
-    assert found is (more if added else best)
-    assert problem.left == (held_out if added else 10.0)
+    assert found is problem.final is (more if added else best)
     assert bool(problem.unstable) is not added
 
 

@@ -295,11 +295,12 @@ class DeviceTests(Problem[FittedModel]):
         left, more = self._misfit(self.after), self._one_more(best, result)
         if more is None or _imitate(more.effects) or not self.space.completes(best, more):
             return best
+        before = self.final
         self._extend(more)
         if self._misfit(self.after) < COMPLETES * left and self._holds():
             self.unstable = [one for one in self.unstable if one not in _titles(more)]
             return more
-        self._extend(best)
+        self.final = before
         return best
 
     def _one_more(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel | None:
@@ -332,14 +333,12 @@ class DeviceTests(Problem[FittedModel]):
 
     def _extend(self, best: FittedModel) -> None:
         """Take the effects of a searched model, and fit them to all samples."""
-        self.__dict__.pop("after", None)
         self.final = self.law
         if best.effects:
             self.final = best.on(self.law.model.resolve_steps(best.values))
         elif self.prescribed is not None and self._loses():
             # numbers that predict other tests worse than those given are no improvement
             self.final = self.prescribed
-            self.__dict__.pop("after", None)
 
     def _holds(self) -> bool:
         """Whether the effects help on fitted and on held-out runs, and make none of these worse."""
@@ -411,7 +410,7 @@ class DeviceTests(Problem[FittedModel]):
         """Force of the evaluated simulation, N."""
         return self.data.bounded((self.prescribed or self.law).force)
 
-    @cached_property
+    @property
     def after(self) -> NDArray:
         """Force with all selected effects, N."""
         return self.data.bounded(self.final.force)

@@ -220,8 +220,9 @@ class EffectSearch:
         chosen = [
             d for d in result if d.gain > max(SIGNIFICANT * max(d.noise_gain, 1.0), least) / 4
         ][:most]
-        chosen = list(self.pool.map(lambda d: refine(current, d, self.noise), chosen))
-        return fit_directions(current, chosen, self.pool, self.advance)
+        refined = self.pool.map(lambda d: refine(current, d, self.noise), chosen)
+        likely = sorted(refined, key=lambda d: -d.gain)
+        return fit_directions(current, likely, self.pool, self.advance)
 
     def _generic_term(self, current: FittedModel, best: FittedModel) -> FittedModel | None:
         """Fit the best generic term, if it is clearly better than the best effect."""
