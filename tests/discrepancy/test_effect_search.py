@@ -125,20 +125,19 @@ def test_a_model_is_completed_where_held_out_runs_agree(second, cost, held_out, 
     more = fitted(cost, effect("self_heating"), effect(second))
 
     class Problem(DeviceTests):
-        after = None
-        validation_samples = data = SimpleNamespace(fitted=np.array([True, False]))
+        data = SimpleNamespace(fitted=np.array([True, False]))
+        after = property(lambda self: self.final)
+        errors = SimpleNamespace(
+            validation_samples=None,
+            is_noise=lambda model, chosen: False,
+            misfit=lambda model: held_out if model is more else 10.0,
+        )
 
         def __init__(self):
             self.space, self.unstable, self.final = Space(), [more.effects[1].title], best
 
         def _extend(self, model):
             self.final = model
-
-        def _misfit(self, force):
-            return held_out if self.final is more else 10.0
-
-        def _is_noise(self, force, chosen):
-            return False
 
         def _holds(self):
             return True

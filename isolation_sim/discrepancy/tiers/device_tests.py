@@ -427,7 +427,9 @@ class DeviceTiers(Tiers[_Rung]):
             held_out_noise_floor=min(diagnosis.held_out_noise_floor, errors.held_out),
             error_after=errors_after,
             extended=self.device(rung, diagnosis.judged),
-            gain=gain_interval(self.problem.squared_blocks(force), self.problem.seed),
+            gain=gain_interval(
+                self.problem.errors.squared_blocks(self.problem.before, force), self.problem.seed
+            ),
             traces=tuple(replace(one, after=after[one.name]) for one in diagnosis.traces),
         )
 
