@@ -152,7 +152,7 @@ class DeviceTests(Problem[FittedModel]):
 
     def search(self, base: FittedModel) -> SearchResult[FittedModel]:
         """Search for effects, then fit them to all samples."""
-        result = self._without_unknown_starts(search(self.space, base))
+        result = self._without_unknown_starts(_search(self.space, base))
         self.progress("fitting all samples")
         for best in self._proposals(result):
             self._extend(best)
@@ -180,7 +180,7 @@ class DeviceTests(Problem[FittedModel]):
             effects=[effect for effect in self.space.effects if not has_unknown_starts(effect)],
             most_causes=min(self.space.most_causes, len(best.effects) + 1),
         )
-        other = search(known, result.base)
+        other = _search(known, result.base)
         fewer = self.space.penalised_cost(other.best) < self.space.penalised_cost(best)
         return other if fewer else result
 
@@ -571,6 +571,15 @@ class DeviceTests(Problem[FittedModel]):
             else "No effect lowered the squared residual by more than "
             f"{SIGNIFICANT:.0f} times the noise's share of it."
         )
+
+
+def _search(space: EffectSearch, base: FittedModel) -> SearchResult[FittedModel]:
+    """Search for effects, and once more around those left at the end if they fit far better."""
+    result = search(space, base)
+    while space.continues(result):
+        more = search(space, result.best)
+        result = SearchResult(base, more.best, [*result.rounds, *more.rounds])
+    return result
 
 
 def _imitate(effects: Sequence[Effect]) -> bool:
