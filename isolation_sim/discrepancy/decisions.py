@@ -79,8 +79,9 @@ however small a share of the whole misfit that is; of device tests and of buildi
 seen on shaking-table cases of others."""
 MAY_BE_ZERO = 0.1
 """Share of the misfit below which one of several causes counts only if the interval of its size
-excludes zero. Convention, seen on blind pairs and on an eighth generator: of causes whose size may
-be zero, wrong ones removed up to 0.055, and right ones 0.27 and more."""
+excludes zero, and below which what only acts like a cause leaves little unexplained. Convention,
+seen on blind pairs and on an eighth generator: of causes whose size may be zero, wrong ones removed
+up to 0.055, and right ones 0.27 and more."""
 BESIDE_REMAINDER = 0.7
 """Share of the squared misfit that remains which one of several causes must correct: less only
 mends the form of another. Convention, seen on results of five generators: eight of eight causes

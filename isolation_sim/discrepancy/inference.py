@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..identification.least_squares import DETERMINED, unit_columns
 from ..identification.least_squares import at_bound as at_bound  # beside the other inference
-from .decisions import RESAMPLES, UNDETERMINED
+from .decisions import MAY_BE_ZERO, RESAMPLES, UNDETERMINED
 from .device.generic_terms import OUTSIDE
 from .diagnosis import Cause
 from .verdict import Verdict
@@ -94,7 +94,10 @@ def verdict(causes: Sequence[Cause], adequate: bool, explained: bool) -> Verdict
     if all(cause.name == OUTSIDE for cause in lacking):
         return "unexplained"
     known = [cause for cause in lacking if cause.name != OUTSIDE and not cause.acts_like]
-    return "explained" if explained and len(known) == len(lacking) else "partly_explained"
+    # what only acts like a cause leaves little to explain where its share is small
+    small = [cause for cause in lacking if cause.acts_like and cause.share < MAY_BE_ZERO]
+    every = bool(known) and len(known) + len(small) == len(lacking)
+    return "explained" if explained and every else "partly_explained"
 
 
 def _is_interference(cause: Cause) -> bool:

@@ -94,6 +94,10 @@ def test_verdicts():
         ((known,), True, False, "partly_explained"),
         ((known, other), False, True, "partly_explained"),
         ((like,), False, True, "partly_explained"),
+        ((replace(like, share=0.05),), False, True, "partly_explained"),
+        ((known, like), False, True, "partly_explained"),
+        ((known, replace(like, share=0.05)), False, True, "explained"),
+        ((known, replace(other, share=0.05)), False, True, "partly_explained"),
         ((known, like), False, True, "partly_explained"),
     ]  # fmt: skip
     for causes, adequate, explained, expected in table:
