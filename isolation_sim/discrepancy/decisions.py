@@ -77,6 +77,8 @@ COMPLETES = 0.4
 """Share of what the causes before leave, on fitted and on held-out data, from which a cause counts
 however small a share of the whole misfit that is; of device tests and of buildings. Convention,
 seen on shaking-table cases of others."""
+NEARLY_COMPLETES = 0.7
+"""The same of a cause before those beside it are exchanged for others. Effort."""
 MAY_BE_ZERO = 0.1
 """Share of the misfit below which one of several causes counts only if the interval of its size
 excludes zero, and below which what only acts like a cause leaves little unexplained. Convention,

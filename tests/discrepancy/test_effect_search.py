@@ -91,7 +91,7 @@ def test_a_rival_is_kept_where_it_was_fitted_best():
     ]  # fmt: skip
 
 
-def test_a_small_share_counts_of_a_named_effect_that_leaves_far_less():
+def test_a_small_share_counts_of_a_named_effect_that_leaves_less():
     space = Space()  # the noise costs 1
     space.__dict__["least_share"] = 0.03
     models = fitted(1100, "heat"), fitted(400, "heat", "wear")

@@ -28,6 +28,7 @@ from ..decisions import (
     FAR_BETTER,
     MINOR,
     MOST_MINOR,
+    NEARLY_COMPLETES,
     NEEDED,
     NOISE_EXAMPLES,
     REMAINS,
@@ -286,7 +287,9 @@ class DeviceTests(Problem[FittedModel]):
         if last.taken is not None or last.base.effects != best.effects:
             return None
         nearly = next(self.space.second_best(best, last.tried), None)
-        return None if nearly is None else self.space.revise(nearly)
+        if nearly is None or not self.space.completes(best, nearly, NEARLY_COMPLETES):
+            return None
+        return self.space.revise(nearly)
 
     def _needed(self, best: FittedModel) -> FittedModel:
         """Drop effects that chance explains beside the others, or most fits from other runs."""

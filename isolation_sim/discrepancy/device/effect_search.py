@@ -169,7 +169,7 @@ class EffectSearch:
                 break
             without = self.without(model, place)
             directions = screen(without, self.terms, self.noise, self.pool)
-            term = self._fitted_term(without, model, directions[:TERMS_TRIED])
+            term = self._fitted_term(without, model, directions)
             model = term or model
         return model
 
@@ -240,22 +240,18 @@ class EffectSearch:
         """Fit the best generic term, if it is clearly better than the best effect."""
         if OUTSIDE in current.causes:
             return None
-        left = best.cost - self.noise_cost
-        enough = WELL_EXPLAINED * self.misfit
         # an effect that another one bends may look like a term: only of the first one all is asked
-        if current.effects and left < enough:
+        if current.effects and best.cost - self.noise_cost < WELL_EXPLAINED * self.misfit:
             return None
         screened = screen(current, self.terms, self.noise, self.pool)
-        likely = [
-            one for one in screened
-            if current.cost - one.gain - self.noise_cost < left + enough
-        ]  # fmt: skip
-        return self._fitted_term(current, best, likely[:TERMS_TRIED])
+        return self._fitted_term(current, best, screened)
 
     def _fitted_term(
-        self, current: FittedModel, best: FittedModel, likely: Sequence[Direction]
+        self, current: FittedModel, best: FittedModel, screened: Sequence[Direction]
     ) -> FittedModel | None:
         """Fit generic terms; the best one, if it is clearly better than the best effect."""
+        enough = best.cost + WELL_EXPLAINED * self.misfit
+        likely = [one for one in screened if current.cost - one.gain < enough][:TERMS_TRIED]
         terms = fit_directions(current, likely, self.pool, self.advance)
         term = min(terms, key=self.penalised_cost, default=None)
         if term is None:
@@ -291,19 +287,23 @@ class EffectSearch:
             costs = costs + (1 / CLEARLY_BETTER - 1) * left
         return costs + one.n_parameters * float(np.log(len(one.residual)))
 
-    def completes(self, without: FittedModel, extended: FittedModel) -> bool:
-        """Whether a model leaves far less above the noise than one with a cause less does."""
+    def completes(
+        self, without: FittedModel, extended: FittedModel, share: float = COMPLETES
+    ) -> bool:
+        """Whether a model leaves less than a share of what one with a cause less leaves."""
         before, after = np.array(without.cost), np.array(extended.cost)
         # where little is left, chance makes that far less
         if not before - after > SIGNIFICANT * self.noise_gain(without, extended):
             return False
-        return bool(self.leaves_far_less(before, after, np.array(1.0)))
+        return bool(self.leaves_less(before, after, np.array(1.0), share))
 
-    def leaves_far_less(self, cost_without: NDArray, cost: NDArray, size: NDArray) -> NDArray:
-        """The same by the costs on sets of runs; ``size`` as in ``helps``."""
+    def leaves_less(
+        self, cost_without: NDArray, cost: NDArray, size: NDArray, share: float = COMPLETES
+    ) -> NDArray:
+        """The same by the costs on sets of runs, above the noise; ``size`` as in ``helps``."""
         noise = size * self.noise_cost
         with np.errstate(invalid="ignore"):  # both diverge
-            return cost - noise < COMPLETES * (cost_without - noise)
+            return cost - noise < share * (cost_without - noise)
 
     def _helps(self, without: FittedModel, extended: FittedModel) -> bool:
         cost_without, cost = (np.array(one.cost) for one in (without, extended))
@@ -324,7 +324,7 @@ class EffectSearch:
         # what leaves nothing but noise, and did not before, is no correction of another's shape
         completes = (cost < ADEQUATE * noise) & (gain > noise)
         if named:
-            completes |= self.leaves_far_less(cost_without, cost, size)
+            completes |= self.leaves_less(cost_without, cost, size)
         least = np.where(completes, part, np.maximum(part, self.least_share * misfit))
         return (gain > SIGNIFICANT * self.noise_gain(without, extended)) & (gain > least)
 
