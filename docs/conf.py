@@ -1,4 +1,7 @@
-"""Settings of the documentation: ``sphinx-build -W --keep-going -b html docs docs/_build``."""
+"""Settings of the documentation: ``sphinx-build -W --keep-going -b html docs docs/_build``.
+
+With ``-t short`` one tutorial is run, and the others are shown without what they print.
+"""
 
 import os
 import sys
@@ -38,6 +41,13 @@ nitpick_ignore = [
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 nb_execution_mode = "force"
+# the short pages run the first tutorial; tests/test_docs.py runs each of them on request
+if tags.has("short"):  # type: ignore[name-defined]  # noqa: F821
+    nb_execution_excludepatterns = [
+        f"tutorials/{path.name}"
+        for path in (HERE / "tutorials").glob("*.ipynb")
+        if path.stem != "first_run"
+    ]
 nb_execution_in_temp = True
 nb_execution_timeout = 240
 nb_execution_raise_on_error = True

@@ -1,16 +1,18 @@
 """The documentation says what is so: its commands, examples, equations and lists of names.
 
-The pages are built, without warnings, by ``.ci/run``; the build runs the tutorials.
+The pages are built, without warnings, by ``.ci/run``; this build runs the first tutorial.
 """
 
 from __future__ import annotations
 
 import importlib
 import json
+import os
 import pkgutil
 import re
 import runpy
 import shlex
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -91,7 +93,23 @@ def desk(tmp_path, monkeypatch, tests_of_a_device):
     return tmp_path
 
 
-@pytest.mark.parametrize("page", [name for name, text in TEXTS.items() if _commands(text)])
+LONG = (
+    "docs/code_checks.md",
+    "docs/guide/export_c.md",
+    "docs/guide/other_tools.md",
+    "docs/tuning.md",
+)
+"""Pages whose commands take longest; each command has tests of its own."""
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name in LONG else [])
+        for name, text in TEXTS.items()
+        if _commands(text)
+    ],
+)
 @pytest.mark.usefixtures("no_drawing")
 def test_the_commands_of_a_page_run(page, desk, capsys, monkeypatch):
     # one paper is enough: the numbers of all are computed, by the same function, in test_papers
@@ -379,6 +397,22 @@ def test_notebooks_are_kept_without_outputs(path):
     assert code
     assert not [cell for cell in code if cell["outputs"] or cell["execution_count"]]
     assert path.stem in (DOCS / "index.md").read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_runs_from_top_to_bottom(path, tmp_path, monkeypatch):
+    missing = "needs the extra docs: pip install '.[docs]'"
+    nbformat = pytest.importorskip("nbformat", reason=missing)
+    nbclient = pytest.importorskip("nbclient", reason=missing)
+    # as in the pages: commands are found, and figures are drawn in the notebook
+    monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
+    monkeypatch.delenv("MPLBACKEND", raising=False)
+    notebook = nbformat.read(path, as_version=4)
+    where = {"metadata": {"path": str(tmp_path)}}
+    nbclient.NotebookClient(notebook, timeout=600, resources=where).execute()
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert all(cell.execution_count for cell in code)
 
 
 def test_the_table_of_the_main_job_in_the_readme_is_what_it_prints():

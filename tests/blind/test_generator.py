@@ -120,6 +120,7 @@ def test_severity_zero_is_clean_and_the_size_is_reached(effect, form):
     assert 0 < hidden.severity <= hidden.form.limit
 
 
+@pytest.mark.slow
 def test_sizes_are_repeated_on_a_finer_grid():
     """The gauge's coarse grid measures what the campaign's fine one has."""
     device = perturbed("bouc_wen", np.random.default_rng(11))
@@ -195,6 +196,7 @@ def test_lists_of_cases():
     assert all(case.law != case.base for case in cases.wrong_law(20))
 
 
+@pytest.mark.slow
 def test_a_case_below_its_largest_size_is_spread_to_its_limit():
     sizes = [
         cases.Case(

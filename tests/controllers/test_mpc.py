@@ -449,6 +449,7 @@ def test_the_ground_s_velocity_comes_back_to_zero():
     np.testing.assert_allclose(found[1:], innovations[1:], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_random_motion_is_foreseen_better_by_its_velocity():
     """The share of the velocity's change over 0.6 s that is known, on motions of another program.
 
@@ -669,6 +670,7 @@ def test_bases_move_with_the_ground_in_their_own_direction():
     np.testing.assert_array_equal(found, turned)
 
 
+@pytest.mark.slow
 def test_linear_variant_predicts_with_springs_and_dashpots(isolated, record, monkeypatch):
     linear = spring_and_dashpot(isolated, COILS, 0.5)
     for current in (0.0, 1.25, 3.0):

@@ -74,6 +74,7 @@ def test_what_is_found_but_too_small_to_matter_is_negligible():
     assert found.extended.law.effects == ()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
 def test_a_cause_that_corrects_less_than_what_remains_only_acts_like_one():
     def labels(**hidden):

@@ -128,6 +128,7 @@ def test_the_led_in_force_is_that_of_steady_cycles():
     assert np.max(np.abs(difference - jacobian[:, k])) < 1e-4 * size
 
 
+@pytest.mark.slow
 def test_a_fit_to_cycles_cut_out(cut_out):
     result = fit(cut_out, "bouc_wen", current_degree=1)
     assert result.error < 0.0105
