@@ -278,10 +278,14 @@ def test_the_equations_printed_are_those_that_run(name, extension):
     rng = np.random.default_rng(7)
     symbols = [equations.symbol(n) for n in ("x", "v", *law.state_names, *law.parameter_names)]
 
-    def value(expression, numbers):
+    def function(expression):
         modules = [{"Iverson": lambda condition: 1.0 * condition}, "numpy"]
-        return sympy.lambdify(symbols, expression, modules)(*numbers)
+        return sympy.lambdify(symbols, expression, modules)
 
+    printed_force = function(equations.force(law))
+    printed_rates = [function(rate) for rate in equations.rates(law)]
+    if law.stored_energy is not None:
+        printed_energy = function(equations.stored(law))
     for _ in range(20):
         x, v = rng.normal(0, 0.5, 2)
         states = tuple(rng.normal(0, 0.5, len(law.states)))
@@ -290,14 +294,12 @@ def test_the_equations_printed_are_those_that_run(name, extension):
         )
         numbers = (x, v, *states, *parameters)
         force = law.force(x, v, states, parameters)
-        assert value(equations.force(law), numbers) == pytest.approx(force, rel=1e-9, abs=1e-12)
-        for printed, rate in zip(
-            equations.rates(law), law.rates(x, v, states, parameters), strict=True
-        ):
-            assert value(printed, numbers) == pytest.approx(rate, rel=1e-9, abs=1e-12)
+        assert printed_force(*numbers) == pytest.approx(force, rel=1e-9, abs=1e-12)
+        for printed, rate in zip(printed_rates, law.rates(x, v, states, parameters), strict=True):
+            assert printed(*numbers) == pytest.approx(rate, rel=1e-9, abs=1e-12)
         if law.stored_energy is not None:
             energy = law.stored_energy(x, states, parameters)
-            assert value(equations.stored(law), numbers) == pytest.approx(energy, rel=1e-9)
+            assert printed_energy(*numbers) == pytest.approx(energy, rel=1e-9)
 
 
 def test_equations_are_printed_as_the_field_writes_them(extension):
@@ -400,15 +402,16 @@ def test_notebooks_are_kept_without_outputs(path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_runs_from_top_to_bottom(path, tmp_path, monkeypatch):
+@pytest.mark.parametrize("path", [*NOTEBOOKS, DOCS / "guide/start.md"], ids=lambda path: path.stem)
+def test_a_tutorial_runs_from_top_to_bottom(path, tmp_path, monkeypatch):
     missing = "needs the extra docs: pip install '.[docs]'"
-    nbformat = pytest.importorskip("nbformat", reason=missing)
     nbclient = pytest.importorskip("nbclient", reason=missing)
+    myst_nb = pytest.importorskip("myst_nb.core.read", reason=missing)
+    read = myst_nb.read_myst_markdown_notebook if path.suffix == ".md" else myst_nb.standard_nb_read
+    notebook = read(path.read_text(encoding="utf-8"))
     # as in the pages: commands are found, and figures are drawn in the notebook
     monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
     monkeypatch.delenv("MPLBACKEND", raising=False)
-    notebook = nbformat.read(path, as_version=4)
     where = {"metadata": {"path": str(tmp_path)}}
     nbclient.NotebookClient(notebook, timeout=600, resources=where).execute()
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
