@@ -22,7 +22,7 @@ FIRST = tuple(
     for name in (
         "papers",
         "controllers_study",
-        "published_isolator",
+        "benchmark_building",
         "sweep_studies",
         "causal_limit",
     )

@@ -106,7 +106,17 @@ def test_every_name_of_the_design_has_two_forms():
     assert all(FORMS[effect][name].stage in STAGES for effect, name in ALL)
 
 
-@pytest.mark.parametrize(("effect", "form"), ALL)
+FIRST = {effect: form for effect, form in reversed(ALL)}
+"""A form of each effect; the others are slow."""
+
+
+@pytest.mark.parametrize(
+    ("effect", "form"),
+    [
+        pytest.param(effect, form, marks=[] if form == FIRST[effect] else [pytest.mark.slow])
+        for effect, form in ALL
+    ],
+)
 def test_severity_zero_is_clean_and_the_size_is_reached(effect, form):
     base = "hybrid" if effect == "weak_rate_dependence" else "strain_stiffening"
     gauge = gauge_of(base)

@@ -81,6 +81,7 @@ def test_a_mass_beside_the_centre_of_the_base_is_named(tmp_path):
     np.testing.assert_allclose([numbers["shift_x"], numbers["shift_y"]], moved, rtol=0.1)
 
 
+@pytest.mark.slow
 def test_a_biased_sensor_is_named_with_its_direction(tmp_path):
     diagnosis = diagnosed(nominal(), tmp_path, bias=0.05)
     assert [cause.name for cause in diagnosis.causes] == ["sensor_bias"]

@@ -74,7 +74,7 @@ def test_states_that_the_measured_history_tells_are_kept():
     assert of_device(carry_history(wear)) is wear and of_device(wear) is wear
 
 
-@pytest.mark.parametrize("keeps", [True, False])
+@pytest.mark.parametrize("keeps", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_wear_is_named_whether_the_specimen_is_kept_or_new(keeps):
     found = diagnose(series(0.3, keeps), "kelvin_voigt", tiers="causes")
     (cause,) = found.causes

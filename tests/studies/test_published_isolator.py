@@ -35,9 +35,8 @@ RIVALS = {
 """Forms of two causes that the table can hardly tell apart."""
 
 
-@pytest.mark.parametrize(
-    "names", [RIVALS, pytest.param(None, marks=pytest.mark.slow)], ids=["rivals", "all"]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("names", [RIVALS, None], ids=["rivals", "all"])
 def test_short_form(tmp_path, monkeypatch, names):
     if names:
         monkeypatch.setattr(study, "CYCLES", 6)

@@ -99,6 +99,7 @@ def test_the_figure_has_a_line_a_method(comparison):
     assert ours.get_ydata()[-1] == min(line.get_ydata()[-1] for line in lines)
 
 
+@pytest.mark.slow
 def test_without_the_damper_the_study_says_so(monkeypatch, tmp_path):
     monkeypatch.setenv("ISOLATION_SIM_DATA", str(tmp_path / "absent"))
     monkeypatch.setattr(searches, "SHORT_BUDGET", BUDGET)

@@ -287,6 +287,7 @@ def test_a_drift_and_a_mass_that_it_hides_are_both_named_alone(isolated):
     )
 
 
+@pytest.mark.slow
 def test_a_storey_that_yields_is_named_with_its_strength(isolated):
     blank = _record(isolated)
     peak = isolated.structure.total_mass * np.abs(blank.mean_acceleration(blank.values, "")).max()
@@ -521,12 +522,10 @@ def test_a_biased_sensor_is_named_with_its_channel(isolated):
     np.testing.assert_allclose(diagnosis.building.structure.stiffness, isolated.structure.stiffness)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "place", "values"),
-    [
-        pytest.param("floor_mass_error", "floor4", (0.3,), marks=pytest.mark.slow),
-        ("sensor_delay", "accelerations", (0.02,)),
-    ],
+    [("floor_mass_error", "floor4", (0.3,)), ("sensor_delay", "accelerations", (0.02,))],
 )
 def test_a_cause_is_named_with_its_place(isolated, name, place, values):
     record = _record(isolated, lambda model: _with(model, name, place, values), seed=12)
