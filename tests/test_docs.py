@@ -94,6 +94,7 @@ def desk(tmp_path, monkeypatch, tests_of_a_device):
 
 
 LONG = (
+    "docs/biaxial.md",
     "docs/code_checks.md",
     "docs/guide/export_c.md",
     "docs/guide/other_tools.md",
