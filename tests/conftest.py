@@ -29,8 +29,8 @@ FIRST = tuple(
 )
 """What begins. Two workers that compile the same at the same time would do it twice."""
 SLOW = (
-    "tests/studies", "tests/sweeps", "tests/test_docs.py", "tests/discrepancy", "tests/blind",
-    "tests/identification", "tests/controllers", "tests/reports", "tests/export",
+    "tests/studies", "tests/test_docs.py", "tests/sweeps", "tests/reports", "tests/blind",
+    "tests/discrepancy", "tests/controllers", "tests/identification", "tests/export",
 )  # fmt: skip
 """What takes longest of the others; what comes last is quick, so that both workers end together."""
 QUICK = (

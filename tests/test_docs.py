@@ -98,6 +98,7 @@ LONG = (
     "docs/code_checks.md",
     "docs/guide/export_c.md",
     "docs/guide/other_tools.md",
+    "docs/studies.md",
     "docs/tuning.md",
 )
 """Pages whose commands take longest; each command has tests of its own."""

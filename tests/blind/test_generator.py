@@ -79,7 +79,9 @@ def by_solve_ivp(device, motion):
     return np.array([forces(t, p(t), s) for t, s in zip(motion.time, solution.y.T, strict=True)])
 
 
-@pytest.mark.parametrize("law", ["strain_stiffening", "bouc_wen"])
+@pytest.mark.parametrize(
+    "law", ["strain_stiffening", pytest.param("bouc_wen", marks=pytest.mark.slow)]
+)
 def test_forces_agree_with_scipy(law):
     device, motion = perturbed(law, np.random.default_rng(7)), one_run(4)
     force, expected = respond(device, motion), by_solve_ivp(device, motion)

@@ -79,9 +79,10 @@ def test_a_delay_shifts_the_force():
 SINGLES = [case for case in second_singles((0.02,)) if case.law == "bouc_wen"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
-    [SINGLES[2], pytest.param(SINGLES[19], marks=pytest.mark.slow)],
+    [SINGLES[2], SINGLES[19]],
     ids=lambda case: case.name,
 )
 def test_an_effect_has_the_size_asked_for(case):

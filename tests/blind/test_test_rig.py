@@ -163,7 +163,11 @@ def test_a_mass_is_measured_behind_an_amplifier_that_filters_the_displacement():
 
 
 @pytest.mark.parametrize(
-    ("spring", "form"), [(lambda s: s**3, "x^3"), (lambda s: s * np.abs(s), "x |x|")]
+    ("spring", "form"),
+    [
+        (lambda s: s**3, "x^3"),
+        pytest.param(lambda s: s * np.abs(s), "x |x|", marks=pytest.mark.slow),
+    ],
 )
 def test_a_spring_that_stiffens_from_the_middle_is_no_end_stop(spring, form):
     campaign = bench(lambda x, v, a, i: 2e4 * x + 300 * v + 300 * spring(x / 0.02))

@@ -145,6 +145,7 @@ def test_front_is_a_front_and_not_below_the_weighted_optimum(isolated, el_centro
     assert x[0] == pytest.approx(stiffest.certified[DISPLACEMENT], rel=5e-3)
 
 
+@pytest.mark.slow
 def test_ideal_supply_slew_and_other_periods(isolated, el_centro):
     records = (el_centro.cut(0.8, 2.0),)
     for driver in (CoilDriver(high=3.0), CoilDriver(lag=0.05, slew=8.0, high=2.0, initial=1.0)):

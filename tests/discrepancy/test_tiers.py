@@ -128,6 +128,7 @@ def test_the_written_law_loads_fits_simulates_and_closes_the_ledger(diagnosis, c
     assert run.energy.closure_error < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
 def test_results_with_a_law_of_ones_own_can_be_moved(campaign, tmp_path):
     own = tmp_path / "work" / "my_law.py"
@@ -457,6 +458,7 @@ def test_a_note_names_the_causes_that_an_equation_replaces():
     assert _replaced_note(made, every) == ["The equation stands in place of the causes."]
 
 
+@pytest.mark.slow
 def test_an_effect_that_an_equation_makes_superfluous_is_dropped(campaign):
     """Beside a squeeze film an end stop gains nothing, and a mass does."""
     from isolation_sim.discrepancy.adapters.device_tests import DeviceTests

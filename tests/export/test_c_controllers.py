@@ -158,7 +158,9 @@ def test_what_has_no_form_in_c_is_refused(controller, said, job):
 @pytest.mark.parametrize(
     ("name", "settings", "driver", "ahead"),
     [
-        ("mpc", {}, iso.CoilDriver(lag=0.05, slew=60.0, high=3.0), ()),
+        pytest.param(
+            "mpc", {}, iso.CoilDriver(lag=0.05, slew=60.0, high=3.0), (), marks=pytest.mark.slow
+        ),
         # a jump of the current shows in the accelerations; the ground motion ahead is an input
         pytest.param(
             "mpc", {"preview": 0.4}, iso.CoilDriver(high=3.0), range(5, 401, 5),

@@ -89,6 +89,7 @@ class TestIdentification:
         assert result.value > 0.15 * np.std(self.force)
         assert np.max(np.abs(result.x / self.EXACT - 1)) > 0.5
 
+    @pytest.mark.slow
     def test_the_adaptive_step_beats_the_fixed_one(self):
         def found(method):
             runs = (search(method, self.objective, self.BOUNDS, 5000, seed) for seed in range(5))

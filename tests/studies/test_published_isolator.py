@@ -15,6 +15,7 @@ from studies.study import perform
 pytestmark = pytest.mark.usefixtures("no_drawing")
 
 
+@pytest.mark.slow
 def test_the_loops_of_the_second_paper_hardly_depend_on_frequency():
     table = study.yu()
     strong = table.current == 3.0

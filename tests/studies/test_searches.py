@@ -111,6 +111,7 @@ def test_without_the_damper_the_study_says_so(monkeypatch, tmp_path):
     assert sum(shares) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_the_measured_damper_is_one_current_of_the_campaign(shared_data):
     problem = searches.measured_damper(shared_data / "mr_damper")
     assert np.unique(problem.simulator.motion.current).tolist() == [1.0]
