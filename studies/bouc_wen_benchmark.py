@@ -160,8 +160,8 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         step("comparing all laws", 0.4)
         family = iso.diagnose(loops, "auto", tiers="causes", consequence=False)
         family.save(folder / "diagnosis_auto")
-        assert family.judged is not None
-        best = family.judged.law.name
+        assert family.nominal is not None
+        best = family.nominal.law.name
     step("hysteretic law", 0.4)
     fitted = iso.fit(loops, best).device
     models[f"{fitted.law.title}, fitted to the loops"] = mass, fitted

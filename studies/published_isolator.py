@@ -111,8 +111,8 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
         step(f"diagnosing {table.name}", 0.0)
         diagnosis = diagnose(table, published.law, current_degree=DEGREE)
         diagnosis.save(folder / f"diagnosis_{table.name.split(' ')[0]}")
-        assert diagnosis.judged is not None and diagnosis.extended is not None
-        laws = {PUBLISHED: published, FITTED: diagnosis.judged, EXTENDED: diagnosis.extended}
+        assert diagnosis.nominal is not None and diagnosis.extended is not None
+        laws = {PUBLISHED: published, FITTED: diagnosis.nominal, EXTENDED: diagnosis.extended}
         computed = {name: loops(device, table) for name, device in laws.items()}
         result.append(TableDiagnosis(table, diagnosis, computed))
         step(f"diagnosing {table.name}", 1 / len(tables))

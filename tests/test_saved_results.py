@@ -59,7 +59,7 @@ def diagnosis():
         error_before=Errors(0.2, float("nan")), error_after=Errors(0.02, float("nan")),
         causes=(Cause("coulomb_friction", 0.9, 1e-6, {"F": Interval(1.0, 0.9, 1.1, "N")}, "It."),),
         unexplained_share=0.05, depends_on=("velocity",), next_test=None,
-        steps=(Step("Fit", "It fits.", ("a",), (("1",),)),), judged=device,
+        steps=(Step("Fit", "It fits.", ("a",), (("1",),)),), nominal=device,
         extended=extend(device, [(effect("coulomb_friction"), _numbers("coulomb_friction"))]),
         traces=(Trace("run", False, t, t, "x, mm", "F, N", np.sin(t), np.cos(t), np.sin(t)),),
         details={"seed": 0}, data_notes=("run: force clipped",),
@@ -255,7 +255,7 @@ def test_a_run_in_plan_is_pickled():
 
 def test_suites_and_tunings_are_loaded_too(tmp_path, swept):
     (tmp_path / "tuning.json").write_text(
-        '{"content": {"controller": "on_off"}, "trials": [], "sensitivity": {}, "judged": []}'
+        '{"content": {"controller": "on_off"}, "trials": [], "sensitivity": {}, "outcomes": []}'
     )
     assert isinstance(iso.load(tmp_path), iso.Tuning)
     (tmp_path / "suite.json").write_text('{"motions": [1, 2]}')
@@ -263,6 +263,23 @@ def test_suites_and_tunings_are_loaded_too(tmp_path, swept):
         iso.load(tmp_path)
     (tmp_path / "sweep").symlink_to(swept.folder)
     assert repr(iso.load(tmp_path)).endswith("2 motions)")
+
+
+def test_results_of_an_earlier_version_have_an_old_name(tmp_path, diagnosis):
+    state = {f.name: getattr(diagnosis, f.name) for f in fields(diagnosis)}
+    state["judged"] = state.pop("nominal")
+    earlier = object.__new__(Diagnosis)
+    earlier.__setstate__(state)
+    assert same(earlier, diagnosis)
+    with pytest.warns(FutureWarning, match="judged is now called nominal"):
+        assert earlier.judged is diagnosis.nominal
+    (tmp_path / "tuning.json").write_text(
+        '{"content": {}, "trials": [], "sensitivity": {}, "judged": []}'
+    )
+    with pytest.warns(FutureWarning, match="judged is now called outcomes"):
+        tuning = iso.load(tmp_path)
+    with pytest.warns(FutureWarning, match="judged is now called outcomes"):
+        assert tuning.judged == tuning.outcomes == []
 
 
 @pytest.mark.parametrize("make", [

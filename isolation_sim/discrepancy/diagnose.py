@@ -172,7 +172,7 @@ def diagnose_problem(
         next_test=told[0] if told else problem.next_test(result, causes),
         test_plan=plan,
         steps=report_steps(problem, result, dependences, evaluation, causes, judgement),
-        judged=evaluated,
+        nominal=evaluated,
         extended=extended,
         gain=gain_interval(evaluation.blocks, problem.seed) if causes else None,
         traces=problem.traces(result),

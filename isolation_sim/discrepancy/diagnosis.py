@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ground_motions.argument_types import checked
 
 from ..errors import InputError
+from ..old_names import note_old_name
 from ..rendering import Printed, render
 from .interval import Interval, number
 from .verdict import Verdict, meaning
@@ -258,8 +259,8 @@ class Diagnosis(Printed):
         The test that best distinguishes the causes that these data do not distinguish.
     steps : tuple of Step
         How it was found.
-    judged : Device or None
-        The evaluated device, with its fitted or prescribed parameters.
+    nominal : Device or None
+        The device of the nominal model, with its fitted or prescribed parameters.
     extended : Device or None
         The device with the causes in it; None where nothing was found in the device.
     gain : (float, float) or None
@@ -292,7 +293,7 @@ class Diagnosis(Printed):
     depends_on: tuple[str, ...]
     next_test: str | None
     steps: tuple[Step, ...]
-    judged: Device | None = None
+    nominal: Device | None = None
     extended: Device | None = None
     gain: tuple[float, float] | None = None
     traces: tuple[Trace, ...] = ()
@@ -302,6 +303,19 @@ class Diagnosis(Printed):
     data_notes: tuple[str, ...] = ()
     held_out_noise_floor: float = float("nan")
     test_plan: TestPlan | None = None
+
+    @property
+    def judged(self) -> Device | None:
+        """Old name of ``nominal``."""
+        note_old_name("judged", "nominal")
+        return self.nominal
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Restore a saved diagnosis, of an earlier version too."""
+        if "judged" in state:
+            state = {"nominal": state["judged"]} | state
+            del state["judged"]
+        vars(self).update(state)
 
     @property
     def meaning(self) -> str:

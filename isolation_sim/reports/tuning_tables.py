@@ -29,12 +29,12 @@ def gains_table(tuning: Tuning) -> TextTable:
     """Mean scores before and after, and gains, with 95 % intervals."""
     headings = ["motions", "before", "tuned", "gain", "better than constant in"]
     rows = []
-    for evaluated in tuning.judged:
+    for evaluated in tuning.outcomes:
         means = evaluated.means
         counted = f"{evaluated.better} of {len(evaluated.motions)}"
         rows.append([evaluated.name, *(str(means[key]) for key in means), counted])
     title = "Mean score, 95 % interval: J minus that of the best constant current"
-    alone = any(len(evaluated.motions) == 1 for evaluated in tuning.judged)
+    alone = any(len(evaluated.motions) == 1 for evaluated in tuning.outcomes)
     return TextTable(title, headings, rows, caption="one motion gives no interval" * alone)
 
 

@@ -40,9 +40,9 @@ def with_consequence(
         assert diagnosis.building is not None
         before, after = job.isolated, diagnosis.building
     else:
-        assert diagnosis.judged is not None and diagnosis.extended is not None
+        assert diagnosis.nominal is not None and diagnosis.extended is not None
         try:
-            old, new = _alike(diagnosis.judged, _without_instruments(diagnosis.extended))
+            old, new = _alike(diagnosis.nominal, _without_instruments(diagnosis.extended))
             scale = _explicit_scale(scenario) or carrying(new, job.isolated.structure, job.records)
         except InputError as error:
             reason = f"Not run: {error}."

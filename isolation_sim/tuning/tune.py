@@ -168,7 +168,7 @@ def tune(
             on = trials if group is tuned_on else Trials(scenario, group, weights, processes)
             before, after = evaluate([{}, best], on).tolist()
             current, constant = (values.tolist() for values in on.constant)
-            tuning.judged.append(Evaluation(key, group.names, current, constant, before, after))
+            tuning.outcomes.append(Evaluation(key, group.names, current, constant, before, after))
     if out is not None:
         tuning.save(out, overwrite=True)
     return tuning

@@ -12,6 +12,7 @@ from ..errors import InputError
 from ..io.csv_table import write_table
 from ..io.files import json_text, write_text
 from ..io.results_folder import check_free, files_into, write_contents
+from ..old_names import note_old_name, renamed_keys
 from ..rendering import Printed, render
 from ..search_range import SearchRange
 from .intervals import MARGIN, MeanInterval, mean_interval
@@ -63,14 +64,20 @@ class Tuning(Printed):
         controller.
     sensitivity : dict of str to tuple
         By setting: values over its range, and their mean scores; the other settings are tuned.
-    judged : list of Evaluation
+    outcomes : list of Evaluation
         Scores on the tuning motions, then on the unseen ones; empty before the end of the search.
     """
 
     content: dict[str, Any]
     trials: list[Trial] = field(default_factory=list)
     sensitivity: dict[str, tuple[list[float], list[float]]] = field(default_factory=dict)
-    judged: list[Evaluation] = field(default_factory=list)
+    outcomes: list[Evaluation] = field(default_factory=list)
+
+    @property
+    def judged(self) -> list[Evaluation]:
+        """Old name of ``outcomes``."""
+        note_old_name("judged", "outcomes")
+        return self.outcomes
 
     @property
     def controller(self) -> str:
@@ -99,8 +106,8 @@ class Tuning(Printed):
         if not self.best.settings:
             first = "No candidate was better than the initial controller."
         else:
-            first = f"Tuned on {self.judged[0].name}, in {len(self.trials)} trials."
-        return [first, *self.at_bounds(), *map(_sentences, self.judged)]
+            first = f"Tuned on {self.outcomes[0].name}, in {len(self.trials)} trials."
+        return [first, *self.at_bounds(), *map(_sentences, self.outcomes)]
 
     def at_bounds(self) -> list[str]:
         """Name the tuned settings at a bound of their search range.
@@ -144,14 +151,14 @@ class Tuning(Printed):
             "settings": self.settings,
             "trials": len(self.trials),
             "command": self.content["command"],
-            "judged": [
+            "outcomes": [
                 {
                     "motions": evaluated.name,
                     "count": len(evaluated.motions),
                     "better": evaluated.better,
                 }
                 | {name: mean._asdict() for name, mean in evaluated.means.items()}
-                for evaluated in self.judged
+                for evaluated in self.outcomes
             ],
         }
 
@@ -237,7 +244,7 @@ class Tuning(Printed):
         scores = [
             {"motions": each.name, "motion": motion, "best_constant_A": current,
              "best_constant_score": constant, "score_before": before, "score_after": after}
-            for each in self.judged
+            for each in self.outcomes
             for motion, current, constant, before, after in zip(
                 each.motions, each.current, each.constant, each.before, each.after, strict=True
             )
@@ -304,12 +311,12 @@ class Tuning(Printed):
         """
         path = Path(folder) / _STATE
         try:
-            data = json.loads(path.read_bytes())
+            data = renamed_keys(json.loads(path.read_bytes()), judged="outcomes")
             return cls(
                 data["content"],
                 [Trial(*each) for each in data["trials"]],
                 {name: (x, y) for name, (x, y) in data["sensitivity"].items()},
-                [Evaluation(**each) for each in data["judged"]],
+                [Evaluation(**each) for each in data["outcomes"]],
             )
         except (FileNotFoundError, NotADirectoryError):
             raise InputError(

@@ -7,6 +7,7 @@ import pytest
 from threadpoolctl import threadpool_info
 
 from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.discrepancy.device import screen as screening
 from isolation_sim.discrepancy.device.model import Model, fit_model
 from isolation_sim.discrepancy.device.screen import (
     Direction,
@@ -17,7 +18,7 @@ from isolation_sim.discrepancy.device.screen import (
     screen_effect,
 )
 from isolation_sim.discrepancy.diagnose import diagnose
-from isolation_sim.effects import Effect, EffectParameter, effect
+from isolation_sim.effects import EFFECTS, Effect, EffectParameter, effect
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise
@@ -82,6 +83,22 @@ def test_each_step_gains_on_the_one_before(bare, noise):
     loss = together.parameters(0)["loss"]
     assert loss == pytest.approx(LOSS, rel=0.1)
     assert together.cost < 1.1 * len(together.residual)
+
+
+def test_what_cannot_compete_with_the_best_is_not_fitted(bare, noise, monkeypatch):
+    with workers(1) as pool:
+        (best, *others) = screen(bare, EFFECTS["amplitude_softening"], noise, pool)
+        # what changes the current or the motion often gains more than expected
+        slow = Direction(effect("current_lag", "first_order"), 1.0, 1.0, np.array([0.1]))
+        weak = Direction(effect("force_offset", "constant"), 1.0, 1.0, np.array([1.0]))
+        refitted = []
+        monkeypatch.setattr(screening, "refit", lambda one: refitted.append(one) or one)
+        fitted = fit_directions(bare, [best, *others[:2], weak, slow], pool, lambda: None)
+    causes = [one.causes[-1] for one in fitted]
+    assert sorted(causes) == ["amplitude_softening"] * 3 + ["current_lag"]
+    assert [one.cost for one in fitted] == sorted(one.cost for one in fitted)
+    # one form of a cause
+    assert refitted == fitted[:1]
 
 
 def test_a_fit_begins_where_the_law_follows_the_effect(bare, noise):

@@ -132,7 +132,7 @@ def _diagnosis(judged, extended):
     return Diagnosis(
         data="rig 3", model="a law", verdict="explained", noise_floor=0.01,
         error_before=Errors(0.2, 0.2), error_after=Errors(0.02, 0.02), causes=(cause,),
-        unexplained_share=0.0, depends_on=(), next_test=None, steps=(), judged=judged,
+        unexplained_share=0.0, depends_on=(), next_test=None, steps=(), nominal=judged,
         extended=extended,
     )  # fmt: skip
 

@@ -11,7 +11,7 @@ from isolation_sim.discrepancy.device import effect_search
 from isolation_sim.discrepancy.device.carried_history import carry_history
 from isolation_sim.discrepancy.device.effect_search import EffectSearch
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE, generic_terms, with_each_power
-from isolation_sim.discrepancy.search import SearchResult
+from isolation_sim.discrepancy.search import Round, SearchResult
 from isolation_sim.effects import Signals, effect
 
 
@@ -125,29 +125,51 @@ def test_a_model_is_completed_where_held_out_runs_agree(second, cost, held_out, 
     more = fitted(cost, effect("self_heating"), effect(second))
 
     class Problem(DeviceTests):
-        after = None
-        validation_samples = data = SimpleNamespace(fitted=np.array([True, False]))
+        data = SimpleNamespace(fitted=np.array([True, False]))
+        after = property(lambda self: self.final)
+        errors = SimpleNamespace(
+            validation_samples=None,
+            is_noise=lambda model, chosen: False,
+            misfit=lambda model: held_out if model is more else 10.0,
+        )
 
         def __init__(self):
-            self.space, self.unstable, self.left = Space(), [more.effects[1].title], 10.0
+            self.space, self.unstable, self.final = Space(), [more.effects[1].title], best
 
         def _extend(self, model):
-            self.left = held_out if model is more else 10.0
-
-        def _misfit(self, force):
-            return self.left
-
-        def _is_noise(self, force, chosen):
-            return False
+            self.final = model
 
         def _holds(self):
             return True
 
     problem = Problem()
     found = problem._completed(best, SearchResult(fitted(1e4), more, []))
-    assert found is (more if added else best)
-    assert problem.left == (held_out if added else 10.0)
+    assert found is problem.final is (more if added else best)
     assert bool(problem.unstable) is not added
+
+
+@pytest.mark.parametrize(("cost", "searches"), [(300, 2), (900, 1)])
+def test_a_search_goes_on_where_a_dropped_cause_has_led_to_a_far_better_fit(
+    monkeypatch, cost, searches
+):
+    """Beside heat at 1000 a lag was tried, which is dropped; the law alone leaves 10000."""
+    first = fitted(1000, "heat")
+    begun = []
+
+    def search(space, base):
+        begun.append(base)
+        if len(begun) > 1:
+            return SearchResult(base, fitted(20, "heat", "wear"), [Round(base, [], None)])
+        return SearchResult(
+            base, fitted(cost, "heat"), [Round(base, [], first), Round(first, [], None)]
+        )
+
+    monkeypatch.setattr(device_tests, "search", search)
+    space = Space()
+    space.least_share = 0.03
+    result = device_tests._search(space, fitted(1e4))
+    assert len(begun) == searches and len(result.rounds) == 1 + searches
+    assert result.base is begun[0] and result.best.cost == (20 if searches == 2 else cost)
 
 
 def test_a_cause_that_chance_explains_beside_the_others_is_dropped(monkeypatch):

@@ -153,7 +153,7 @@ def test_results_with_a_law_of_ones_own_can_be_moved(campaign, tmp_path):
     assert result.error == pytest.approx(0.003, rel=0.15)
     at = 0.004, 0.1, (), 0.0
     assert iso.load(moved / "first").extended.force(*at) == first.extended.force(*at)
-    assert iso.load(moved / "second").judged.force(*at) == second.judged.force(*at)
+    assert iso.load(moved / "second").nominal.force(*at) == second.nominal.force(*at)
     # the neighbour of the copied law is there too
     copies = sorted(path.name for path in (moved / "second").glob("*.py"))
     assert [name.rpartition("_")[0] for name in copies] == ["extended_law", "my_law"]
@@ -410,7 +410,7 @@ def test_causes_that_leave_much_and_lose_somewhere_are_not_named(diagnosis, left
     assert found.verdict == ("partly_explained" if named else "unexplained")
     assert any("much left: end_stop" in note for note in found.ladder.notes) != named
     if not named:
-        assert found.error_after == found.error_before and found.extended is found.judged
+        assert found.error_after == found.error_before and found.extended is found.nominal
 
 
 def test_a_term_that_is_a_cause_of_the_catalogue_says_so(campaign):
@@ -563,7 +563,7 @@ def test_causes_that_lose_do_not_extend_the_law(diagnosis):
     from isolation_sim.discrepancy.tiers.ladder import _withheld
 
     result = _withheld(diagnosis, diagnosis.ladder)
-    assert result.extended is diagnosis.judged and result.verdict == "partly_explained"
+    assert result.extended is diagnosis.nominal and result.verdict == "partly_explained"
     assert result.error_after == diagnosis.error_before != Errors(0.0, 0.0)
     assert all(np.array_equal(one.before, one.after) for one in result.traces)
     assert "No tier is offered" in result.ladder.notes[-1]

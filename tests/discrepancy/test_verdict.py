@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.discrepancy.device import causes
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
@@ -98,7 +98,7 @@ def test_a_small_share_of_the_misfit_counts_where_it_is_most_of_what_remains():
 @pytest.mark.usefixtures("few_effects")
 @pytest.mark.parametrize("high", [9.0, pytest.param(np.inf, marks=pytest.mark.slow)])
 def test_a_small_cause_whose_size_may_be_zero_only_acts_like_one(monkeypatch, high):
-    numbers = device_tests.intervals
+    numbers = causes.intervals
 
     def with_zero(*given):
         found = numbers(*given)
@@ -107,7 +107,7 @@ def test_a_small_cause_whose_size_may_be_zero_only_acts_like_one(monkeypatch, hi
                 one["level"] = replace(one["level"], low=0.0, high=high)
         return found
 
-    monkeypatch.setattr(device_tests, "intervals", with_zero)
+    monkeypatch.setattr(causes, "intervals", with_zero)
     found = judged(friction=0.3, offset=0.02)
     labels = {one.name: one.label for one in found.causes}
     # an end that the data do not determine says nothing of the size

@@ -378,7 +378,7 @@ def test_a_diagnosis_judges_the_law_that_a_fit_gives(name, campaign_of, monkeypa
     )
     campaign = Campaign("marked", "made", runs)
     result = fit(campaign, name, threads=1)
-    judged = diagnose(campaign, name, tiers="causes", threads=1).judged
+    judged = diagnose(campaign, name, tiers="causes", threads=1).nominal
     for current in (0.0, 0.7, 2.0):
         np.testing.assert_allclose(
             judged.parameters_at(current), result.device.parameters_at(current), rtol=1e-12

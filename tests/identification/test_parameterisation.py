@@ -86,7 +86,7 @@ def test_the_law_keeps_its_bounds_at_currents_that_are_held_out(degree):
     assert np.min(found.device.current.at(np.linspace(0, 1, 50))) > -1e-6
     judged = diagnose(
         campaign, "kelvin_voigt", current_degree=degree, tiers="causes", threads=1
-    ).judged
+    ).nominal
     assert judged.current_range == (0.0, 1.0)
     assert np.min(judged.parameters_at(np.linspace(0, 1, 50))) > -1e-6
 

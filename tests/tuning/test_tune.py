@@ -65,13 +65,13 @@ def test_a_constant_current_is_tuned_to_the_least_of_a_scan(scenario, strong, tu
     assert 0 < best < 24, "the optimum must be inside"
     found = tuning.settings["amperes"]
     assert currents[best - 1] < found < currents[best + 1]
-    (judged, unseen) = tuning.judged
-    assert judged.constant[0] <= scan[best] + 1e-9
-    assert judged.current[0] == pytest.approx(found, abs=0.05)
+    (seen, unseen) = tuning.outcomes
+    assert seen.constant[0] <= scan[best] + 1e-9
+    assert seen.current[0] == pytest.approx(found, abs=0.05)
     # one motion's best constant current is what it is measured by
-    assert judged.after[0] == pytest.approx(0.0, abs=1e-3)
+    assert seen.after[0] == pytest.approx(0.0, abs=1e-3)
     start = weighted(scenario, strong[0][0], 1.5)
-    assert judged.before[0] == pytest.approx(start - judged.constant[0], abs=1e-9)
+    assert seen.before[0] == pytest.approx(start - seen.constant[0], abs=1e-9)
     after = weighted(scenario, strong[1][0], found)
     assert unseen.after[0] == pytest.approx(after - unseen.constant[0], abs=1e-9)
 
@@ -79,7 +79,7 @@ def test_a_constant_current_is_tuned_to_the_least_of_a_scan(scenario, strong, tu
 def test_the_sensitivity_is_that_of_runs_over_the_range(scenario, strong, tuned):
     values, scores = tuned[0].sensitivity["amperes"]
     assert values == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
-    least = tuned[0].judged[0].constant[0]
+    least = tuned[0].outcomes[0].constant[0]
     for k in (0, 4):
         expected = weighted(scenario, strong[0][0], values[k]) - least
         assert scores[k] == pytest.approx(expected, abs=1e-9)
@@ -100,7 +100,7 @@ def test_an_interrupted_search_goes_on_to_the_same_bits(scenario, strong, tuned,
     state = json.loads((other / "kept.json").read_text())
     shutil.copy(other / "kept.json", other / "tuning.json")
     kept = len(state["trials"])
-    assert 0 < kept < len(whole.trials) and state["judged"] == []
+    assert 0 < kept < len(whole.trials) and state["outcomes"] == []
     run = []
     genuine = Trials.scores
     monkeypatch.setattr(
@@ -146,13 +146,13 @@ def test_a_controller_of_a_file_is_tuned_from_the_command_line(tmp_path, monkeyp
         ])  # fmt: skip
     # one motion has no interval, and JSON has no NaN
     report = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
-    gain = report["judged"][0]["gain"]
-    assert (gain["low"], gain["high"]) == (None, None) and report["judged"][0]["count"] == 1
+    gain = report["outcomes"][0]["gain"]
+    assert (gain["low"], gain["high"]) == (None, None) and report["outcomes"][0]["count"] == 1
     state = (tmp_path / "results/tune-Outwards/tuning.json").read_text()
     json.loads(state, parse_constant=pytest.fail)
     assert report["trials"] == 9 and set(report["settings"]) <= {"highest", "full_speed"}
-    assert [judged["motions"] for judged in report["judged"]] == ["records", "unseen: scenario"]
-    assert report["judged"][0]["gain"]["mean"] >= 0
+    assert [one["motions"] for one in report["outcomes"]] == ["records", "unseen: scenario"]
+    assert report["outcomes"][0]["gain"]["mean"] >= 0
     toml = (tmp_path / "results/tune-Outwards/controller.toml").read_text()
     assert "highest = 2.0" in toml and 'outwards.py" = "' in toml
 
@@ -228,7 +228,7 @@ def test_a_bound_and_a_single_motion_are_said(scenario, strong, tmp_path):
         "constant", scenario, motions=strong[0][0], unseen=strong[1][0], evaluations=50,
         criteria={"peak_floor_acceleration_m_s2": 1.0}, out=tmp_path / "out", workers=1,
     )  # fmt: skip
-    assert found.settings["amperes"] == 0.0 and found.judged[0].name == "1 record"
+    assert found.settings["amperes"] == 0.0 and found.outcomes[0].name == "1 record"
     told = (
         "amperes = 0 is at the lower bound of its search range, 0 to 3: the optimum may lie beyond "
         "it."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cached_property
@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...effects import EFFECTS, Effect, extend
-from ...effects.effect import in_sentence
 from ...effects.extend import check_effect
 from ...identification.campaign import Campaign
 from ...identification.data_checks import data_notes, outlier_note
@@ -24,27 +23,19 @@ from ...identification.noise import correlation_time
 from ...identification.run_starts import start_note
 from ...laws import Device
 from ...laws.law import Law
-from .. import inference
 from ..decisions import (
-    ADEQUATE,
-    BESIDE_REMAINDER,
     COMPLETES,
-    CONFUSABLE_GAIN,
     FAR_BETTER,
-    LOST,
-    MAY_BE_ZERO,
     MINOR,
     MOST_MINOR,
     NEEDED,
     NOISE_EXAMPLES,
-    NUMBERS_WRONG,
     REMAINS,
     SIGNIFICANCE,
     SIGNIFICANT,
     TO_BLAME,
     TO_BLAME_FITTED,
     WELL_EXPLAINED,
-    WORSE,
 )
 from ..device.carried_history import (
     can_carry_history,
@@ -52,23 +43,21 @@ from ..device.carried_history import (
     has_unknown_starts,
     of_device,
 )
-from ..device.conditions import conditions
+from ..device.causes import effect_causes, periodic_cause, wrong_numbers
 from ..device.effect_search import EffectSearch
+from ..device.force_errors import ForceErrors
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
-from ..device.intervals import intervals, may_be_zero, needs_bound, values_at_bounds
-from ..device.model import EACH_RUN, FittedModel, Model, run_means
+from ..device.intervals import values_at_bounds
+from ..device.model import EACH_RUN, FittedModel, Model
 from ..device.next_test import rival_tests
 from ..device.noise_examples import motion_noise, noise_residuals
 from ..device.stability import stability
-from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
+from ..diagnosis import Cause, Errors, Trace, worst_first
 from ..planned_tests import TestPlan, missing_conditions
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_device_tests, smallest_set
 from ..search import Round, SearchResult, search
-
-PARAMETERS = "parameter_values"
-"""Name of the cause that the parameter values, not the form, of a law are wrong."""
 
 
 class DeviceTests(Problem[FittedModel]):
@@ -102,6 +91,8 @@ class DeviceTests(Problem[FittedModel]):
         self.data = data or hold_out_some(measured_runs(campaign.runs), campaign.runs)
         self._parameterisation = parameterise(campaign, law, self.data, degree, prescribed=device)
         self.disturbance: Interference | None = None
+        self.law: FittedModel  # Alone, on all samples
+        self.final: FittedModel  # With the effects found, on all samples
 
     def nominal(self) -> FittedModel:
         """Fit the law, remove interference, and simulate the noise."""
@@ -112,10 +103,11 @@ class DeviceTests(Problem[FittedModel]):
             self._fit_law()
         data = self.data
         self.shifts = motion_noise(data, NOISE_EXAMPLES, self.seed)
-        self.noise = noise_residuals(self.law, self.shifts, self.seed)
+        noise = noise_residuals(self.law, self.shifts, self.seed)
         # the law leaves no more than noise
-        simulated = float(np.mean(np.sum(self.noise[data.fitted] ** 2, axis=0)))
-        self.noise *= np.sqrt(min(1.0, self.law.cost / simulated)) if simulated > 0 else 1.0
+        simulated = float(np.mean(np.sum(noise[data.fitted] ** 2, axis=0)))
+        noise *= np.sqrt(min(1.0, self.law.cost / simulated)) if simulated > 0 else 1.0
+        self.errors = ForceErrors(data, noise, self.significance)
         part = data.thinned(SEARCHED).without_held_out()
         model = replace(self.law.model, data=part).resolve_steps(self.law.values, 1)
         base = self.law.on(model)
@@ -160,7 +152,7 @@ class DeviceTests(Problem[FittedModel]):
 
     def search(self, base: FittedModel) -> SearchResult[FittedModel]:
         """Search for effects, then fit them to all samples."""
-        result = self._without_unknown_starts(search(self.space, base))
+        result = self._without_unknown_starts(_search(self.space, base))
         self.progress("fitting all samples")
         for best in self._proposals(result):
             self._extend(best)
@@ -170,7 +162,7 @@ class DeviceTests(Problem[FittedModel]):
         while best.effects and (least := self._superfluous(best)) is not None:
             best = self.space.without(best, least)
             self._extend(best)
-        if self._leaves_much():
+        if self.errors.is_large(self.after, self.errors.validation_samples):
             self._compare_laws()
         return replace(result, best=best)
 
@@ -188,14 +180,15 @@ class DeviceTests(Problem[FittedModel]):
             effects=[effect for effect in self.space.effects if not has_unknown_starts(effect)],
             most_causes=min(self.space.most_causes, len(best.effects) + 1),
         )
-        other = search(known, result.base)
+        other = _search(known, result.base)
         fewer = self.space.penalised_cost(other.best) < self.space.penalised_cost(best)
         return other if fewer else result
 
     def _superfluous(self, best: FittedModel) -> int | None:
         """Find an effect that corrects next to nothing."""
         corrected = np.array([self._corrected(best, k) for k in range(len(best.effects))])
-        explained = np.maximum(self._squared(self.before) - self._squared(self.after), 0.0)
+        squared = self.errors.squared
+        explained = np.maximum(squared(self.before) - squared(self.after), 0.0)
         # as a share of the whole force, and on average of each run's own
         small = np.tile(np.sqrt(MINOR * explained), (len(corrected), 1))
         # what completes the law is no correction of another's form
@@ -214,25 +207,17 @@ class DeviceTests(Problem[FittedModel]):
 
     def _completing(self, best: FittedModel, corrected: NDArray) -> list[bool]:
         """Which effects leave noise, or far less on fitted and on held-out runs than without."""
-        if self._is_noise(self.after, self.validation_samples):
+        errors, judging = self.errors, self.errors.validation_samples
+        if errors.is_noise(self.after, judging):
             return [True] * len(corrected)
         if _imitate(best.effects):
             return [False] * len(corrected)
-        remains = self._error(self.after) ** 2 - self._noise_floor(self.validation_samples) ** 2
+        remains = errors.relative(self.after) ** 2 - errors.noise_floor(judging) ** 2
         return [
             remains < COMPLETES * (remains + each)
             and self.space.completes(self.space.without(best, k), best)
             for k, each in enumerate(corrected)
         ]
-
-    def _doubtful(self, lacking: Sequence[FittedModel]) -> list[bool]:
-        """Which of several effects correct less than what remains, by models without each."""
-        if len(lacking) == 1 or self._is_noise(self.after, self.validation_samples):
-            return [False] * len(lacking)
-        after = self._error(self.after) ** 2
-        remains = after - self._noise_floor(self.validation_samples) ** 2
-        without = (self._error(self.data.bounded(one.force)) ** 2 for one in lacking)
-        return [max(one - after, 0.0) < BESIDE_REMAINDER * remains for one in without]
 
     def _compare_laws(self) -> LawChoice:
         """All laws on short data, compared once."""
@@ -256,18 +241,6 @@ class DeviceTests(Problem[FittedModel]):
         name = current.model.parameterisation.law.name
         return name not in [one.law for one in choice.near] and error > FAR_BETTER * choice.least
 
-    def _leaves_much(self) -> bool:
-        """Whether the extended law has an error that another law may explain."""
-        return self._error(self.after) > REMAINS and not self._is_noise(
-            self.after, self.validation_samples
-        )
-
-    def _misses_fitted(self) -> bool:
-        """Whether the extended law has a large error on the runs that it was fitted to."""
-        data = self.data
-        error = data.relative(self.after - data.force, data.fitted)
-        return error > REMAINS and not self._is_noise(self.after, data.fitted)
-
     def _proposals(self, result: SearchResult[FittedModel]) -> Iterator[FittedModel]:
         """Models to test on held-out data, until one holds.
 
@@ -287,19 +260,22 @@ class DeviceTests(Problem[FittedModel]):
         # Of the law's whole misfit it may be a small share, as what mends the form of another cause
         # is. That leaves most of the remainder, or follows other runs no better. A cause at a bound
         # has a form that is not quite right.
-        judging = self.validation_samples
-        if not best.effects or self.data.fitted.all() or self._is_noise(self.after, judging):
+        errors = self.errors
+        if not best.effects or self.data.fitted.all():
+            return best
+        if errors.is_noise(self.after, errors.validation_samples):
             return best
         if any(any(values_at_bounds(best, place)) for place in range(len(best.effects))):
             return best
-        left, more = self._misfit(self.after), self._one_more(best, result)
+        left, more = errors.misfit(self.after), self._one_more(best, result)
         if more is None or _imitate(more.effects) or not self.space.completes(best, more):
             return best
+        before = self.final
         self._extend(more)
-        if self._misfit(self.after) < COMPLETES * left and self._holds():
+        if errors.misfit(self.after) < COMPLETES * left and self._holds():
             self.unstable = [one for one in self.unstable if one not in _titles(more)]
             return more
-        self._extend(best)
+        self.final = before
         return best
 
     def _one_more(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel | None:
@@ -332,14 +308,12 @@ class DeviceTests(Problem[FittedModel]):
 
     def _extend(self, best: FittedModel) -> None:
         """Take the effects of a searched model, and fit them to all samples."""
-        self.__dict__.pop("after", None)
         self.final = self.law
         if best.effects:
             self.final = best.on(self.law.model.resolve_steps(best.values))
-        elif self.prescribed is not None and self._loses():
+        elif self.prescribed is not None and self.errors.is_worse(self.before, self.after):
             # numbers that predict other tests worse than those given are no improvement
             self.final = self.prescribed
-            self.__dict__.pop("after", None)
 
     def _holds(self) -> bool:
         """Whether the effects help on fitted and on held-out runs, and make none of these worse."""
@@ -347,268 +321,64 @@ class DeviceTests(Problem[FittedModel]):
         # cause.
         if self._left() > 1 - TO_BLAME or self._left(self.data.fitted) > 1 - TO_BLAME_FITTED:
             return False
-        return not self._loses()
-
-    def _loses(self) -> bool:
-        """Whether the nominal law is better on held-out runs."""
-        # On single runs far better; on all of them, or on those of one condition, beyond a
-        # negligible share of the force and beyond noise. In each case by more than a small share of
-        # what other runs gain.
-        data = self.data
-        gained = lost = 0.0
-        for run in data.runs:
-            if not data.fitted[run].all():
-                size = float(np.linalg.norm(data.force[run]))
-                before, after = (
-                    float(np.linalg.norm((force - data.force)[run])) / size
-                    for force in (self.before, self.after)
-                )
-                gained += max(before**2 - after**2, 0.0)
-                if after > max(WORSE * before, before + self.significance):
-                    lost += after**2 - before**2
-        if lost > LOST * gained:
-            return True
-        held_out = ~data.fitted[data.starts[:-1]]
-        if not held_out.any():
-            return False
-        noise = np.repeat(data.assumed_noise, data.lengths)
-        residual = self.before - data.force
-        change = self.after - self.before
-        decrease = np.add.reduceat(residual**2 - (residual + change) ** 2, data.starts[:-1])
-        accepted = LOST * float(np.sum(np.maximum(decrease, 0.0)[held_out]))
-        shared = (runs & held_out for _, runs in conditions(data))
-        for runs in (held_out, *(runs for runs in shared if np.sum(runs) > 1)):
-            at = np.repeat(runs, data.lengths)
-            loss = float(np.sum(((residual + change)[at]) ** 2 - residual[at] ** 2))
-            negligible = self.significance**2 * float(np.sum(data.force[at] ** 2))
-            chance = 2 * float(np.linalg.norm((noise * change)[at]))
-            if loss > max(negligible + 2 * chance, accepted):
-                return True
-        return False
+        return not self.errors.is_worse(self.before, self.after)
 
     def _corrected(self, searched: FittedModel, place: int) -> NDArray:
         """RMS force that one effect corrects on the validation samples, as ``_squared``."""
         searched_without = self.space.without(searched, place)
         without = replace(searched_without, model=self.final.model.without(place))
-        added = self._squared(self.data.bounded(without.force)) - self._squared(self.after)
+        squared = self.errors.squared
+        added = squared(self.data.bounded(without.force)) - squared(self.after)
         return np.sqrt(np.maximum(added, 0.0))
-
-    def _squared(self, force: NDArray) -> NDArray:
-        """Squared error over that of the force: of all validation samples, mean over their runs."""
-        # in the mean a weak run, at small amplitude, counts as much as a strong one
-        data, residual = self.data, force - self.data.force
-        runs = [np.arange(run.start, run.stop)[self.validation_samples[run]] for run in data.runs]
-        of_runs = [data.relative(residual, at) ** 2 for at in runs if at.size]
-        return np.array([data.relative(residual, self.validation_samples) ** 2, np.mean(of_runs)])
-
-    @cached_property
-    def validation_samples(self) -> NDArray:
-        """Samples of the evaluation, (n_samples,) bool: those held out, if any."""
-        return self.data.fitted if self.data.fitted.all() else ~self.data.fitted
 
     @cached_property
     def before(self) -> NDArray:
         """Force of the evaluated simulation, N."""
         return self.data.bounded((self.prescribed or self.law).force)
 
-    @cached_property
+    @property
     def after(self) -> NDArray:
         """Force with all selected effects, N."""
         return self.data.bounded(self.final.force)
 
-    def _error(self, force: NDArray) -> float:
-        """Error of a force on the validation samples, over that of the force."""
-        return self.data.relative(force - self.data.force, self.validation_samples)
-
-    def _misfit(self, force: NDArray, chosen: NDArray | None = None) -> float:
-        """Cost of a force above that of noise; by default of the validation samples."""
-        chosen = self.validation_samples if chosen is None else chosen
-        noise = float(np.sum(np.mean(self.noise**2, axis=1)[chosen]))
-        return max(self.data.cost(force, chosen) - noise, 0.0)
-
     def _left(self, chosen: NDArray | None = None) -> float:
-        """Share of the misfit that the effects leave."""
-        before = self._misfit(self.before, chosen)
-        return self._misfit(self.after, chosen) / before if before > 0 else 0.0
+        """Share of the misfit that the effects leave; by default of the validation samples."""
+        return self.errors.share_left(self.before, self.after, chosen)
 
     def evaluate(self, result: SearchResult[FittedModel]) -> Evaluation:
         """Compare the forces before and after on fitted and on held-out samples."""
-        data, left = self.data, self._left()
+        data, errors, left = self.data, self.errors, self._left()
         residuals = self.before - data.force, self.after - data.force
         before, after = (
             Errors(data.relative(r, data.fitted), data.relative(r, ~data.fitted)) for r in residuals
         )
         noise = Errors(
-            min(self._noise_floor(data.fitted), after.fit),
-            min(self._noise_floor(~data.fitted), after.held_out),
+            min(errors.noise_floor(data.fitted), after.fit),
+            min(errors.noise_floor(~data.fitted), after.held_out),
         )
+        # on the samples that judge, and without a large error on those that were fitted
+        explained = errors.is_noise(self.after, errors.validation_samples)
+        explained = explained and not errors.is_large(self.after, data.fitted)
         return Evaluation(
-            before, after, noise, left, self._is_noise(self.law.force, data.fitted),
-            self._is_noise(self.after, self.validation_samples) and not self._misses_fitted(),
-            self.squared_blocks(self.after),
+            before, after, noise, left, errors.is_noise(self.law.force, data.fitted), explained,
+            errors.squared_blocks(self.before, self.after),
             {} if self.choice is None else {"law_choice": self._choice_details(self.choice)},
         )  # fmt: skip
 
-    def _noise_floor(self, chosen: NDArray) -> float:
-        """Error that noise alone leaves on chosen samples; not a number where there are none."""
-        if not chosen.any():
-            return float("nan")
-        data = self.data
-        force = np.mean(self.noise**2, axis=1)[chosen] / data.weight[chosen] ** 2
-        return float(np.sqrt(np.sum(force) / np.sum(data.force[chosen] ** 2)))
-
-    def squared_blocks(self, after: NDArray) -> NDArray:
-        """Squared residual of quarters of the validation runs, before and after, (n_blocks, 2)."""
-        data = self.data
-        residuals = self.before - data.force, after - data.force
-        pieces = (
-            at[self.validation_samples[at]] for run in data.runs
-            for at in np.array_split(np.arange(run.start, run.stop), 4)
-        )  # fmt: skip
-        return np.array([[float(r[at] @ r[at]) for r in residuals] for at in pieces if at.size])
-
-    def _is_noise(self, force: NDArray, chosen: NDArray) -> bool:
-        """Whether a force misses the chosen samples by noise, or by a negligible share of it."""
-        data = self.data
-        noise = np.mean(self.noise**2, axis=1)[chosen]
-        least = (np.repeat(data.assumed_noise, data.lengths) * data.weight)[chosen] ** 2
-        if data.cost(force, chosen) < ADEQUATE * max(np.sum(noise), np.sum(least)):
-            return True
-        error = data.relative(data.bounded(force) - data.force, chosen)
-        return bool(error**2 - self._noise_floor(chosen) ** 2 < self.significance**2)
-
     def causes(self, result: SearchResult[FittedModel], evaluation: Evaluation) -> list[Cause]:
         """Interference, the effects found, and given parameter values that are wrong."""
-        misfit = self._misfit(self.before)
-        causes = [] if self.disturbance is None else [self._periodic(self.disturbance, misfit)]
-        if self.final.effects:
-            causes += self._effects(result.best, 1 - min(evaluation.unexplained, 1.0))
-        if self.prescribed is not None and self.final is not self.prescribed:
-            causes += self._numbers_wrong(self.prescribed.force, misfit)
-        return causes
-
-    def _effects(self, searched: FittedModel, explained: float) -> list[Cause]:
-        final, space = self.final, self.space
-        others = [space.rivals(searched, k) for k in range(len(searched.effects))]
-        # values that the search found without each effect, on all samples
-        lacking = [
-            replace(without, model=final.model.without(k)) for k, (without, _) in enumerate(others)
-        ]
-        costs = [one.cost_of(self.validation_samples) for one in lacking]
-        split = inference.shares(costs, final.cost_of(self.validation_samples), explained)
-        numbers = intervals(final, self.shifts)
-        stable = stability(space, searched, self.seed)
-        less_than_remains = self._doubtful(lacking)
         causes = []
-        for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
-            doubt = "corrects less than what remains unexplained" * less_than_remains[k]
-            if effect is EACH_RUN:
-                numbers[k] = {"spread": self._spread()}
-            elif len(lacking) > 1 and split[k] < MAY_BE_ZERO and may_be_zero(effect, numbers[k]):
-                doubt = doubt or "may as well have the size zero"
-            gain = without.cost - searched.cost
-            if not needs_bound(searched, k, gain):
-                numbers[k] = {
-                    name: replace(one, at_bound=False) for name, one in numbers[k].items()
-                }
-            causes.append(
-                Cause(
-                    name=effect.cause,
-                    share=split[k],
-                    p_value=inference.chi_squared_chance(
-                        max(gain, 0.0) / space.noise_gain(without, searched),
-                        max(searched.n_parameters - without.n_parameters, 1),
-                        len(space.effects),
-                    ),
-                    parameters=numbers[k],
-                    evidence=self._evidence(effect, numbers[k], split[k], costs[k], doubt),
-                    confusable_with=inference.rivals(
-                        effect.cause,
-                        [
-                            *((one.causes[-1], one.cost - searched.cost) for one in rivals),
-                            *((name, 0.0) for name in stable[k].rivals),
-                        ],
-                        max(SIGNIFICANT, CONFUSABLE_GAIN * gain),
-                    ),
-                    form=effect.form,
-                    stability={
-                        "conditions_left_out": stable[k].conditions,
-                        "runs_resampled": stable[k].resamplings,
-                    },
-                    doubtful=bool(doubt),
-                )
-            )
+        if self.disturbance is not None:
+            misfit = self.errors.misfit(self.before)
+            causes.append(periodic_cause(self.disturbance, self.errors, misfit))
+        if self.final.effects:
+            causes += effect_causes(
+                self.space, result.best, self.final, self.errors, self.shifts, self.seed,
+                1 - min(evaluation.unexplained, 1.0),
+            )  # fmt: skip
+        if self.prescribed is not None and self.final is not self.prescribed:
+            causes += wrong_numbers(self.law, self.prescribed.force, self.errors)
         return causes
-
-    def _evidence(
-        self, effect: Effect, values: Mapping[str, Interval], share: float, cost_without: float,
-        doubt: str,
-    ) -> str:  # fmt: skip
-        where = "fitted" if self.data.fitted.all() else "held out"
-        ratio = np.sqrt(cost_without / max(self.final.cost_of(self.validation_samples), 1e-300))
-        numbers = ", ".join(
-            f"{quantity.meaning} {values[quantity.name].value:.3g}"
-            + f" {quantity.unit}" * (quantity.unit != "1")
-            for quantity in effect.parameters
-        )
-        samples = f"the {int(np.sum(self.validation_samples))} samples {where}"
-        # a law that depends on the effect may fail without it
-        larger = (
-            f"the residual on {samples} is {ratio:.3g} times as large" if np.isfinite(ratio)
-            else f"the fitted law diverges on {samples}"
-        )  # fmt: skip
-        return (
-            f"Without {in_sentence(effect.title)} {larger}; it removes "
-            f"{100 * share:.0f} % of the misfit with {numbers}.{_remarks(effect)}"
-            + f" It {doubt}, and may only mend the form of another."
-            * bool(doubt)
-        )
-
-    def _spread(self) -> Interval:
-        """RMS of the runs' own load-cell offsets, with its chi-squared interval."""
-        from scipy.special import chdtri
-
-        residual = self.data.force - self.final.without_offsets.force
-        n = len(self.data.dt)
-        means = run_means(self.data, residual)[self.data.starts[:-1]]
-        size = float(np.sqrt(np.mean(means**2)))
-        low, high = (size * np.sqrt(n / chdtri(n, q)) for q in (0.025, 0.975))
-        return Interval(size, float(low), float(high), "N")
-
-    def _numbers_wrong(self, prescribed: NDArray, misfit: float) -> list[Cause]:
-        """The cause that the given parameter values are to blame for a share of the misfit."""
-        from scipy.special import chdtrc
-
-        data, refitted = self.data, self.law.force
-        gain = data.cost(prescribed, data.fitted) - data.cost(refitted, data.fitted)
-        n = self.law.model.n_law
-        if gain < SIGNIFICANT + 2 * n or misfit == 0.0:
-            return []
-        share = 1 - self._misfit(refitted) / misfit
-        if share < NUMBERS_WRONG:
-            return []
-        indications = (
-            f"Fitting the law's own {n} numbers to the data, without any effect, removes "
-            f"{100 * share:.0f} % of the misfit."
-        )
-        return [Cause(PARAMETERS, share, float(chdtrc(n, gain)), {}, indications)]
-
-    def _periodic(self, one: Interference, misfit: float) -> Cause:
-        size = float(np.sum((one.force * self.data.weight)[self.validation_samples] ** 2))
-        how = "multiplies" if one.modulates else "adds to"
-        resolution = 0.5 / float(np.max(self.data.lengths * self.data.dt))
-        low, high = one.frequency - resolution, one.frequency + resolution
-        return Cause(
-            name=OUTSIDE,
-            share=size / (size + misfit),
-            p_value=0.0,
-            parameters={"frequency": Interval(one.frequency, low, high, "Hz")},
-            evidence=(
-                f"A disturbance at {one.frequency:.2f} Hz {how} the force in all runs, whatever "
-                f"their motion: {100 * one.size:.2g} % of it."
-            ),
-            form=f"periodic at {one.frequency:.2f} Hz, {how} the force",
-        )
 
     def depends_on(
         self, dependences: Sequence[Dependence], causes: Sequence[Cause], evaluation: Evaluation
@@ -746,7 +516,7 @@ class DeviceTests(Problem[FittedModel]):
             return False
         name = self.law.model.parameterisation.law.name
         near = [one.law for one in self.choice.near]
-        return name not in near and self.choice.least < self._error(self.after)
+        return name not in near and self.choice.least < self.errors.relative(self.after)
 
     def model_text(self, evaluation: Evaluation) -> Text:
         """Error of the law and features of its residual."""
@@ -803,6 +573,15 @@ class DeviceTests(Problem[FittedModel]):
         )
 
 
+def _search(space: EffectSearch, base: FittedModel) -> SearchResult[FittedModel]:
+    """Search for effects, and once more around those left at the end if they fit far better."""
+    result = search(space, base)
+    while space.continues(result):
+        more = search(space, result.best)
+        result = SearchResult(base, more.best, [*result.rounds, *more.rounds])
+    return result
+
+
 def _imitate(effects: Sequence[Effect]) -> bool:
     """Whether effects mend each other's form: losses that build up over a whole test."""
     # Heat and wear are told apart by a rest. Heat in two bodies, or wear that slows down, looks
@@ -812,21 +591,6 @@ def _imitate(effects: Sequence[Effect]) -> bool:
 
 def _titles(fitted: FittedModel) -> list[str]:
     return [effect.title for effect in fitted.effects]
-
-
-def _remarks(effect: Effect) -> str:
-    """What a user should know of an effect that is named."""
-    remarks = []
-    if not effect.of_device:
-        remarks.append("It is in the instruments: a simulation does not have it.")
-    if has_unknown_starts(effect):
-        remarks.append(
-            "Rests between the runs are unknown: the state at the start of each run, held out or "
-            "not, follows from the forces of the run."
-        )
-    if effect.alike:
-        remarks.append(f"What looks alike: {effect.alike}.")
-    return "".join(f" {one}" for one in remarks)
 
 
 def _observable_effects(data: MeasuredRuns) -> list[Effect]:

@@ -28,6 +28,7 @@ from ..decisions import (
     WELL_EXPLAINED,
     WORTH_REFITTING,
 )
+from ..search import SearchResult
 from .carried_history import has_unknown_starts
 from .generic_terms import OUTSIDE, with_each_power
 from .model import FittedModel, fit_model
@@ -149,6 +150,17 @@ class EffectSearch:
                 model = without
         return model
 
+    def continues(self, result: SearchResult[FittedModel]) -> bool:
+        """Whether the effects left at the end fit far better than when more were tried beside them.
+
+        An effect that was dropped again may have led to better values of the others.
+        """
+        best = result.best
+        before = [one.base.cost for one in result.rounds if one.base.effects == best.effects]
+        if not (best.effects and before):
+            return False
+        return min(before) - best.cost > self.least_share * self.misfit
+
     def _without_imitations(self, best: FittedModel) -> FittedModel:
         """Put a generic term in an effect's place, where it is clearly better there."""
         model = best
@@ -220,8 +232,9 @@ class EffectSearch:
         chosen = [
             d for d in result if d.gain > max(SIGNIFICANT * max(d.noise_gain, 1.0), least) / 4
         ][:most]
-        chosen = list(self.pool.map(lambda d: refine(current, d, self.noise), chosen))
-        return fit_directions(current, chosen, self.pool, self.advance)
+        refined = self.pool.map(lambda d: refine(current, d, self.noise), chosen)
+        likely = sorted(refined, key=lambda d: -d.gain)
+        return fit_directions(current, likely, self.pool, self.advance)
 
     def _generic_term(self, current: FittedModel, best: FittedModel) -> FittedModel | None:
         """Fit the best generic term, if it is clearly better than the best effect."""

@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 
 from ...effects import Effect
 from ...identification.least_squares import DETERMINED, levenberg_marquardt, unit_columns
-from ..decisions import REFINE_STEPS, REFITTED, SCREEN_STARTS, SEARCH_STEPS, WORTH_REFITTING
+from ..decisions import (
+    MUCH_EXPLAINED,
+    REFINE_STEPS,
+    REFITTED,
+    SCREEN_STARTS,
+    SEARCH_STEPS,
+    WORTH_FITTING,
+    WORTH_REFITTING,
+)
 from .model import FittedModel, Model, fit_model
 
 _LITTLE = 0.05
@@ -187,12 +195,26 @@ def fit_directions(
         advance()
         return result
 
-    first = sorted(pool.map(fit, matches), key=lambda f: f.cost)
-    gains = [base.cost - f.cost for f in first[:REFITTED]]
-    # a gain that is not a number counts
-    count = sum(not gain < WORTH_REFITTING * gains[0] for gain in gains)
-    again = pool.map(refit, first[:count])
-    return sorted([*again, *first[count:]], key=lambda f: f.cost)
+    fitted = list(pool.map(fit, matches[:REFITTED]))
+    best = max((base.cost - one.cost for one in fitted), default=0.0)
+    fitted += pool.map(fit, [one for one in matches[REFITTED:] if _may_compete(one, best, base)])
+    fitted.sort(key=lambda one: one.cost)
+    gains = [base.cost - one.cost for one in fitted[:REFITTED]]
+    again: dict[str, FittedModel] = {}
+    for one, gain in zip(fitted, gains, strict=False):
+        # a gain that is not a number counts; other forms are compared once a cause is taken
+        if not gain < WORTH_REFITTING * gains[0]:
+            again.setdefault(one.causes[-1], one)
+    others = [one for one in fitted if one not in again.values()]
+    return sorted([*pool.map(refit, again.values()), *others], key=lambda one: one.cost)
+
+
+def _may_compete(one: Direction, best_gain: float, base: FittedModel) -> bool:
+    """Whether an effect may explain about as much as the best of those fitted before."""
+    # the expected gain of what changes the motion or the current is often too small
+    if one.effect.motion is not None or one.effect.current is not None:
+        return True
+    return one.gain > WORTH_FITTING * best_gain or best_gain < MUCH_EXPLAINED * base.cost
 
 
 def refit(one: FittedModel) -> FittedModel:

@@ -416,7 +416,7 @@ class DeviceTiers(Tiers[_Rung]):
 
     def extend(self, diagnosis: D, rung: _Rung, errors: Rung) -> D:
         """A diagnosis whose extended device has the rung's law."""
-        assert diagnosis.judged is not None
+        assert diagnosis.nominal is not None
         data = self.problem.data
         force = data.bounded(rung.final.force)
         after = {name: force[run] for name, run in zip(data.names, data.runs, strict=True)}
@@ -426,8 +426,10 @@ class DeviceTiers(Tiers[_Rung]):
             noise_floor=min(diagnosis.noise_floor, errors.fit),
             held_out_noise_floor=min(diagnosis.held_out_noise_floor, errors.held_out),
             error_after=errors_after,
-            extended=self.device(rung, diagnosis.judged),
-            gain=gain_interval(self.problem.squared_blocks(force), self.problem.seed),
+            extended=self.device(rung, diagnosis.nominal),
+            gain=gain_interval(
+                self.problem.errors.squared_blocks(self.problem.before, force), self.problem.seed
+            ),
             traces=tuple(replace(one, after=after[one.name]) for one in diagnosis.traces),
         )
 

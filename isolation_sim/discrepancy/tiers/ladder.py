@@ -276,7 +276,7 @@ def _withheld(diagnosis: D, ladder: Ladder) -> D:
         gain=None,
         verdict=verdict if diagnosis.causes else "unexplained",
         error_after=diagnosis.error_before,
-        extended=diagnosis.judged,
+        extended=diagnosis.nominal,
         traces=tuple(replace(one, after=one.before) for one in diagnosis.traces),
     )
 

@@ -48,7 +48,7 @@ def tuning_report(tuning: Tuning) -> Page:
     parts: list[tuple[str, Sequence[Block]]] = [
         ("Verdict", [Prose(tuple(tuning.verdict()), "verdict")]),
         ("Gain", [Table.of(gains_table(tuning), "Mean score with 95 % intervals"),
-                  *map(_by_motion, tuning.judged)]),
+                  *map(_by_motion, tuning.outcomes)]),
         ("Settings", [Table.of(settings_table(tuning), "Settings before and after")]),
         ("Search", [Key({}, _LOOKS), _progress(tuning)]),
         ("Sensitivity", [

@@ -1,0 +1,195 @@
+"""Causes of the misfit to device tests: share, chance, numbers, rivals and evidence of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...effects import Effect
+from ...effects.effect import in_sentence
+from .. import inference
+from ..decisions import BESIDE_REMAINDER, CONFUSABLE_GAIN, MAY_BE_ZERO, NUMBERS_WRONG, SIGNIFICANT
+from ..diagnosis import Cause, Interval
+from .carried_history import has_unknown_starts
+from .effect_search import EffectSearch
+from .force_errors import ForceErrors
+from .generic_terms import OUTSIDE
+from .interference import Interference
+from .intervals import intervals, may_be_zero, needs_bound
+from .model import EACH_RUN, FittedModel, run_means
+from .stability import stability
+
+PARAMETERS = "parameter_values"
+"""Name of the cause that the parameter values, not the form, of a law are wrong."""
+
+
+def effect_causes(
+    space: EffectSearch, searched: FittedModel, final: FittedModel, errors: ForceErrors,
+    shifts: NDArray, seed: int, explained: float,
+) -> list[Cause]:  # fmt: skip
+    """Infer the causes that the effects of a model are, on all samples in ``final``.
+
+    ``shifts`` are examples of noise; ``explained`` is the share of the misfit that is split.
+    """
+    others = [space.rivals(searched, k) for k in range(len(searched.effects))]
+    # values that the search found without each effect, on all samples
+    lacking = [
+        replace(without, model=final.model.without(k)) for k, (without, _) in enumerate(others)
+    ]
+    costs = [one.cost_of(errors.validation_samples) for one in lacking]
+    split = inference.shares(costs, final.cost_of(errors.validation_samples), explained)
+    numbers = intervals(final, shifts)
+    stable = stability(space, searched, seed)
+    less_than_remains = _less_than_remains(errors, final, lacking)
+    causes = []
+    for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
+        doubt = "corrects less than what remains unexplained" * less_than_remains[k]
+        if effect is EACH_RUN:
+            numbers[k] = {"spread": _spread(final)}
+        elif len(lacking) > 1 and split[k] < MAY_BE_ZERO and may_be_zero(effect, numbers[k]):
+            doubt = doubt or "may as well have the size zero"
+        gain = without.cost - searched.cost
+        if not needs_bound(searched, k, gain):
+            numbers[k] = {name: replace(one, at_bound=False) for name, one in numbers[k].items()}
+        ratio = np.sqrt(costs[k] / max(final.cost_of(errors.validation_samples), 1e-300))
+        causes.append(
+            Cause(
+                name=effect.cause,
+                share=split[k],
+                p_value=inference.chi_squared_chance(
+                    max(gain, 0.0) / space.noise_gain(without, searched),
+                    max(searched.n_parameters - without.n_parameters, 1),
+                    len(space.effects),
+                ),
+                parameters=numbers[k],
+                evidence=_evidence(effect, numbers[k], split[k], float(ratio), errors, doubt),
+                confusable_with=inference.rivals(
+                    effect.cause,
+                    [
+                        *((one.causes[-1], one.cost - searched.cost) for one in rivals),
+                        *((name, 0.0) for name in stable[k].rivals),
+                    ],
+                    max(SIGNIFICANT, CONFUSABLE_GAIN * gain),
+                ),
+                form=effect.form,
+                stability={
+                    "conditions_left_out": stable[k].conditions,
+                    "runs_resampled": stable[k].resamplings,
+                },
+                doubtful=bool(doubt),
+            )
+        )
+    return causes
+
+
+def _less_than_remains(
+    errors: ForceErrors, final: FittedModel, lacking: Sequence[FittedModel]
+) -> list[bool]:
+    """Which of several effects correct less than what remains, by models without each."""
+    data, judging = errors.data, errors.validation_samples
+    force = data.bounded(final.force)
+    if len(lacking) == 1 or errors.is_noise(force, judging):
+        return [False] * len(lacking)
+    after = errors.relative(force) ** 2
+    remains = after - errors.noise_floor(judging) ** 2
+    without = (errors.relative(data.bounded(one.force)) ** 2 for one in lacking)
+    return [max(one - after, 0.0) < BESIDE_REMAINDER * remains for one in without]
+
+
+def _evidence(
+    effect: Effect, values: Mapping[str, Interval], share: float, ratio: float,
+    errors: ForceErrors, doubt: str,
+) -> str:  # fmt: skip
+    """Sentences on an effect; ``ratio``: the residual without it over that with it."""
+    where = "fitted" if errors.data.fitted.all() else "held out"
+    numbers = ", ".join(
+        f"{quantity.meaning} {values[quantity.name].value:.3g}"
+        + f" {quantity.unit}" * (quantity.unit != "1")
+        for quantity in effect.parameters
+    )
+    samples = f"the {int(np.sum(errors.validation_samples))} samples {where}"
+    # a law that depends on the effect may fail without it
+    larger = (
+        f"the residual on {samples} is {ratio:.3g} times as large" if np.isfinite(ratio)
+        else f"the fitted law diverges on {samples}"
+    )  # fmt: skip
+    return (
+        f"Without {in_sentence(effect.title)} {larger}; it removes "
+        f"{100 * share:.0f} % of the misfit with {numbers}.{_remarks(effect)}"
+        + f" It {doubt}, and may only mend the form of another."
+        * bool(doubt)
+    )
+
+
+def _remarks(effect: Effect) -> str:
+    """What a user should know of an effect that is named."""
+    remarks = []
+    if not effect.of_device:
+        remarks.append("It is in the instruments: a simulation does not have it.")
+    if has_unknown_starts(effect):
+        remarks.append(
+            "Rests between the runs are unknown: the state at the start of each run, held out or "
+            "not, follows from the forces of the run."
+        )
+    if effect.alike:
+        remarks.append(f"What looks alike: {effect.alike}.")
+    return "".join(f" {one}" for one in remarks)
+
+
+def _spread(final: FittedModel) -> Interval:
+    """RMS of the runs' own load-cell offsets, with its chi-squared interval."""
+    from scipy.special import chdtri
+
+    data = final.model.data
+    residual = data.force - final.without_offsets.force
+    n = len(data.dt)
+    means = run_means(data, residual)[data.starts[:-1]]
+    size = float(np.sqrt(np.mean(means**2)))
+    low, high = (size * np.sqrt(n / chdtri(n, q)) for q in (0.025, 0.975))
+    return Interval(size, float(low), float(high), "N")
+
+
+def wrong_numbers(law: FittedModel, prescribed: NDArray, errors: ForceErrors) -> list[Cause]:
+    """Infer whether given parameter values, with the force ``prescribed``, N, are to blame.
+
+    ``law`` has fitted ones.
+    """
+    from scipy.special import chdtrc
+
+    data = errors.data
+    gain = data.cost(prescribed, data.fitted) - data.cost(law.force, data.fitted)
+    n = law.model.n_law
+    misfit = errors.misfit(data.bounded(prescribed))
+    if gain < SIGNIFICANT + 2 * n or misfit == 0.0:
+        return []
+    share = 1 - errors.misfit(law.force) / misfit
+    if share < NUMBERS_WRONG:
+        return []
+    evidence = (
+        f"Fitting the law's own {n} numbers to the data, without any effect, removes "
+        f"{100 * share:.0f} % of the misfit."
+    )
+    return [Cause(PARAMETERS, share, float(chdtrc(n, gain)), {}, evidence)]
+
+
+def periodic_cause(one: Interference, errors: ForceErrors, misfit: float) -> Cause:
+    """Describe interference as a cause, beside the misfit of the simulation."""
+    data = errors.data
+    size = float(np.sum((one.force * data.weight)[errors.validation_samples] ** 2))
+    how = "multiplies" if one.modulates else "adds to"
+    resolution = 0.5 / float(np.max(data.lengths * data.dt))
+    low, high = one.frequency - resolution, one.frequency + resolution
+    return Cause(
+        name=OUTSIDE,
+        share=size / (size + misfit),
+        p_value=0.0,
+        parameters={"frequency": Interval(one.frequency, low, high, "Hz")},
+        evidence=(
+            f"A disturbance at {one.frequency:.2f} Hz {how} the force in all runs, whatever "
+            f"their motion: {100 * one.size:.2g} % of it."
+        ),
+        form=f"periodic at {one.frequency:.2f} Hz, {how} the force",
+    )
