@@ -1,4 +1,7 @@
-"""Settings of the documentation: ``sphinx-build -W --keep-going -b html docs docs/_build``."""
+"""Settings of the documentation: ``sphinx-build -W --keep-going -b html docs docs/_build``.
+
+With ``-t short`` one tutorial is run, the others are shown without outputs, and the theme is plain.
+"""
 
 import os
 import sys
@@ -38,6 +41,11 @@ nitpick_ignore = [
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 nb_execution_mode = "force"
+short = tags.has("short")  # type: ignore[name-defined]  # noqa: F821
+# the short pages run the first tutorial; tests/test_docs.py runs each on request
+if short:
+    tutorials = {path.stem for path in (HERE / "tutorials").glob("*.ipynb")} - {"first_run"}
+    nb_execution_excludepatterns = ["guide/start.md", *(f"tutorials/{t}.ipynb" for t in tutorials)]
 nb_execution_in_temp = True
 nb_execution_timeout = 240
 nb_execution_raise_on_error = True
@@ -57,7 +65,8 @@ html_static_path = [
 ]
 mathjax_path = "tex-svg.js"
 
-html_theme = "furo"
+# to make its navigation anew for each page takes Furo a third of the short build
+html_theme = "basic" if short else "furo"
 html_title = f"isolation-sim {version}"
 html_css_files = ["wide.css"]
 html_show_sourcelink = False

@@ -19,12 +19,18 @@ from isolation_sim.identification.law_choice import choose_law
 REPOSITORY = Path(__file__).resolve().parents[1]
 FIRST = tuple(
     f"tests/studies/test_{name}.py"
-    for name in ("mpc_levers", "damper_diagnosis", "sweep_studies", "damper", "causal_limit")
+    for name in (
+        "papers",
+        "controllers_study",
+        "benchmark_building",
+        "sweep_studies",
+        "causal_limit",
+    )
 )
 """What begins. Two workers that compile the same at the same time would do it twice."""
 SLOW = (
-    "tests/studies", "tests/sweeps", "tests/test_docs.py", "tests/discrepancy", "tests/blind",
-    "tests/identification", "tests/controllers", "tests/reports", "tests/export",
+    "tests/studies", "tests/test_docs.py", "tests/sweeps", "tests/reports", "tests/blind",
+    "tests/discrepancy", "tests/controllers", "tests/identification", "tests/export",
 )  # fmt: skip
 """What takes longest of the others; what comes last is quick, so that both workers end together."""
 QUICK = (

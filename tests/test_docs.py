@@ -1,16 +1,18 @@
 """The documentation says what is so: its commands, examples, equations and lists of names.
 
-The pages are built, without warnings, by ``.ci/run``; the build runs the tutorials.
+The pages are built, without warnings, by ``.ci/run``; this build runs the first tutorial.
 """
 
 from __future__ import annotations
 
 import importlib
 import json
+import os
 import pkgutil
 import re
 import runpy
 import shlex
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -91,7 +93,25 @@ def desk(tmp_path, monkeypatch, tests_of_a_device):
     return tmp_path
 
 
-@pytest.mark.parametrize("page", [name for name, text in TEXTS.items() if _commands(text)])
+LONG = (
+    "docs/biaxial.md",
+    "docs/code_checks.md",
+    "docs/guide/export_c.md",
+    "docs/guide/other_tools.md",
+    "docs/studies.md",
+    "docs/tuning.md",
+)
+"""Pages whose commands take longest; each command has tests of its own."""
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name in LONG else [])
+        for name, text in TEXTS.items()
+        if _commands(text)
+    ],
+)
 @pytest.mark.usefixtures("no_drawing")
 def test_the_commands_of_a_page_run(page, desk, capsys, monkeypatch):
     # one paper is enough: the numbers of all are computed, by the same function, in test_papers
@@ -260,10 +280,14 @@ def test_the_equations_printed_are_those_that_run(name, extension):
     rng = np.random.default_rng(7)
     symbols = [equations.symbol(n) for n in ("x", "v", *law.state_names, *law.parameter_names)]
 
-    def value(expression, numbers):
+    def function(expression):
         modules = [{"Iverson": lambda condition: 1.0 * condition}, "numpy"]
-        return sympy.lambdify(symbols, expression, modules)(*numbers)
+        return sympy.lambdify(symbols, expression, modules)
 
+    printed_force = function(equations.force(law))
+    printed_rates = [function(rate) for rate in equations.rates(law)]
+    if law.stored_energy is not None:
+        printed_energy = function(equations.stored(law))
     for _ in range(20):
         x, v = rng.normal(0, 0.5, 2)
         states = tuple(rng.normal(0, 0.5, len(law.states)))
@@ -272,14 +296,12 @@ def test_the_equations_printed_are_those_that_run(name, extension):
         )
         numbers = (x, v, *states, *parameters)
         force = law.force(x, v, states, parameters)
-        assert value(equations.force(law), numbers) == pytest.approx(force, rel=1e-9, abs=1e-12)
-        for printed, rate in zip(
-            equations.rates(law), law.rates(x, v, states, parameters), strict=True
-        ):
-            assert value(printed, numbers) == pytest.approx(rate, rel=1e-9, abs=1e-12)
+        assert printed_force(*numbers) == pytest.approx(force, rel=1e-9, abs=1e-12)
+        for printed, rate in zip(printed_rates, law.rates(x, v, states, parameters), strict=True):
+            assert printed(*numbers) == pytest.approx(rate, rel=1e-9, abs=1e-12)
         if law.stored_energy is not None:
             energy = law.stored_energy(x, states, parameters)
-            assert value(equations.stored(law), numbers) == pytest.approx(energy, rel=1e-9)
+            assert printed_energy(*numbers) == pytest.approx(energy, rel=1e-9)
 
 
 def test_equations_are_printed_as_the_field_writes_them(extension):
@@ -379,6 +401,23 @@ def test_notebooks_are_kept_without_outputs(path):
     assert code
     assert not [cell for cell in code if cell["outputs"] or cell["execution_count"]]
     assert path.stem in (DOCS / "index.md").read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", [*NOTEBOOKS, DOCS / "guide/start.md"], ids=lambda path: path.stem)
+def test_a_tutorial_runs_from_top_to_bottom(path, tmp_path, monkeypatch):
+    missing = "needs the extra docs: pip install '.[docs]'"
+    nbclient = pytest.importorskip("nbclient", reason=missing)
+    myst_nb = pytest.importorskip("myst_nb.core.read", reason=missing)
+    read = myst_nb.read_myst_markdown_notebook if path.suffix == ".md" else myst_nb.standard_nb_read
+    notebook = read(path.read_text(encoding="utf-8"))
+    # as in the pages: commands are found, and figures are drawn in the notebook
+    monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
+    monkeypatch.delenv("MPLBACKEND", raising=False)
+    where = {"metadata": {"path": str(tmp_path)}}
+    nbclient.NotebookClient(notebook, timeout=600, resources=where).execute()
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    assert all(cell.execution_count for cell in code)
 
 
 def test_the_table_of_the_main_job_in_the_readme_is_what_it_prints():

@@ -108,7 +108,7 @@ scenarios = st.fixed_dictionaries(
 
 
 @given(scenarios, st.booleans())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_toml_gives_the_same_scenario_back(data, comments):
     scenario = Scenario.model_validate(data)
     text = scenario.to_toml(comments)

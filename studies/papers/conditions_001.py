@@ -16,24 +16,26 @@ STEADY_CYCLES = 2
 POINTS = 1000
 
 _AMPLITUDES_MM = (1.0, 3.0, 5.0)
+_POSITIONS_MM = (0.0, -3.5)
 ENDS_A = (0.0, 2.0)
 """Currents of Table 3."""
 
 
 @cache
-def table_4(frequency: float, position_mm: float = 0.0) -> Motion:
-    """Move Table 4's model at 1, 3 and 5 mm and at all six currents."""
-    amplitudes = 1e-3 * np.array(_AMPLITUDES_MM)[:, None]
-    currents = np.array(TAO_CURRENTS_A)[None, :]
+def table_4(frequency: float) -> Motion:
+    """Move Table 4's model at 1, 3 and 5 mm, at all six currents and about both positions."""
+    amplitudes = 1e-3 * np.array(_AMPLITUDES_MM)[:, None, None]
+    currents = np.array(TAO_CURRENTS_A)[:, None]
     device = law("improved_bouc_wen")
     cycles = STEADY_CYCLES + 3
-    return sinusoidal(device, amplitudes, currents, frequency, cycles, POINTS, 1e-3 * position_mm)
+    positions = 1e-3 * np.array(_POSITIONS_MM)
+    return sinusoidal(device, amplitudes, currents, frequency, cycles, POINTS, positions)
 
 
 def peaks(amplitude_mm: float, frequency: float, current_A: float) -> tuple[float, float]:
     """Largest tensile and compressive force of Table 4's model about the zero position."""
     case = _AMPLITUDES_MM.index(amplitude_mm), TAO_CURRENTS_A.index(current_A)
-    force = table_4(frequency).last_cycle(*case)[2]
+    force = table_4(frequency).last_cycle(*case, 0)[2]
     return 1e-3 * float(np.max(force)), -1e-3 * float(np.min(force))
 
 
@@ -42,7 +44,8 @@ def modulus(
 ) -> tuple[float, float]:
     """Complex modulus of Table 4's model."""
     case = _AMPLITUDES_MM.index(amplitude_mm), TAO_CURRENTS_A.index(current_A)
-    measured = table_4(frequency, position_mm).measured(*case, skip=STEADY_CYCLES)
+    about = _POSITIONS_MM.index(position_mm)
+    measured = table_4(frequency).measured(*case, about, skip=STEADY_CYCLES)
     return measured.storage_stiffness.value, measured.loss_damping.value
 
 

@@ -25,7 +25,9 @@ MODELS = {"complex modulus": complex_modulus, "traditional Bouc-Wen": traditiona
 def figures() -> dict[str, Figure]:
     """Draw the loops, their ingredients and the stiffness and damping against the current."""
     motion = table_4(0.5)
-    loops = {f"{current:g} A": motion.last_cycle(0, j) for j, current in enumerate(TAO_CURRENTS_A)}
+    loops = {
+        f"{current:g} A": motion.last_cycle(0, j, 0) for j, current in enumerate(TAO_CURRENTS_A)
+    }
     rows = [(f"{name} changed", _varied(name, (0.5, 1.0, 1.4))) for name in ("W", "d", "O")]
     return {
         "001_fig20_loops": draw_loops([("", loops)], "kN", "Table 4's model, 1 mm, 0.5 Hz"),

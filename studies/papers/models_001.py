@@ -58,7 +58,7 @@ class Fitted(NamedTuple):
 
 def improved_loop(current_A: float) -> Loop:
     """Loop of Table 4's model at one of its currents."""
-    columns = table_4(FREQUENCY).last_cycle(0, TAO_CURRENTS_A.index(current_A))
+    columns = table_4(FREQUENCY).last_cycle(0, TAO_CURRENTS_A.index(current_A), 0)
     return Loop(*(column[:-1] for column in columns))
 
 

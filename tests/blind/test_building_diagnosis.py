@@ -43,6 +43,7 @@ def test_lists_hold_every_form_and_pairs_of_two_names():
         assert [(fault.name, fault.form) for fault in case.faults] == list(case.forms)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_motion")
 def test_a_pair_is_more_than_either_alone():
     case = next(pairs(1))

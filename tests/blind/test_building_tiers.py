@@ -38,6 +38,7 @@ def engineers(building):
     return structure.on(iso.law("kelvin_voigt", {"k": [1e7, 1e6], "c": 6e5}))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("short_motion")
 def test_an_equation_describes_a_squeeze_film_of_the_isolators(tmp_path):
     """Under a current that switches, with noise in every channel and in the ground motion."""

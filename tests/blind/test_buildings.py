@@ -51,7 +51,7 @@ def matrices(building):
     return mass, damping, stiffness, layer
 
 
-@pytest.mark.parametrize("lag", [0.0, 0.05])
+@pytest.mark.parametrize("lag", [0.0, pytest.param(0.05, marks=pytest.mark.slow)])
 def test_motion_agrees_with_scipy_on_soil_under_a_current_that_moves(lag):
     building = replace(nominal_building(3), sway=1.0, rock=0.5, lag=lag)
     ground = ground_motion(3, duration=3.0)
@@ -116,7 +116,11 @@ def test_every_name_has_two_forms(every_fault):
 
 
 @pytest.mark.usefixtures("short_motion")
-@pytest.mark.parametrize("k", range(N_FAULTS))
+@pytest.mark.parametrize(
+    "k",
+    # every name has two forms, one after the other
+    [pytest.param(k, marks=[pytest.mark.slow] if k % 2 else []) for k in range(N_FAULTS)],
+)
 def test_fault_reaches_its_size_and_is_nothing_at_severity_zero(every_fault: list[Fault], k: int):
     fault = every_fault[k]
     record = make_record(1, [fault], 0.06, noise=0.0)

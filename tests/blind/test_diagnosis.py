@@ -5,7 +5,9 @@ import json
 import pytest
 
 from isolation_sim.cli import main
+from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.effects import EFFECTS
 from isolation_sim.scenario import Scenario
 from studies.blind.cases import CATALOGUE, Case, clean, outside, several
 
@@ -45,11 +47,13 @@ def test_what_is_outside_the_catalogue_is_not_blamed_on_it(tmp_path):
     assert "frequency" in found.depends_on
 
 
-def test_the_command_leaves_a_law_that_a_scenario_takes(tmp_path, capsys):
+@pytest.mark.usefixtures("few_effects")
+def test_the_command_leaves_a_law_that_a_scenario_takes(tmp_path, capsys, monkeypatch):
+    hidden = "tension_compression_asymmetry"
+    monkeypatch.setitem(device_tests.EFFECTS, hidden, EFFECTS[hidden])
     case = Case(
-        "single", "strain_stiffening", "strain_stiffening",
-        (("tension_compression_asymmetry", "stiffer_one_way"),), 32,
-    )  # fmt: skip
+        "single", "strain_stiffening", "strain_stiffening", ((hidden, "stiffer_one_way"),), 32
+    )
     folder, out = written(case, tmp_path), tmp_path / "out"
     scenario = tmp_path / "scenario.toml"
     scenario.write_text('[[controller]]\nname = "passive_off"\n')
@@ -59,8 +63,8 @@ def test_the_command_leaves_a_law_that_a_scenario_takes(tmp_path, capsys):
     assert ended.value.code == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed == json.loads((out / "diagnosis.json").read_text())
-    assert printed["causes"][0]["name"] == "tension_compression_asymmetry"
+    assert printed["causes"][0]["name"] == hidden
     runs = printed["consequence"]["controllers"]["passive_off"]
     assert runs["predicted"] != runs["actual"] == runs["redesigned"]
     isolated = Scenario.read(out / "extended_law.toml").build().isolated
-    assert "tension_compression_asymmetry" in isolated.elements[0].device.law.name
+    assert hidden in isolated.elements[0].device.law.name

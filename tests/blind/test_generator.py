@@ -79,7 +79,9 @@ def by_solve_ivp(device, motion):
     return np.array([forces(t, p(t), s) for t, s in zip(motion.time, solution.y.T, strict=True)])
 
 
-@pytest.mark.parametrize("law", ["strain_stiffening", "bouc_wen"])
+@pytest.mark.parametrize(
+    "law", ["strain_stiffening", pytest.param("bouc_wen", marks=pytest.mark.slow)]
+)
 def test_forces_agree_with_scipy(law):
     device, motion = perturbed(law, np.random.default_rng(7)), one_run(4)
     force, expected = respond(device, motion), by_solve_ivp(device, motion)
@@ -106,7 +108,17 @@ def test_every_name_of_the_design_has_two_forms():
     assert all(FORMS[effect][name].stage in STAGES for effect, name in ALL)
 
 
-@pytest.mark.parametrize(("effect", "form"), ALL)
+FIRST = {effect: form for effect, form in reversed(ALL)}
+"""A form of each effect; the others are slow."""
+
+
+@pytest.mark.parametrize(
+    ("effect", "form"),
+    [
+        pytest.param(effect, form, marks=[] if form == FIRST[effect] else [pytest.mark.slow])
+        for effect, form in ALL
+    ],
+)
 def test_severity_zero_is_clean_and_the_size_is_reached(effect, form):
     base = "hybrid" if effect == "weak_rate_dependence" else "strain_stiffening"
     gauge = gauge_of(base)
@@ -120,6 +132,7 @@ def test_severity_zero_is_clean_and_the_size_is_reached(effect, form):
     assert 0 < hidden.severity <= hidden.form.limit
 
 
+@pytest.mark.slow
 def test_sizes_are_repeated_on_a_finer_grid():
     """The gauge's coarse grid measures what the campaign's fine one has."""
     device = perturbed("bouc_wen", np.random.default_rng(11))
@@ -195,6 +208,7 @@ def test_lists_of_cases():
     assert all(case.law != case.base for case in cases.wrong_law(20))
 
 
+@pytest.mark.slow
 def test_a_case_below_its_largest_size_is_spread_to_its_limit():
     sizes = [
         cases.Case(

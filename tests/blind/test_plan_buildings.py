@@ -64,12 +64,14 @@ def test_the_storey_and_the_direction_that_lost_stiffness_are_named(tmp_path):
     assert numbers["loss"] == pytest.approx(0.1, abs=0.01)
 
 
+@pytest.mark.slow
 def test_friction_of_all_bearings_is_named(tmp_path):
     cause, numbers = found("smooth", 0.1, tmp_path)
     assert cause.name == "coulomb_friction"
     assert numbers["level"] == pytest.approx(0.1 * nominal().bearing["q"], rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_mass_beside_the_centre_of_the_base_is_named(tmp_path):
     cause, numbers = found("eccentric", 0.15, tmp_path)
     assert cause.name == "base_mass_error" and cause.form == "eccentric"
@@ -79,6 +81,7 @@ def test_a_mass_beside_the_centre_of_the_base_is_named(tmp_path):
     np.testing.assert_allclose([numbers["shift_x"], numbers["shift_y"]], moved, rtol=0.1)
 
 
+@pytest.mark.slow
 def test_a_biased_sensor_is_named_with_its_direction(tmp_path):
     diagnosis = diagnosed(nominal(), tmp_path, bias=0.05)
     assert [cause.name for cause in diagnosis.causes] == ["sensor_bias"]

@@ -76,10 +76,14 @@ def test_a_delay_shifts_the_force():
     assert np.allclose(late[16:], force[:-16])
 
 
+SINGLES = [case for case in second_singles((0.02,)) if case.law == "bouc_wen"]
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
-    [c for c in second_singles((0.02,)) if c.law == "bouc_wen"][2:20:17],
-    ids=lambda c: c.name,
+    [SINGLES[2], SINGLES[19]],
+    ids=lambda case: case.name,
 )
 def test_an_effect_has_the_size_asked_for(case):
     assert case.truth.sizes[0] == pytest.approx(0.02, rel=0.03)

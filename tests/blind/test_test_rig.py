@@ -101,6 +101,7 @@ def warming(behind, velocity, step):
     return force
 
 
+@pytest.mark.slow
 def test_heat_of_the_core_is_named_with_its_gain_and_the_stiffness_around_it():
     random = np.random.default_rng(3)
     runs = []
@@ -146,6 +147,7 @@ def named(campaign, **options):
     return found, [cause.name for cause in found.causes]
 
 
+@pytest.mark.slow
 def test_a_mass_is_measured_behind_an_amplifier_that_filters_the_displacement():
     # 10 um of noise up to 15 Hz, whose acceleration is as large as that of the slow tests
     sections = butter(4, 15.0 * 2 * DT, output="sos")
@@ -161,7 +163,11 @@ def test_a_mass_is_measured_behind_an_amplifier_that_filters_the_displacement():
 
 
 @pytest.mark.parametrize(
-    ("spring", "form"), [(lambda s: s**3, "x^3"), (lambda s: s * np.abs(s), "x |x|")]
+    ("spring", "form"),
+    [
+        (lambda s: s**3, "x^3"),
+        pytest.param(lambda s: s * np.abs(s), "x |x|", marks=pytest.mark.slow),
+    ],
 )
 def test_a_spring_that_stiffens_from_the_middle_is_no_end_stop(spring, form):
     campaign = bench(lambda x, v, a, i: 2e4 * x + 300 * v + 300 * spring(x / 0.02))
@@ -177,6 +183,7 @@ def test_a_stop_on_one_side_is_a_stop():
     assert found.causes[0].parameters["ahead"].value == pytest.approx(0.013, rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_slope_beyond_a_knee_of_the_coil_is_measured():
     def field(current):
         return min(current, 0.6 + 0.4 * (current - 0.6))
@@ -204,6 +211,7 @@ def test_nothing_is_missing_where_the_force_channel_filters_its_noise():
     assert found.noise_floor == pytest.approx(1.5 / size, rel=0.3)
 
 
+@pytest.mark.slow
 def test_a_small_cause_is_named_beside_one_that_fills_the_weak_runs():
     campaign = bench(lambda x, v, a, i: 2e4 * x + 300 * v + 6 * a + 40)
     found, names = named(campaign)
@@ -224,6 +232,7 @@ def hysteretic(x, step):
     return 2e4 * x + 300 * v + 150 * z, v
 
 
+@pytest.mark.slow
 def test_noise_of_a_device_that_is_held_does_not_let_it_relax():
     random = np.random.default_rng(2)
     motions = [

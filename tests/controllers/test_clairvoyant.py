@@ -90,6 +90,7 @@ def test_other_starts_find_the_same_optimum(plant):
     assert bound(plant, starts=3).score == pytest.approx(bound(plant).score, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_the_best_of_several_optima_is_kept(isolated, el_centro):
     # from no current the search ends in a worse optimum than from half of it
     plant = Plant(isolated, (el_centro.cut(1.5, 6.0).resampled(0.04),), LAGGING)
@@ -98,6 +99,7 @@ def test_the_best_of_several_optima_is_kept(isolated, el_centro):
     assert both.score < 0.9 * lowest.score
 
 
+@pytest.mark.slow
 def test_a_long_motion_is_begun_with_the_optimum_of_its_first_half(coarse, monkeypatch):
     begun = []
     solve = WholeRecord.solve
@@ -128,6 +130,7 @@ def test_a_longer_interval_is_certified_under_the_motion_itself(plant):
     assert bound(plant, starts=1, interval=0.01).score == fine.score
 
 
+@pytest.mark.slow
 def test_front_is_a_front_and_not_below_the_weighted_optimum(isolated, el_centro):
     coarse = Plant(isolated, (el_centro.cut(1.5, 3.0).resampled(0.05),), LAGGING)
     front = pareto(coarse, n=3)
@@ -142,6 +145,7 @@ def test_front_is_a_front_and_not_below_the_weighted_optimum(isolated, el_centro
     assert x[0] == pytest.approx(stiffest.certified[DISPLACEMENT], rel=5e-3)
 
 
+@pytest.mark.slow
 def test_ideal_supply_slew_and_other_periods(isolated, el_centro):
     records = (el_centro.cut(0.8, 2.0),)
     for driver in (CoilDriver(high=3.0), CoilDriver(lag=0.05, slew=8.0, high=2.0, initial=1.0)):
@@ -185,6 +189,7 @@ def parting(plant, until):
     return [plant, plant._replace(records=(Record(still, record.dt, name="still"),))]
 
 
+@pytest.mark.slow
 def test_motions_that_part_share_their_first_commands(coarse):
     until, period = 0.8, 0.08
     plants = parting(coarse, until)

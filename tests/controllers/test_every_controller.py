@@ -95,7 +95,7 @@ def test_a_current_without_effect_changes_nothing(name, record):
         assert np.abs(run.output(output) - expected).max() <= 1e-5 * np.abs(expected).max()
 
 
-@pytest.mark.parametrize("direction", [0, 1])
+@pytest.mark.parametrize("direction", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_a_direction_without_motion_changes_nothing(name, direction, isolated, record):
     plan, short = twice(isolated.structure), record.cut(0.0, 4.0)
     records = tuple(short if d == direction else short.scaled(0.0) for d in range(2))

@@ -3,14 +3,21 @@
 import numpy as np
 import pytest
 
+from controllers import available_controllers
 from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building, reference_isolators
 
 from .conftest import build, noisy_sensors
 
+CASES = [(name, factor) for name in available_controllers() for factor in (0.8, 1.2)]
+LONG = [("clairvoyant", 0.8), ("clairvoyant", 1.2)]
 
-@pytest.mark.parametrize("factor", [0.8, 1.2])
+
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [pytest.param(*one, marks=[pytest.mark.slow] if one in LONG else []) for one in CASES],
+)
 def test_stays_bounded(name, isolated, record, factor):
     """Of the size of what constant currents lead to, and dying out when the ground is quiet."""
     believed = reference_building().on(reference_isolators().scaled(force=factor))

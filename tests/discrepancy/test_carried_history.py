@@ -74,7 +74,7 @@ def test_states_that_the_measured_history_tells_are_kept():
     assert of_device(carry_history(wear)) is wear and of_device(wear) is wear
 
 
-@pytest.mark.parametrize("keeps", [True, False])
+@pytest.mark.parametrize("keeps", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_wear_is_named_whether_the_specimen_is_kept_or_new(keeps):
     found = diagnose(series(0.3, keeps), "kelvin_voigt", tiers="causes")
     (cause,) = found.causes
@@ -105,7 +105,11 @@ def magnetised(remembers, keeps=True):
     ("form", "remembers"),
     [
         # dragged along 0.4 A behind the current, and left within 0.4 A of none
-        ("play, kept", lambda i, past: max(i - 0.4, min(max(past - 0.4, 0.0), 0.4))),
+        pytest.param(
+            "play, kept",
+            lambda i, past: max(i - 0.4, min(max(past - 0.4, 0.0), 0.4)),
+            marks=pytest.mark.slow,
+        ),
         ("largest, kept", lambda i, past: i + 0.5 * max(past - i, 0.0)),
     ],
 )
@@ -171,6 +175,7 @@ def test_no_run_begins_warmer_than_the_one_before_has_ended():
     assert np.all(warmth[data.starts[1:-1]] <= warmth[data.starts[1:-1] - 1] + 1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_effects", "few_laws")
 def test_heating_is_named_although_the_rests_are_unknown():
     found = diagnose(warming()[0], "kelvin_voigt", tiers="causes")

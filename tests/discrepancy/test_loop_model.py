@@ -43,7 +43,7 @@ def test_fitted_loops_do_not_depend_on_steps_and_samples(law):
     assert fine.loops(result.optimum.x)[0] == pytest.approx(ratios, abs=0.02)
 
 
-@pytest.mark.parametrize("law", ["bouc_wen", "hybrid"])
+@pytest.mark.parametrize("law", [pytest.param("bouc_wen", marks=pytest.mark.slow), "hybrid"])
 def test_offset_that_no_loop_shows_stays_small(law):
     # times the rounding of velocities it reached 1e16 N, and that passed for damping
     result = fitted(law)

@@ -128,6 +128,7 @@ def test_the_written_law_loads_fits_simulates_and_closes_the_ledger(diagnosis, c
     assert run.energy.closure_error < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
 def test_results_with_a_law_of_ones_own_can_be_moved(campaign, tmp_path):
     own = tmp_path / "work" / "my_law.py"
@@ -457,6 +458,7 @@ def test_a_note_names_the_causes_that_an_equation_replaces():
     assert _replaced_note(made, every) == ["The equation stands in place of the causes."]
 
 
+@pytest.mark.slow
 def test_an_effect_that_an_equation_makes_superfluous_is_dropped(campaign):
     """Beside a squeeze film an end stop gains nothing, and a mass does."""
     from isolation_sim.discrepancy.adapters.device_tests import DeviceTests
@@ -485,6 +487,7 @@ def test_an_effect_that_an_equation_makes_superfluous_is_dropped(campaign):
     assert rest.final.values[-2:] == pytest.approx([SQUEEZE, mass], rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
 def test_friction_that_grows_along_the_stroke(campaign):
     """A spring whose friction, elastic over 0.4 mm, is 60 N in the middle and grows by 2.5 N/mm."""
@@ -666,6 +669,7 @@ def _with_current(amplitude_mm, frequency, seed, hold_out):
     return TestRun(run.name, time, x, v, force + noise, current, hold_out, velocity_measured=True)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
 def test_the_rate_of_the_current_is_a_term(tmp_path):
     runs = [_with_current(*motion, k, k == 4) for k, motion in enumerate(MOTIONS)]
@@ -685,6 +689,7 @@ def test_the_rate_of_the_current_is_a_term(tmp_path):
     assert device.force(0.0, 0.0, states, 1.5) == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
 def test_numbers_between_those_of_the_library_are_found():
     """A bump where no candidate stands, and narrower than any."""

@@ -49,6 +49,7 @@ def with_a_plate(runs):
     return fit_model(model, np.concatenate([start, [1.0]]), 50, 1e-10)
 
 
+@pytest.mark.slow
 def test_the_truth_is_held_although_every_fit_is_off_in_the_same_direction():
     errors, expected, inside = [], [], []
     for seed in range(SEEDS):

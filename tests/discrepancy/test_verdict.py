@@ -74,6 +74,7 @@ def test_what_is_found_but_too_small_to_matter_is_negligible():
     assert found.extended.law.effects == ()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
 def test_a_cause_that_corrects_less_than_what_remains_only_acts_like_one():
     def labels(**hidden):
@@ -95,7 +96,7 @@ def test_a_small_share_of_the_misfit_counts_where_it_is_most_of_what_remains():
 
 
 @pytest.mark.usefixtures("few_effects")
-@pytest.mark.parametrize("high", [9.0, np.inf])
+@pytest.mark.parametrize("high", [9.0, pytest.param(np.inf, marks=pytest.mark.slow)])
 def test_a_small_cause_whose_size_may_be_zero_only_acts_like_one(monkeypatch, high):
     numbers = causes.intervals
 
@@ -137,6 +138,7 @@ def test_interference_explains_what_the_right_law_misses():
     assert found.verdict == "explained" and found.unexplained_share == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
 def test_slow_noise_is_not_said_to_be_an_error_of_the_simulation():
     found = judged(unrelated=0.02, tiers="auto")

@@ -109,7 +109,7 @@ def test_a_device_is_written_as_a_section(form, isolator):
 def test_any_numbers_survive_the_section(isolator):
     quantities = {name: form.parameters for name, form in FORMS.items() if form.of_device}
 
-    @settings(max_examples=60, deadline=None, derandomize=True, database=None)
+    @settings(max_examples=30, deadline=None, derandomize=True, database=None)
     @given(st.data())
     def survive(data):
         name = data.draw(st.sampled_from(sorted(quantities)))

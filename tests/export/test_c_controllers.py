@@ -64,7 +64,10 @@ def compiled_program(files, folder, *options):
     return folder / "program"
 
 
-@pytest.mark.parametrize("label", CASES)
+@pytest.mark.parametrize(
+    "label",
+    [pytest.param(one, marks=[pytest.mark.slow] if "extended" in one else []) for one in CASES],
+)
 def test_c_decides_as_python_does(label, job, tmp_path):
     """The same measurements, decision by decision."""
     optimised = ["-O2"] if label in OPTIMISED else []
@@ -155,9 +158,14 @@ def test_what_has_no_form_in_c_is_refused(controller, said, job):
 @pytest.mark.parametrize(
     ("name", "settings", "driver", "ahead"),
     [
-        ("mpc", {}, iso.CoilDriver(lag=0.05, slew=60.0, high=3.0), ()),
+        pytest.param(
+            "mpc", {}, iso.CoilDriver(lag=0.05, slew=60.0, high=3.0), (), marks=pytest.mark.slow
+        ),
         # a jump of the current shows in the accelerations; the ground motion ahead is an input
-        ("mpc", {"preview": 0.4}, iso.CoilDriver(high=3.0), range(5, 401, 5)),
+        pytest.param(
+            "mpc", {"preview": 0.4}, iso.CoilDriver(high=3.0), range(5, 401, 5),
+            marks=pytest.mark.slow,
+        ),
         ("mpc", {"filter": "extended", "learning": 20.0}, iso.CoilDriver(lag=0.05, high=3.0), ()),
         (
             "trained_policy", {"preview": 0.8}, iso.CoilDriver(lag=0.05, high=3.0),
@@ -222,10 +230,10 @@ def in_plan():
 @pytest.mark.parametrize(
     ("building", "name", "settings"),
     [
-        (on_stiff_soil, "mpc", {}),
+        pytest.param(on_stiff_soil, "mpc", {}, marks=pytest.mark.slow),
         (on_stiff_soil, "mpc", {"filter": "kalman"}),
         (on_stiff_soil, "trained_policy", {"preview": 0.8}),
-        (in_plan, "mpc", {}),
+        pytest.param(in_plan, "mpc", {}, marks=pytest.mark.slow),
     ],
     ids=["soil", "soil, observer", "soil, trained", "plan"],
 )

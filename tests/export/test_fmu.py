@@ -1,6 +1,8 @@
 """Controllers as functional mock-up units: valid, and with the plant the run that Python makes."""
 
 import shutil
+from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -16,6 +18,11 @@ pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C co
 
 VERSIONS = ("2.0", "3.0")
 LABELS = ("on_off", "clipped_lqg", "mpc")
+# to compile predictive control takes 4 s
+CASES = [
+    pytest.param(*case, marks=[pytest.mark.slow] if case == ("mpc", "3.0") else [])
+    for case in product(LABELS, VERSIONS)
+]
 
 
 @pytest.fixture(scope="module")
@@ -27,14 +34,14 @@ def job():
 
 @pytest.fixture(scope="module")
 def fmus(job, tmp_path_factory):
+    """Units of a controller and a version, which are made when they are needed."""
     folder = tmp_path_factory.mktemp("fmus")
-    return {
-        (label, version): write_fmu(
-            controller_part(job, label), folder / f"{label}{version}.fmu", version
-        )
-        for label in LABELS
-        for version in VERSIONS
-    }
+
+    @cache
+    def made(label, version):
+        return write_fmu(controller_part(job, label), folder / f"{label}{version}.fmu", version)
+
+    return made
 
 
 @pytest.fixture
@@ -43,8 +50,8 @@ def slave(fmus, tmp_path):
     made = []
 
     def instance(label, version):
-        description = fmpy.read_model_description(fmus[label, version])
-        unzipped = fmpy.extract(fmus[label, version], unzipdir=tmp_path / f"{label}{version}")
+        description = fmpy.read_model_description(fmus(label, version))
+        unzipped = fmpy.extract(fmus(label, version), unzipdir=tmp_path / f"{label}{version}")
         arguments = {
             "guid": description.guid, "unzipDirectory": unzipped, "instanceName": "unit",
             "modelIdentifier": description.coSimulation.modelIdentifier,
@@ -75,20 +82,18 @@ def access(unit):
     return unit.setFloat64, unit.getFloat64
 
 
-@pytest.mark.parametrize("version", VERSIONS)
-@pytest.mark.parametrize("label", LABELS)
+@pytest.mark.parametrize(("label", "version"), CASES)
 def test_validation_has_no_remarks(label, version, fmus):
     from fmpy.validation import validate_fmu
 
-    assert validate_fmu(str(fmus[label, version])) == []
-    description = fmpy.read_model_description(fmus[label, version], validate=True)
+    assert validate_fmu(str(fmus(label, version))) == []
+    description = fmpy.read_model_description(fmus(label, version), validate=True)
     units = {v.name: v.unit for v in description.modelVariables if v.name != "time"}
     assert units["coil0_command_A"] == "A"
     assert None not in units.values()
 
 
-@pytest.mark.parametrize("version", VERSIONS)
-@pytest.mark.parametrize("label", LABELS)
+@pytest.mark.parametrize(("label", "version"), CASES)
 def test_unit_and_plant_make_the_run_that_simulate_makes(label, version, job, slave):
     """The plant steps in Python, the controller is the unit."""
     run = iso.simulate(job.isolated, job.records, job.controllers[label])

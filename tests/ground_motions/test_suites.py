@@ -151,7 +151,7 @@ def test_a_matched_record_fits_and_keeps_its_baseline():
     )
 
 
-@pytest.mark.parametrize("name", ["erzikan", "kobe"])
+@pytest.mark.parametrize("name", ["erzikan", pytest.param("kobe", marks=pytest.mark.slow)])
 def test_recorded_components_are_matched_to_en1998(shared_data, name):
     """Two of 14; all of them and El Centro 1940 come within 4.6 % of both codes."""
     target = en1998_1_2004(2.0, "B")

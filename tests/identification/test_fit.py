@@ -79,7 +79,9 @@ def test_a_power_needs_a_derivative_at_rest_if_it_is_of_a_state(campaign_of, of)
         fit(campaign_of("linear", 0), law)
 
 
-@pytest.mark.parametrize("name", ["bouc_wen", "improved_bouc_wen"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("bouc_wen", marks=pytest.mark.slow), "improved_bouc_wen"]
+)
 def test_a_state_of_a_law_that_follows_the_current_is_scaled(name, campaign_of):
     scaling = LAWS[name].redundancy.scaling
     result = fitted(name, campaign_of(name, 0), {})
@@ -359,7 +361,9 @@ def test_a_campaign_all_held_out_is_refused(campaign_of):
 
 
 @pytest.mark.usefixtures("few_laws")
-@pytest.mark.parametrize("name", ["strain_stiffening", "kelvin_voigt"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("strain_stiffening", marks=pytest.mark.slow), "kelvin_voigt"]
+)
 def test_a_diagnosis_judges_the_law_that_a_fit_gives(name, campaign_of, monkeypatch):
     from isolation_sim.discrepancy.adapters import device_tests
     from isolation_sim.discrepancy.diagnose import diagnose

@@ -109,6 +109,7 @@ def test_a_law_with_many_local_optima_is_found(for_the_damper):
     assert [one.law for one in found.near] == ["spencer"]
 
 
+@pytest.mark.slow
 def test_a_law_whose_causes_leave_much_is_compared_with_others(damper, for_the_damper, monkeypatch):
     def chosen(campaign, *prescribed, **options):
         assert campaign is damper

@@ -304,7 +304,7 @@ def test_noise_does_not_bias(loop):
 
 
 @pytest.mark.parametrize("name", available_laws())
-@pytest.mark.parametrize("mean", [0.0, -1.0])
+@pytest.mark.parametrize("mean", [0.0, pytest.param(-1.0, marks=pytest.mark.slow)])
 def test_every_law_under_a_sinusoid(name, mean, numbers):
     device = law(name, None if available_sets(name) else numbers[name])
     amplitude = min(device.deformation_scale, X)

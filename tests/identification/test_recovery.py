@@ -56,7 +56,16 @@ def held_and_tries(name):
     return np.mean((low <= truth) & (truth <= high)), SEEDS * int(np.sqrt(len(truth)))
 
 
-@pytest.mark.parametrize("name", LAWS)
+LONG = (
+    "friction_pendulum", "gamota_filisko", "rate_dependent_bouc_wen", "spencer", "spring_pot",
+    "strain_stiffening_power",
+)  # fmt: skip
+"""Laws whose fits take longest."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] if n in LONG else []) for n in LAWS]
+)
 def test_a_law_comes_back_within_its_intervals(name):
     found, truth = recovered(name)
     low, value, high = np.moveaxis(found, 1, 0)

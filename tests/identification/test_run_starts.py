@@ -128,6 +128,7 @@ def test_the_led_in_force_is_that_of_steady_cycles():
     assert np.max(np.abs(difference - jacobian[:, k])) < 1e-4 * size
 
 
+@pytest.mark.slow
 def test_a_fit_to_cycles_cut_out(cut_out):
     result = fit(cut_out, "bouc_wen", current_degree=1)
     assert result.error < 0.0105
@@ -169,7 +170,7 @@ def _random_motion(seed, begin):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("begin", [0.0, 3.0])
+@pytest.mark.parametrize("begin", [pytest.param(0.0, marks=pytest.mark.slow), 3.0])
 def test_a_fit_tells_where_random_motion_begins(begin):
     """A law that begins at rest in its middle has an error of some 10 %."""
     runs = tuple(_random_motion(seed, begin) for seed in (1, 2, 3))
@@ -179,7 +180,9 @@ def test_a_fit_tells_where_random_motion_begins(begin):
     assert result.error < (0.0135 if begin else 0.0105)
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.01, 0.03])
+@pytest.mark.parametrize(
+    "noise", [*(pytest.param(noise, marks=pytest.mark.slow) for noise in (0.0, 0.01)), 0.03]
+)
 def test_noise_does_not_move_a_run_that_begins_at_rest(noise):
     rng = np.random.default_rng(5)
     step, found = 1 / 200, {"rest": 0, "cut": 0}

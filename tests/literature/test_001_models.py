@@ -41,7 +41,7 @@ def printed_loop(current, amplitude, frequency, position=0.0, factor=1.0):
 
 
 @pytest.mark.parametrize("shape", [-0.9, 0.0, 0.8])
-@pytest.mark.parametrize("slope", [2500.0, 9000.0])
+@pytest.mark.parametrize("slope", [2500.0, pytest.param(9000.0, marks=pytest.mark.slow)])
 def test_settled_hysteresis_in_closed_form(shape, slope):
     both = slope**2 / 1500.0  # beta + gamma, alpha = 1500 1/m
     values = dict(k=0.0, c=0.0, alpha=1.0, A=1500.0, n=2.0, F0=0.0,

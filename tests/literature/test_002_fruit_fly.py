@@ -9,6 +9,7 @@ from isolation_sim.laws import law
 from studies.papers.search_002 import RUNS, cosine, flights, share_that_prints
 from studies.swarm import force_objective, search
 
+SEEDS = [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))]
 GLOBAL, LOCAL = -21.143447, -6.704658
 
 
@@ -76,18 +77,19 @@ class TestIdentification:
         np.testing.assert_allclose(self.force, model(self.EXACT), rtol=1e-9)
         self.objective = force_objective("rms", self.force, model)
 
-    @pytest.mark.parametrize("seed", [0, 1, 2])
+    @pytest.mark.parametrize("seed", SEEDS)
     def test_a_declared_scale_recovers_the_law(self, seed):
         result = search("fruit_fly", self.objective, self.BOUNDS, 25_000, seed, scale=self.SCALE)
         assert result.value < 2e-5 * np.std(self.force)
         np.testing.assert_allclose(result.x, self.EXACT, rtol=5e-4)
 
-    @pytest.mark.parametrize("seed", [0, 1, 2])
+    @pytest.mark.parametrize("seed", SEEDS)
     def test_the_reciprocal_alone_fails(self, seed):
         result = search("fruit_fly", self.objective, self.BOUNDS, 25_000, seed, scale=1.0)
         assert result.value > 0.15 * np.std(self.force)
         assert np.max(np.abs(result.x / self.EXACT - 1)) > 0.5
 
+    @pytest.mark.slow
     def test_the_adaptive_step_beats_the_fixed_one(self):
         def found(method):
             runs = (search(method, self.objective, self.BOUNDS, 5000, seed) for seed in range(5))

@@ -212,7 +212,9 @@ def test_many_histories_are_drawn_apart(runs, seven):
     assert len(figures.time_histories(runs).axes[1].lines) == 3
 
 
-@pytest.mark.parametrize("count", range(1, 8))
+@pytest.mark.parametrize(
+    "count", [1, 2, 5, *(pytest.param(n, marks=pytest.mark.slow) for n in (3, 4, 6, 7))]
+)
 def test_the_page_of_energies_has_no_empty_panel(count, seven):
     figure = figures.energy_figure(dict(list(seven.items())[:count]))
     check(figure)

@@ -134,8 +134,9 @@ def test_the_animation_tells_what_the_run_did_and_plays(report, shown, until, ru
     assert picture(page) == picture(page, "right")
 
 
-def test_little_motion_is_shown_to_those_who_want_little(report, opened):
-    page = opened(report, reduced_motion="reduce")
+def test_little_motion_is_shown_to_those_who_want_little(report, shown):
+    page = shown(report)
+    page.emulate_media(reduced_motion="reduce")
     page.get_by_role("button", name="Play").click()
     page.evaluate(
         "new MutationObserver((all) => { window.changes = (window.changes ?? 0) + 1; }).observe("
@@ -143,6 +144,8 @@ def test_little_motion_is_shown_to_those_who_want_little(report, opened):
     )
     page.wait_for_timeout(700)
     assert page.evaluate("window.changes ?? 0") <= 2
+    page.get_by_role("button", name="Pause").click()
+    page.emulate_media(reduced_motion="no-preference")
 
 
 def test_everything_is_reached_by_keyboard(report, opened, until):
@@ -178,8 +181,8 @@ def test_nothing_is_cut_off_or_overlaps(report, shown, window, cut_off):
     assert cut_off(page) == []
 
 
-def test_charts_fit_on_paper(report, opened, until):
-    page = opened(report)
+def test_charts_fit_on_paper(report, shown, until):
+    page = shown(report)
     page.emulate_media(media="print")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     until(

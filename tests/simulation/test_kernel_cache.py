@@ -1,8 +1,10 @@
 """Generated kernels on disk: written once, found again, and honest about compiling."""
 
 import os
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -64,10 +66,18 @@ def test_laws_share_one_integration():
     assert loading.load([other, linear], 1, 1).laws == mixed.laws[::-1]
 
 
-@pytest.fixture(scope="module")
-def processes(tmp_path_factory):
-    """Two processes after another with one empty cache folder."""
+@pytest.fixture(scope="module", params=["law", pytest.param("all", marks=pytest.mark.slow)])
+def processes(request, tmp_path_factory):
+    """Two processes after another with one cache folder, which lacks the law, or everything."""
     folder = tmp_path_factory.mktemp("cache")
+    if request.param == "law":
+        kernel = loading.load([LAWS["linear"]], 1, 1)
+        (folder / "__pycache__").mkdir()
+        for source in (
+            Path(str(m.__file__)) for m in (kernel.integration, kernel.tables, kernel.peaks)
+        ):
+            for path in (source, *(source.parent / "__pycache__").glob(f"{source.stem}.*")):
+                shutil.copy2(path, folder / path.relative_to(source.parent))
     environment = {**os.environ, "ISOLATION_SIM_CACHE": str(folder), "PYTHONPATH": os.pathsep.join(
         filter(None, [os.getcwd(), os.environ.get("PYTHONPATH", "")])
     )}  # fmt: skip

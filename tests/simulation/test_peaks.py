@@ -77,7 +77,7 @@ def record():
     return el_centro_1940().cut(0, 6)
 
 
-@pytest.mark.parametrize("lag", [0.0, 0.05])
+@pytest.mark.parametrize("lag", [pytest.param(0.0, marks=pytest.mark.slow), 0.05])
 @pytest.mark.parametrize("name", sorted(set(available_controllers()) - {"prescribed"}))
 def test_every_controller(name, lag, isolated, record):
     driver = CoilDriver(lag=lag)

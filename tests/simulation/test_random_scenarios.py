@@ -359,7 +359,9 @@ def test_states_and_energy_of_a_random_scenario(k):
     assert run.unresolved == 0, scenario.text
 
 
-@pytest.mark.parametrize("name", ["spring_pot", "improved_bouc_wen"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("spring_pot", marks=pytest.mark.slow), "improved_bouc_wen"]
+)
 def test_a_tight_tolerance_is_reached_in_bounded_work(name):
     """These did not end: every kink cut the whole of its segment into the smallest steps."""
     scenario = draw(KINDS.index(name))

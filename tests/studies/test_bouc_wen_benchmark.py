@@ -37,6 +37,7 @@ def test_a_linear_system_is_identified_from_noisy_periods():
     assert (mass, *device.parameters_at(0.0)) == pytest.approx((2.0, 1e5, 40.0), rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_drawing")
 def test_short_form_predicts_what_was_not_shown(tmp_path, shared_data):
     found, path = perform("bouc_wen_benchmark", tmp_path / "study", True)

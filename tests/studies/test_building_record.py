@@ -46,9 +46,8 @@ RIVALS = (
 ALL = tuple(LAWS), tuple(EFFECTS)
 
 
-@pytest.mark.parametrize(
-    ("laws", "causes"), [RIVALS, pytest.param(*ALL, marks=pytest.mark.slow)], ids=["rivals", "all"]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("laws", "causes"), [RIVALS, ALL], ids=["rivals", "all"])
 def test_short_form(tmp_path, shared_data, monkeypatch, laws, causes):
     monkeypatch.setattr(study, "SHORT_EVERY", 5)
     monkeypatch.setattr(device_tests, "choose_law", partial(choose_law, laws=laws))

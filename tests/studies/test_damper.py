@@ -16,7 +16,7 @@ def campaign(shared_data):
 
 
 FAST = ("hyperbolic_tangent", "dahl")
-STUDY = pytest.param(("lugre", "bouc_wen"), marks=pytest.mark.slow)
+STUDY = ("lugre", "bouc_wen")
 
 
 @pytest.fixture(scope="module", params=[FAST, STUDY], ids=["fast", "study"])
@@ -39,6 +39,7 @@ def test_runs_keep_enough_samples_a_cycle(campaign):
         assert 300 <= len(run.time) <= 900
 
 
+@pytest.mark.slow
 def test_laws_reproduce_runs_that_they_have_not_seen(outcomes):
     for outcome in outcomes:
         assert outcome.fits[damper.EVERYTHING].error < 0.2
@@ -47,6 +48,7 @@ def test_laws_reproduce_runs_that_they_have_not_seen(outcomes):
         assert outcome.left_out("0.5 A") < 0.5
 
 
+@pytest.mark.slow
 def test_the_verdict_names_a_winner_and_where_it_gains(outcomes):
     said = damper.verdict(outcomes, [LABEL], ["0.5 A"])
     assert "has the smallest error" in said and "near reversal" in said and "nan" not in said
@@ -55,6 +57,7 @@ def test_the_verdict_names_a_winner_and_where_it_gains(outcomes):
     assert damper.table(outcomes, [LABEL, "0.5 A"]).row_count == 3
 
 
+@pytest.mark.slow
 def test_the_figure_shows_runs_not_seen(outcomes):
     figure = damper.figure(outcomes, [LABEL])
     assert len(figure.axes) == 2

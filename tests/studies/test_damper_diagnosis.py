@@ -23,10 +23,9 @@ RIVALS = (
 ALL = tuple(LAWS), tuple(EFFECTS)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("shared_data")
-@pytest.mark.parametrize(
-    ("laws", "causes"), [RIVALS, pytest.param(*ALL, marks=pytest.mark.slow)], ids=["rivals", "all"]
-)
+@pytest.mark.parametrize(("laws", "causes"), [RIVALS, ALL], ids=["rivals", "all"])
 def test_short_form(tmp_path, monkeypatch, laws, causes):
     monkeypatch.setattr(diagnose, "choose_law", partial(choose_law, laws=laws))
     monkeypatch.setattr(device_tests, "EFFECTS", {name: EFFECTS[name] for name in causes})

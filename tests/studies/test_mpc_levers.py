@@ -28,6 +28,7 @@ def test_each_lever_is_one_change_of_settings_that_changes_something():
     assert given[study.label(study.WHOLE, PREVIEW)].preview == PREVIEW
 
 
+@pytest.mark.slow
 def test_losses_are_paired_and_the_whole_loses_nothing(short):
     found, path = short
     assert (path / "figures" / "levers.png").stat().st_size > 20_000
@@ -45,6 +46,7 @@ def test_losses_are_paired_and_the_whole_loses_nothing(short):
             assert row["lost"] != 0.0
 
 
+@pytest.mark.slow
 def test_scores_are_those_of_the_controller_study(short):
     found, _ = short
     records = [record for name, record in motions(True).items() if name != "El Centro"]

@@ -431,7 +431,9 @@ def test_the_table_prints():
     assert all(word in text for word in ("K", "Table 1", "2.0", "2.01", "+0.50", "reproduced 1"))
 
 
-@pytest.mark.parametrize("name", PAPERS)
+@pytest.mark.parametrize(
+    "name", ["paper_003", *(pytest.param(n, marks=pytest.mark.slow) for n in sorted(PAPERS)[:3])]
+)
 def test_figures(monkeypatch, name):
     from isolation_sim.reports.style import svg_text
 

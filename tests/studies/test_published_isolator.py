@@ -15,6 +15,7 @@ from studies.study import perform
 pytestmark = pytest.mark.usefixtures("no_drawing")
 
 
+@pytest.mark.slow
 def test_the_loops_of_the_second_paper_hardly_depend_on_frequency():
     table = study.yu()
     strong = table.current == 3.0
@@ -35,9 +36,8 @@ RIVALS = {
 """Forms of two causes that the table can hardly tell apart."""
 
 
-@pytest.mark.parametrize(
-    "names", [RIVALS, pytest.param(None, marks=pytest.mark.slow)], ids=["rivals", "all"]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("names", [RIVALS, None], ids=["rivals", "all"])
 def test_short_form(tmp_path, monkeypatch, names):
     if names:
         monkeypatch.setattr(study, "CYCLES", 6)

@@ -99,6 +99,7 @@ def test_the_figure_has_a_line_a_method(comparison):
     assert ours.get_ydata()[-1] == min(line.get_ydata()[-1] for line in lines)
 
 
+@pytest.mark.slow
 def test_without_the_damper_the_study_says_so(monkeypatch, tmp_path):
     monkeypatch.setenv("ISOLATION_SIM_DATA", str(tmp_path / "absent"))
     monkeypatch.setattr(searches, "SHORT_BUDGET", BUDGET)
@@ -110,6 +111,7 @@ def test_without_the_damper_the_study_says_so(monkeypatch, tmp_path):
     assert sum(shares) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_the_measured_damper_is_one_current_of_the_campaign(shared_data):
     problem = searches.measured_damper(shared_data / "mr_damper")
     assert np.unique(problem.simulator.motion.current).tolist() == [1.0]

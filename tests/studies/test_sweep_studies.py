@@ -50,7 +50,16 @@ def short(tmp_path_factory):
     return run
 
 
-@pytest.mark.parametrize("name", SWEEPS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        "level_and_period",
+        pytest.param("fragility", marks=pytest.mark.slow),
+        pytest.param("robustness", marks=pytest.mark.slow),
+        "device_scaling",
+        "moat_wall",
+    ],
+)
 def test_a_study_leaves_a_table_a_finding_a_figure_and_its_sweep(short, name):
     found, path, steps = short(name)
     with (path / "table.csv").open(newline="", encoding="utf-8") as file:
@@ -116,6 +125,7 @@ def test_a_gap_that_the_base_does_not_fill_changes_nothing(short):
             assert walled["peak_base_displacement_m"] < gap + 0.05
 
 
+@pytest.mark.slow
 def test_late_commands_cost_more_by_the_papers_rule_than_by_the_passive_one(short):
     found, _, _ = short("robustness")
     late = {row["switching"]: row["40 ms late"] / row["right and prompt"] for row in found.table}

@@ -278,6 +278,7 @@ def test_the_vertical_component_goes_along(tmp_path, scaling):
         prepare(section, isolated, tmp_path / "two")
 
 
+@pytest.mark.slow
 def test_all_records_that_cannot_be_matched_are_named(tmp_path, monkeypatch):
     """Too small a tolerance for both. They are matched in a process of its own."""
     monkeypatch.setattr("isolation_sim.sweeps.suites.prepare.match_spectrum", None)

@@ -62,7 +62,7 @@ def finished_chunks(folder):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="kills processes by signal")
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_killed_at_random_moments(tmp_path, workers, uninterrupted):
     folder = tmp_path / "sweep"
     random = np.random.default_rng(workers)

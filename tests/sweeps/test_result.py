@@ -114,7 +114,7 @@ LINEAR = {
 @pytest.mark.parametrize(
     ("method", "count", "columns"),
     [
-        ("saltelli", 64, ["S1", "S1_conf", "ST", "ST_conf"]),
+        pytest.param("saltelli", 64, ["S1", "S1_conf", "ST", "ST_conf"], marks=pytest.mark.slow),
         ("morris", 10, ["mu_star", "mu_star_conf", "sigma"]),
         ("latin_hypercube", 200, ["S1", "S1_conf"]),
     ],

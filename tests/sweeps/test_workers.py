@@ -145,6 +145,7 @@ def test_a_cluster_gives_the_same_table(tmp_path, cluster):
     assert tables[0] == tables[1]
 
 
+@pytest.mark.slow
 def test_a_cluster_survives_a_worker_killed_in_mid_run(tmp_path, cluster, monkeypatch):
     monkeypatch.setattr(run, "MOST_CASES", 1)
     victim = next(iter(cluster.workers.values()))

@@ -157,6 +157,7 @@ def test_a_controller_of_a_file_is_tuned_from_the_command_line(tmp_path, monkeyp
     assert "highest = 2.0" in toml and 'outwards.py" = "' in toml
 
 
+@pytest.mark.slow
 def test_predictive_control_is_tuned_by_its_declared_ranges(scenario, strong):
     """A setting whose default depends on the preview time starts in the middle of its range."""
     found = iso.tune(

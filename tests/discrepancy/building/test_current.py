@@ -74,7 +74,14 @@ def _held(period, shown, seed=0, noise=0.01):
     return BuildingRecord("held", (Record(shaking, DT, "held"),), response, current)
 
 
-@pytest.mark.parametrize(("period", "shown"), [(2, "after"), (5, "after"), (5, "before")])
+@pytest.mark.parametrize(
+    ("period", "shown"),
+    [
+        pytest.param(2, "after", marks=pytest.mark.slow),
+        (5, "after"),
+        pytest.param(5, "before", marks=pytest.mark.slow),
+    ],
+)
 def test_a_clean_record_with_a_held_current_is_adequate(isolated, period, shown):
     diagnosis = diagnose_building(_held(period, shown), isolated)
     assert diagnosis.verdict == "adequate", [cause.label for cause in diagnosis.causes]

@@ -147,7 +147,7 @@ def test_nothing_is_said_where_nothing_is_wrong(isolated):
     assert diagnosis.error_before.held_out < 1.5 * diagnosis.held_out_noise_floor
 
 
-@pytest.mark.parametrize("storey", [2, 5])
+@pytest.mark.parametrize("storey", [2, pytest.param(5, marks=pytest.mark.slow)])
 def test_the_storey_that_lost_stiffness_is_named(isolated, storey):
     record = _record(isolated, _weaker(storey, 0.1), seed=storey)
     diagnosis = diagnose_building(record, isolated)
@@ -186,6 +186,7 @@ def _swaying(record, share, seed=0):
     return replace(record, response=dict(zip(CHANNELS, (record.values + moved).T, strict=True)))
 
 
+@pytest.mark.slow
 def test_what_no_cause_explains_is_blamed_on_none(isolated):
     diagnosis = diagnose_building(
         _swaying(_record(isolated, seed=6), 0.1), isolated, tiers="causes"
@@ -195,6 +196,7 @@ def test_what_no_cause_explains_is_blamed_on_none(isolated):
     assert diagnosis.error_before == diagnosis.error_after
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_causes")
 def test_a_cause_stands_out_from_what_no_cause_explains(isolated):
     record = _swaying(_record(isolated, _heavier(0.5), seed=7), 0.1)
@@ -266,6 +268,7 @@ def test_two_causes_are_both_named_and_held_out_records_judge(isolated):
     assert "Held out: second" in noise_step.text
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_causes")
 def test_a_drift_and_a_mass_that_it_hides_are_both_named_alone(isolated):
     record = _record(isolated, _heavier(0.1), seed=6)
@@ -284,6 +287,7 @@ def test_a_drift_and_a_mass_that_it_hides_are_both_named_alone(isolated):
     )
 
 
+@pytest.mark.slow
 def test_a_storey_that_yields_is_named_with_its_strength(isolated):
     blank = _record(isolated)
     peak = isolated.structure.total_mass * np.abs(blank.mean_acceleration(blank.values, "")).max()
@@ -297,6 +301,7 @@ def test_a_storey_that_yields_is_named_with_its_strength(isolated):
     assert cause.parameters["yield_shear"].value == pytest.approx(0.2 * peak, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_clock_of_another_rate_is_named(isolated):
     drifts = dict.fromkeys(CHANNELS, 1.5e-3)
     record = _record(isolated, lambda m: replace(m, drifts=drifts), seed=12)
@@ -306,6 +311,7 @@ def test_a_clock_of_another_rate_is_named(isolated):
     assert cause.parameters["drift"].value == pytest.approx(1.5e-3, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_causes")
 def test_a_contact_with_a_wall_that_dissipates_is_named(isolated):
     quiet = _record(isolated, noise=0.0)
@@ -322,7 +328,7 @@ def test_a_contact_with_a_wall_that_dissipates_is_named(isolated):
 
 
 @pytest.mark.usefixtures("few_causes")
-@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("side", [1.0, pytest.param(-1.0, marks=pytest.mark.slow)])
 def test_a_wall_on_one_side_is_named_with_its_side(isolated, side):
     """The other way the base moves beyond the gap, freely."""
     quiet = _record(isolated, noise=0.0)
@@ -516,6 +522,7 @@ def test_a_biased_sensor_is_named_with_its_channel(isolated):
     np.testing.assert_allclose(diagnosis.building.structure.stiffness, isolated.structure.stiffness)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "place", "values"),
     [("floor_mass_error", "floor4", (0.3,)), ("sensor_delay", "accelerations", (0.02,))],

@@ -85,6 +85,7 @@ def test_a_number_at_its_bound_is_told():
     assert not comparison.evaluate(()).at_bound
 
 
+@pytest.mark.slow
 def test_friction_with_presliding_is_named_with_its_length():
     """Without a velocity scale: the smooth form does not follow it down to the noise."""
     isolated, random = _isolated(), np.random.default_rng(2)
