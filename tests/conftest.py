@@ -19,13 +19,7 @@ from isolation_sim.identification.law_choice import choose_law
 REPOSITORY = Path(__file__).resolve().parents[1]
 FIRST = tuple(
     f"tests/studies/test_{name}.py"
-    for name in (
-        "papers",
-        "controllers_study",
-        "benchmark_building",
-        "sweep_studies",
-        "causal_limit",
-    )
+    for name in ("papers", "controllers_study", "benchmark_building", "sweep_studies")
 )
 """What begins. Two workers that compile the same at the same time would do it twice."""
 SLOW = (

@@ -20,7 +20,7 @@ from isolation_sim.scenario.job import Job
 fmpy = pytest.importorskip("fmpy")
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
 
-VERSIONS = ("2.0", "3.0")
+VERSIONS = (pytest.param("2.0", marks=pytest.mark.slow), "3.0")
 OPTIONS = {"driver": iso.CoilDriver(lag=0.02, slew=100.0), "tolerance": 1e-10}
 
 

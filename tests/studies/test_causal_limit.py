@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.integrate import cumulative_trapezoid
 
 from studies import causal_limit as study
@@ -20,6 +21,7 @@ def test_a_cut_pulse_equals_the_whole_one_until_it_is_cut_and_then_stops():
         assert np.abs(still).max() < 0.05 * np.abs(velocity).max()
 
 
+@pytest.mark.slow
 def test_short_form_says_what_its_table_says(tmp_path):
     found = study.outcome(tmp_path, True, lambda what, share=0.0: None)
     assert [row["motion"] for row in found.table] == list(study.motions(True))

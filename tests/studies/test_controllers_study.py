@@ -118,6 +118,7 @@ def own():
     return study.evaluate(given, {"El Centro": record, "again": record}, n_bounds=1)
 
 
+@pytest.mark.slow
 def test_a_controller_of_ones_own_is_judged_against_the_bound(own):
     rows = {row["controller"]: row for row in study.ranking(own, "nominal")}
     best = own.possible["El Centro"]
@@ -135,6 +136,7 @@ def test_a_controller_of_ones_own_is_judged_against_the_bound(own):
     )
 
 
+@pytest.mark.slow
 def test_an_unknown_name_is_answered_with_those_known(own):
     with pytest.raises(InputError, match="unknown case 'noise'; expected: nominal, passive, soft"):
         study.ranking(own, "noise")

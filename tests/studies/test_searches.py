@@ -70,6 +70,7 @@ def test_derivatives_are_paid_for(problem):
     assert run_search(problem, "fruit_fly", BUDGET, 1).evaluations[0] < 6
 
 
+@pytest.mark.slow
 def test_every_method_is_compared(comparison, problem):
     assert set(comparison.searches) == set(searches.TITLES)
     rows = {row["method"]: row for row in comparison.records()}

@@ -253,6 +253,7 @@ class TooMuch(controllers.Controller):
         return 3.0 + self.more
 
 
+@pytest.mark.slow
 def test_processes_run_plain_python_to_the_same_bits(scenario, strong):
     tuned = [
         iso.tune(f"{EXAMPLE}:Outwards", scenario, motions=[strong[1][0].cut(0.0, 3.0)],

@@ -121,6 +121,7 @@ def test_an_element_without_stiffness_at_rest_leaves_the_causes(isolated, monkey
     assert unknown_force(comparison, nominal, ()) is None
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_causes")
 def test_a_tuned_mass_is_blamed_on_its_floor_and_on_no_cause(isolated):
     record = _record(building_model(_with_damper(isolated), [_blank()]))
