@@ -84,6 +84,9 @@ MAY_BE_ZERO = 0.1
 excludes zero, and below which what only acts like a cause leaves little unexplained. Convention,
 seen on blind pairs and on an eighth generator: of causes whose size may be zero, wrong ones removed
 up to 0.055, and right ones 0.27 and more."""
+VANISHES = 0.5
+"""Share of an effect's force that may be left where its size is zero: beyond it other numbers keep
+the effect up. Convention, seen on a lag in two stages."""
 BESIDE_REMAINDER = 0.7
 """Share of the squared misfit that remains which one of several causes must correct: less only
 mends the form of another. Convention, seen on results of five generators: eight of eight causes

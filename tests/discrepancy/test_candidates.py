@@ -8,7 +8,8 @@ from threadpoolctl import threadpool_info
 
 from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.discrepancy.device import screen as screening
-from isolation_sim.discrepancy.device.model import Model, fit_model
+from isolation_sim.discrepancy.device.intervals import may_be_zero
+from isolation_sim.discrepancy.device.model import FittedModel, Model, fit_model
 from isolation_sim.discrepancy.device.screen import (
     Direction,
     first_values,
@@ -18,6 +19,7 @@ from isolation_sim.discrepancy.device.screen import (
     screen_effect,
 )
 from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.discrepancy.interval import Interval
 from isolation_sim.effects import EFFECTS, Effect, EffectParameter, effect
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
@@ -147,6 +149,21 @@ def test_a_slow_field_is_seen_before_it_is_fitted():
         (fitted,) = fit_directions(base, [refine(base, looked_at, noise)], pool, lambda: None)
     assert fitted.values[-2:] == pytest.approx([3.0, 2.0], rel=0.05)
     assert looked_at.gain > 0.3 * (base.cost - fitted.cost)
+
+
+@pytest.mark.parametrize(
+    ("form", "others", "gone"), [("first_order", [], True), ("two_stages", [0.8, 1.0], False)]
+)
+def test_a_size_of_zero_counts_where_nothing_is_left_of_the_effect(form, others, gone):
+    campaign = slow_field()
+    data = measured_runs(campaign.runs)
+    model = Model(data, parameterise(campaign, LAWS["kelvin_voigt"], data, 1))
+    law = fit_model(model, model.parameterisation.starts(1, 0)[0]).values
+    values = np.array([*law, 0.5, *others])
+    final = FittedModel.at(model.with_effects(effect("current_lag", form)), values)
+    assert may_be_zero(final, 0, {"lag": Interval(0.5, 0.0, 1.0, "s")}) is gone
+    assert not may_be_zero(final, 0, {"lag": Interval(0.5, 0.2, 0.8, "s")})
+    assert not may_be_zero(final, 0, {"lag": Interval(0.5, 0.0, np.inf, "s")})
 
 
 def test_the_cause_leads_and_what_the_data_do_not_excite_is_left_out(bare, noise):

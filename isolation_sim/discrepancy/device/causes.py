@@ -49,7 +49,7 @@ def effect_causes(
         doubt = "corrects less than what remains unexplained" * less_than_remains[k]
         if effect is EACH_RUN:
             numbers[k] = {"spread": _spread(final)}
-        elif len(lacking) > 1 and split[k] < MAY_BE_ZERO and may_be_zero(effect, numbers[k]):
+        elif len(lacking) > 1 and split[k] < MAY_BE_ZERO and may_be_zero(final, k, numbers[k]):
             doubt = doubt or "may as well have the size zero"
         gain = without.cost - searched.cost
         if not needs_bound(searched, k, gain):

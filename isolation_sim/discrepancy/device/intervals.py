@@ -8,11 +8,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects import Effect
 from ...identification.law_fit import SEARCHED
 from ...identification.least_squares import DETERMINED, unit_columns
 from ...identification.noise import correlation_time
-from ..decisions import BOUND_NEEDED, INTERVAL_EXAMPLES, LEAST_EXAMPLES, OFF_BOUND
+from ..decisions import (
+    BOUND_NEEDED,
+    INTERVAL_EXAMPLES,
+    LEAST_EXAMPLES,
+    OFF_BOUND,
+    VANISHES,
+)
 from ..inference import at_bound, half_widths
 from ..interval import Interval
 from .model import FittedModel, Model
@@ -45,10 +50,19 @@ def intervals(final: FittedModel, shifts: NDArray, seed: int = 0) -> list[dict[s
     return _intervals(final.model, final.values, final.values - shift, half)
 
 
-def may_be_zero(effect: Effect, numbers: Mapping[str, Interval]) -> bool:
-    """Whether the interval of an effect's size is finite and holds zero."""
+def may_be_zero(final: FittedModel, place: int, numbers: Mapping[str, Interval]) -> bool:
+    """Whether the interval of an effect's size is finite and holds zero, where little is left."""
+    effect, at = final.effects[place], final.model.slices()[place]
     size = numbers[effect.parameters[effect.strength].name]
-    return size.low <= 0.0 <= size.high and bool(np.isfinite(size.high - size.low))
+    if not (size.low <= 0.0 <= size.high and np.isfinite(size.high - size.low)):
+        return False
+    # other numbers may keep an effect up: the slow part of a lag without its quick one
+    nothing = final.values.copy()
+    nothing[at.start + effect.strength] = 0.0
+    others = np.delete(final.values, np.arange(at.start, at.stop))
+    without = final.model.without(place).forces(others, False)[0]
+    left = np.linalg.norm(final.model.forces(nothing, False)[0] - without)
+    return bool(left < VANISHES * np.linalg.norm(final.force - without))
 
 
 def errors_by_motion(final: FittedModel, shifts: Sequence[NDArray]) -> NDArray:
