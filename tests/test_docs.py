@@ -1,6 +1,6 @@
 """The documentation says what is so: its commands, examples, equations and lists of names.
 
-The pages are built, without warnings, by ``.ci/run``; this build runs the first tutorial.
+The pages are built, without warnings, by ``.ci/run``; this build runs no tutorial.
 """
 
 from __future__ import annotations

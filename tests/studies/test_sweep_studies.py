@@ -31,6 +31,7 @@ SWEEPS = {
     "device_scaling": device_scaling,
     "moat_wall": moat_wall,
 }
+LONG = ("fragility", "robustness")
 
 
 @pytest.fixture(scope="module")
@@ -52,13 +53,7 @@ def short(tmp_path_factory):
 
 @pytest.mark.parametrize(
     "name",
-    [
-        "level_and_period",
-        pytest.param("fragility", marks=pytest.mark.slow),
-        pytest.param("robustness", marks=pytest.mark.slow),
-        "device_scaling",
-        "moat_wall",
-    ],
+    [pytest.param(n, marks=[pytest.mark.slow] if n in LONG else []) for n in SWEEPS],
 )
 def test_a_study_leaves_a_table_a_finding_a_figure_and_its_sweep(short, name):
     found, path, steps = short(name)
