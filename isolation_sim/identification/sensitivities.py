@@ -122,25 +122,16 @@ class Simulator:
         """Return the simulator with as many steps a sample as each run's accuracy needs.
 
         The force of each run then changes by less than ``tolerance`` with twice the steps, and no
-        derivative diverges. A run that diverges with the most steps gets Rosenbrock steps. If there
-        are many samples, so does one that would need many steps where a few of these are enough.
+        derivative diverges. If there are many samples, a run that would need many steps gets
+        Rosenbrock steps where a few of them are enough.
         """
         every = np.full(len(self.n_steps), bool(self.law.states))
         if len(self.motion.displacement) < _MANY_SAMPLES:
-            result, left = self._doubled(theta, every, tolerance, most)
+            result, _ = self._doubled(theta, every, tolerance, most)
         else:
             result, left = self._doubled(theta, every, tolerance, min(_MANY_STEPS, most))
             result = result._stiff_where(theta, left & ~self.stiff, tolerance)
-            unresolved = left & (result.stiff == self.stiff)
-            result, left = result._doubled(theta, unresolved, tolerance, most)
-        left &= ~result.stiff
-        if left.any() and (left := left & ~result._finite(theta)).any():
-            trial, _ = result.with_steps(np.where(left, 1, 0), left)._doubled(
-                theta, left, tolerance, most
-            )
-            stiff = left & trial._finite(theta)
-            n_steps = np.where(stiff, trial.n_steps, result.n_steps)
-            result = result.with_steps(n_steps, result.stiff | stiff)
+            result, _ = result._doubled(theta, left & (result.stiff == self.stiff), tolerance, most)
         # a force that saturates is bounded by itself, while its derivatives may grow at every step
         while (more := result._diverging(theta) & (result.n_steps < most)).any():
             n_steps = np.where(more, 2 * result.n_steps, result.n_steps)
@@ -169,12 +160,6 @@ class Simulator:
             left |= unresolved & (n_steps >= most)
             unresolved &= n_steps < most
         return self.with_steps(n_steps, self.stiff), left
-
-    @np.errstate(all="ignore")
-    def _finite(self, theta: NDArray) -> NDArray:
-        """Whether the force of each run is finite, (n_runs,) bool."""
-        force = self.run(theta, derivatives=False)[0]
-        return np.logical_and.reduceat(np.isfinite(force), self.motion.starts[:-1])
 
     def _stiff_where(self, theta: NDArray, chosen: NDArray, tolerance: float) -> Simulator:
         """Take Rosenbrock steps in those of the chosen runs where a few of them are enough."""

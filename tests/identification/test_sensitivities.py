@@ -136,23 +136,6 @@ def test_steps_are_taken_as_the_law_needs_them(numbers, wave):
     assert linear.resolved(theta).n_steps.max() == 1
 
 
-def test_a_run_that_diverges_with_the_most_steps_takes_rosenbrock_steps(numbers, wave):
-    """A spring behind a weak dashpot has the dashpot's force."""
-    motion = motion_along(wave)
-    coarse, theta = simulator_of("maxwell", numbers, motion, n_steps=1)
-    dashpot = LAWS["maxwell"].parameter_names.index("c")
-    theta[2 * dashpot : 2 * dashpot + 2] *= 1e-7
-    most = coarse.with_steps(np.full(2, 64), coarse.stiff)
-    with np.errstate(all="ignore"):
-        assert not np.isfinite(most.run(theta)[0]).all()
-    resolved = coarse.resolved(theta)
-    assert resolved.stiff.all()
-    c = theta[2 * dashpot] + theta[2 * dashpot + 1] * motion.current
-    expected = c * motion.velocity
-    # at the first sample the spring is at rest
-    assert relative(resolved.run(theta)[0] - expected, expected) < 1e-2
-
-
 def test_every_run_has_its_own_steps(numbers, wave):
     """A run sampled a hundred times slower needs more steps where a law has a time scale."""
     fast = motion_along(wave)
@@ -261,11 +244,8 @@ def test_few_steps_resolve_a_stiff_law_on_many_samples():
     found = resolved.run(theta)
     assert np.max(np.abs(found[0] - exact[0])) < 2e-4 * np.max(np.abs(exact[0]))
     assert relative((found[1] - exact[1]) * theta, exact[1] * theta) < 1e-3
-    few, theta = stiff_maxwell(600, (1e-4, 0.2))
-    assert not few.resolved(theta, 2e-4).stiff.any()
-    # Runge-Kutta steps diverge
     few, theta = stiff_maxwell(600, (5e-5, 0.2))
-    assert few.resolved(theta, 2e-4).stiff.tolist() == [True, False]
+    assert not few.resolved(theta, 2e-4).stiff.any()
 
 
 def test_a_run_that_diverges_does_not_set_the_steps_of_another():
