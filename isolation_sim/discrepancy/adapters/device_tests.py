@@ -327,7 +327,7 @@ class DeviceTests(Problem[FittedModel]):
         return not self.errors.is_worse(self.before, self.after)
 
     def _corrected(self, searched: FittedModel, place: int) -> NDArray:
-        """RMS force that one effect corrects on the validation samples, as ``_squared``."""
+        """RMS force that one effect corrects on the validation samples; see ``squared``."""
         searched_without = self.space.without(searched, place)
         without = replace(searched_without, model=self.final.model.without(place))
         squared = self.errors.squared

@@ -39,8 +39,8 @@ def effect_causes(
     lacking = [
         replace(without, model=final.model.without(k)) for k, (without, _) in enumerate(others)
     ]
-    costs = [one.cost_of(errors.validation_samples) for one in lacking]
-    split = inference.shares(costs, final.cost_of(errors.validation_samples), explained)
+    cost, *costs = (one.cost_of(errors.validation_samples) for one in (final, *lacking))
+    split = inference.shares(costs, cost, explained)
     numbers = intervals(final, shifts)
     stable = stability(space, searched, seed)
     less_than_remains = _less_than_remains(errors, final, lacking)
@@ -54,7 +54,7 @@ def effect_causes(
         gain = without.cost - searched.cost
         if not needs_bound(searched, k, gain):
             numbers[k] = {name: replace(one, at_bound=False) for name, one in numbers[k].items()}
-        ratio = np.sqrt(costs[k] / max(final.cost_of(errors.validation_samples), 1e-300))
+        ratio = np.sqrt(costs[k] / max(cost, 1e-300))
         causes.append(
             Cause(
                 name=effect.cause,

@@ -190,7 +190,7 @@ class EffectSearch:
             if e is not mine
             and (e.cause == mine.cause or (e in self._near(mine) and e.cause not in model.causes))
         ]  # fmt: skip
-        bare = FittedModel.at(model.model.without(place), _values_without(model, place))
+        bare = FittedModel.at(model.model.without(place), model.values_without(place))
         if not (forms and np.isfinite(bare.cost) and np.isfinite(bare.jacobian).all()):
             return []
         left = bare.across(bare.residual)
@@ -332,7 +332,7 @@ class EffectSearch:
         """Fit a model without one of its effects."""
         # without the effect the law may need all steps again
         fewer = replace(model.model.without(place), data=self.base.model.data)
-        result = self._with_own_steps(fit_model(fewer, _values_without(model, place)))
+        result = self._with_own_steps(fit_model(fewer, model.values_without(place)))
         known = self._known.get(result.effects)
         if known is None:
             # a law that depends on the effect may fail without it
@@ -346,8 +346,3 @@ class EffectSearch:
 
 def _other_effects(model: FittedModel, place: int) -> tuple[Effect, ...]:
     return model.effects[:place] + model.effects[place + 1 :]
-
-
-def _values_without(model: FittedModel, place: int) -> NDArray:
-    gone = model.model.slices()[place]
-    return np.delete(model.values, np.arange(gone.start, gone.stop))

@@ -59,7 +59,7 @@ def may_be_zero(final: FittedModel, place: int, numbers: Mapping[str, Interval])
     # other numbers may keep an effect up: the slow part of a lag without its quick one
     nothing = final.values.copy()
     nothing[at.start + effect.strength] = 0.0
-    others = np.delete(final.values, np.arange(at.start, at.stop))
+    others = final.values_without(place)
     without = final.model.without(place).forces(others, False)[0]
     left = np.linalg.norm(final.model.forces(nothing, False)[0] - without)
     return bool(left < VANISHES * np.linalg.norm(final.force - without))

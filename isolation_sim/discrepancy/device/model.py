@@ -286,6 +286,11 @@ class FittedModel:
         by_run = [e for e in self.effects if e is EACH_RUN or has_unknown_starts(e)]
         return len(self.values) + len(by_run) * (len(self.model.data.dt) - 1)
 
+    def values_without(self, place: int) -> NDArray:
+        """Values of the model with one effect less, not fitted again."""
+        gone = self.model.slices()[place]
+        return np.delete(self.values, np.arange(gone.start, gone.stop))
+
     @cached_property
     def force(self) -> NDArray:
         """Modelled force of all samples, (n_samples,), N."""
