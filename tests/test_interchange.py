@@ -128,6 +128,14 @@ def test_any_folder_of_results(results, tmp_path, capsys):
     pandas.testing.assert_frame_equal(pandas.read_excel(out), rows)
 
 
+def test_a_library_that_is_not_installed_is_said_before_the_work(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "openpyxl", None)
+    assert command("run", "--export", "xlsx", "--out", tmp_path / "none") == 2
+    said = capsys.readouterr().err
+    assert "xlsx needs openpyxl" in said and "simulating" not in said
+    assert not (tmp_path / "none").exists()
+
+
 def test_what_is_refused(tmp_path, results, capsys):
     assert command("run", "--export", "xls", "--out", tmp_path / "none") == 2
     assert "xlsx" in capsys.readouterr().err
