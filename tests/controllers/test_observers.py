@@ -173,7 +173,9 @@ def test_step_by_step_equals_all_measurements_at_once(isolated, kind):
             assert present.time[0] == found.time[k]
             assert np.array_equal(present.velocity[0], found.velocity[k])
             assert np.array_equal(present.device_states[0], found.device_states[k])
-    with pytest.raises(InputError, match=r"shape \(3,\); expected: finite numbers, one number each"):
+    with pytest.raises(
+        InputError, match=r"shape \(3,\); expected: finite numbers, one number each"
+    ):
         observer.update(seen[0, :3])
 
 
