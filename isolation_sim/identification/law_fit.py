@@ -153,7 +153,9 @@ class LawModel:
         Runs that have Rosenbrock steps keep them.
         """
         coefficients = self.parameterisation.coefficients(values[: self.n_law])
-        coarse = LawModel(self.data.with_steps(1, self.data.stiff), self.parameterisation).simulator()
+        coarse = LawModel(
+            self.data.with_steps(1, self.data.stiff), self.parameterisation
+        ).simulator()
         resolved = coarse.resolved(coefficients, self.step_error, most=_MOST)
         # the largest number was not compared with a finer one
         n_steps = resolved.n_steps * np.where(resolved.n_steps < _MOST, safety, _SAFETY)
