@@ -68,7 +68,7 @@ def test_a_workbook_has_each_table_and_history(results):
     assert len(sheet) == history.sizes["time"]
 
 
-def test_csv_has_each_history(results):
+def test_csv_has_each_history(results, capsys):
     assert command("export", "csv", results) == 0
     folder = results / "results_csv"
     assert sorted(path.name for path in folder.iterdir()) == ["on_off.csv", "passive_off.csv"]
@@ -79,6 +79,7 @@ def test_csv_has_each_history(results):
         np.testing.assert_allclose(column, history.displacement.sel(dof=floor), rtol=1e-9)
     assert "results_csv/" in (results / "README.txt").read_text()
     assert command("export", "csv", results) == 2
+    assert "or --force, which replaces its files" in capsys.readouterr().err
     assert command("export", "csv", results, "--force") == 0
 
 
