@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
+from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.discrepancy.device import causes
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.errors import InputError
@@ -93,6 +94,20 @@ def test_a_small_share_of_the_misfit_counts_where_it_is_most_of_what_remains():
     assert all(share > 0.5 for cause in found.causes for share in cause.stability.values())
     found = judged(friction=0.3, unrelated=0.0045, n=2 * N)
     assert [cause.name for cause in found.causes] == ["coulomb_friction"]
+
+
+@pytest.mark.usefixtures("few_effects")
+def test_of_losses_that_imitate_each_other_a_small_one_only_acts_like_one(monkeypatch):
+    gradual = {
+        cause: tuple(replace(effect, gradual=True) for effect in forms)
+        for cause, forms in device_tests.EFFECTS.items()
+    }
+    monkeypatch.setattr(device_tests, "EFFECTS", gradual)
+    found = judged(friction=0.3, offset=0.015)
+    assert sorted(cause.label for cause in found.causes) == [
+        "acts like force_offset", "coulomb_friction"
+    ]  # fmt: skip
+    assert found.verdict == "explained"
 
 
 @pytest.mark.usefixtures("few_effects")

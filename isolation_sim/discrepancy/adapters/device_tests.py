@@ -44,7 +44,7 @@ from ..device.carried_history import (
     has_unknown_starts,
     of_device,
 )
-from ..device.causes import effect_causes, periodic_cause, wrong_numbers
+from ..device.causes import effect_causes, imitate, periodic_cause, wrong_numbers
 from ..device.effect_search import EffectSearch
 from ..device.force_errors import ForceErrors
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
@@ -211,7 +211,7 @@ class DeviceTests(Problem[FittedModel]):
         errors, judging = self.errors, self.errors.validation_samples
         if errors.is_noise(self.after, judging):
             return [True] * len(corrected)
-        if _imitate(best.effects):
+        if not self._may_complete(best):
             return [False] * len(corrected)
         remains = errors.relative(self.after) ** 2 - errors.noise_floor(judging) ** 2
         return [
@@ -269,15 +269,20 @@ class DeviceTests(Problem[FittedModel]):
         if any(any(values_at_bounds(best, place)) for place in range(len(best.effects))):
             return best
         left, more = errors.misfit(self.after), self._one_more(best, result)
-        if more is None or _imitate(more.effects) or not self.space.completes(best, more):
+        if more is None or not self.space.completes(best, more):
             return best
         before = self.final
         self._extend(more)
-        if errors.misfit(self.after) < COMPLETES * left and self._holds():
+        remains = errors.misfit(self.after)
+        if self._may_complete(more) and remains < COMPLETES * left and self._holds():
             self.unstable = [one for one in self.unstable if one not in _titles(more)]
             return more
         self.final = before
         return best
+
+    def _may_complete(self, best: FittedModel) -> bool:
+        """Whether effects may complete each other: those that imitate each other only to noise."""
+        return not imitate(best.effects) or self.errors.is_noise(self.after, self.data.fitted)
 
     def _one_more(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel | None:
         """The most likely model with one more cause: found by the search, or nearly chosen."""
@@ -583,13 +588,6 @@ def _search(space: EffectSearch, base: FittedModel) -> SearchResult[FittedModel]
         more = search(space, result.best)
         result = SearchResult(base, more.best, [*result.rounds, *more.rounds])
     return result
-
-
-def _imitate(effects: Sequence[Effect]) -> bool:
-    """Whether effects mend each other's form: losses that build up over a whole test."""
-    # Heat and wear are told apart by a rest. Heat in two bodies, or wear that slows down, looks
-    # like both.
-    return sum(effect.gradual for effect in effects) > 1
 
 
 def _titles(fitted: FittedModel) -> list[str]:

@@ -26,6 +26,7 @@ PARAMETERS = "parameter_values"
 """Name of the cause that the parameter values, not the form, of a law are wrong."""
 _STANDS_IN = "The law is of the wrong family: it may only stand in for what another law has."
 _LESS = "It corrects less than what remains unexplained, and may only mend the form of another."
+_GRADUAL = "It builds up over a test as the other does, and may only mend the form of that one."
 _MAY_BE_ZERO = "It may as well have the size zero, and may only mend the form of another."
 
 
@@ -55,6 +56,8 @@ def effect_causes(
             numbers[k] = {"spread": _spread(final)}
         elif len(lacking) > 1 and split[k] < MAY_BE_ZERO and may_be_zero(final, k, numbers[k]):
             doubt = doubt or _MAY_BE_ZERO
+        elif imitate(searched.effects) and effect.gradual and split[k] < MAY_BE_ZERO:
+            doubt = doubt or _GRADUAL
         gain = without.cost - searched.cost
         if not needs_bound(searched, k, gain):
             numbers[k] = {name: replace(one, at_bound=False) for name, one in numbers[k].items()}
@@ -87,6 +90,13 @@ def effect_causes(
             )
         )
     return causes
+
+
+def imitate(effects: Sequence[Effect]) -> bool:
+    """Whether effects mend each other's form: losses that build up over a whole test."""
+    # Heat and wear are told apart by a rest. Heat in two bodies, or wear that slows down, looks
+    # like both.
+    return sum(effect.gradual for effect in effects) > 1
 
 
 def _less_than_remains(
