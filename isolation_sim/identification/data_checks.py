@@ -280,15 +280,13 @@ def _reversed_loops(runs: Sequence[TestRun]) -> Iterator[str]:
 def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
     """Runs whose force at both ends does not belong to the motion as it does in between."""
     wrong = []
-    changing = _CHANGING * max(float(np.max(np.abs(run.current))) for run in runs)
-    for run in runs:
+    steady = _steady_current(runs)
+    for run, is_steady in zip(runs, steady, strict=True):
         n = len(run.time)
         edge = n // 50
-        # no static function follows a coil whose current changes
-        if edge < _LEAST_EDGE or np.ptp(run.current) > changing > 0:
+        if edge < _LEAST_EDGE or not is_steady:
             continue
-        columns = _static_functions(run)
-        inside = slice(n // 10, n - n // 10)
+        columns, inside = _static_functions(run), slice(n // 10, n - n // 10)
         values = np.linalg.lstsq(columns[inside], run.force[inside])[0]
         error = run.force - columns @ values
         least = 1e-3 * _rms(run.force)
@@ -302,6 +300,12 @@ def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
             f"{_names(wrong, runs)}: at both ends the force does not belong to the motion as it "
             "does in between: the transients of a zero-phase filter; cut them off"
         )
+
+
+def _steady_current(runs: Sequence[TestRun]) -> NDArray:
+    """Whether the current of each run is steady: no static function follows a coil otherwise."""
+    changing = _CHANGING * max(float(np.max(np.abs(run.current))) for run in runs)
+    return np.array([not np.ptp(run.current) > changing > 0 for run in runs])
 
 
 def _static_functions(run: TestRun) -> NDArray:
@@ -325,6 +329,7 @@ def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
     # an offset is there all the time; the mean of few or of uneven cycles moves
     towards = off[:, 1:] * np.sign(off[:, :1])
     offset = (np.abs(off[:, 0]) > least) & (towards > least[:, np.newaxis] / 2).all(axis=1)
+    offset &= _steady_current(runs)
     wrong = [run for run, one in zip(runs, offset, strict=True) if one]
     if wrong:
         largest = np.max(np.abs(off[offset, 0]))
