@@ -264,7 +264,9 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
 def _motion(run: TestRun) -> tuple[NDArray, NDArray, NDArray]:
     """Displacement, velocity and acceleration of a run."""
     x, _, a = smooth(run.displacement, run.step)
-    a = a if run.acceleration is None else run.acceleration
+    if run.acceleration is not None:
+        # of the accelerometer, what it shows beyond its noise and the displacement does not
+        a = a + smooth(run.acceleration - a, run.step)[0]
     return hold_still(x, run.velocity, a, run.step)
 
 
