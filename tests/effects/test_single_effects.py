@@ -263,6 +263,10 @@ def test_wear_of_a_core_leaves_the_rubber_alone():
     # a work of 1 / c halves the yield force, and a half of it does work
     assert one.force(signals, (50.0,), (0.02, 1e4)) == pytest.approx(-100.0)
     assert one.rates(signals, (50.0,), (0.02, 1e4)) == pytest.approx((100.0 * 0.05,))
+    # three quarters of a loss of 0.4 after two half lives
+    limited, numbers = effect("cyclic_degradation", "core_limited"), (0.4, 50 / np.log(2), 1e4)
+    assert limited.force(signals, (100.0,), numbers) == pytest.approx(-0.3 * 200)
+    assert limited.rates(signals, (100.0,), numbers) == pytest.approx((0.7 * 200 * 0.05,))
 
 
 def test_heat_of_a_core_leaves_the_rubber_alone():
