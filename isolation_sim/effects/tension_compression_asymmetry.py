@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from .effect import Effect, EffectParameter, Signals
-from .followers import RUBBER, of_core, positive
+from .followers import of_core, positive
 
 
 def step(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -113,7 +113,10 @@ FORMS = (
                 "velocity", "m/s", "velocity over which it develops", lower=1e-6, divides=True,
                 starts=(0.02, 0.2),
             ),
-            RUBBER,
+            EffectParameter(
+                "stiffness", "N/m", "stiffness of a spring beside it, alike both ways", lower=0.0,
+                starts=(0.5, 0.2), plain=(0.0,),
+            ),
         ),
         force=direction,
         needs=frozenset({"force"}),
