@@ -267,7 +267,7 @@ def _motion(run: TestRun) -> tuple[NDArray, NDArray, NDArray]:
     if run.acceleration is not None:
         # of the accelerometer, what it shows beyond its noise and the displacement does not
         a = a + smooth(run.acceleration - a, run.step)[0]
-    return hold_still(x, run.velocity, a, run.step)
+    return hold_still(x, run.velocity, a, run.step, sensor_noise(run.displacement).deviation)
 
 
 def _without_noise(currents: Sequence[NDArray]) -> list[NDArray]:
