@@ -43,6 +43,9 @@ _ABOVE_ALL = 2.0
 """Factor on the largest such residual of a stretch as long as an end, elsewhere in the run.
 Convention; those tests reach 1.3 to 10, a sweep of the amplitude 2.
 """
+_SMALLER = 0.5
+"""RMS velocity at an end over that of the run below which the motion begins or ends there.
+Convention."""
 _CHANGING = 0.1
 """Range of a run's current over the largest of all runs from which it changes. Convention."""
 _OFFSET = 0.1
@@ -285,6 +288,11 @@ def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
         n = len(run.time)
         edge = n // 50
         if edge < _LEAST_EDGE or not is_steady:
+            continue
+        # hysteresis of a smaller motion follows no function of the larger one
+        if min(_rms(run.velocity[:edge]), _rms(run.velocity[-edge:])) < _SMALLER * _rms(
+            run.velocity
+        ):
             continue
         columns, inside = _static_functions(run), slice(n // 10, n - n // 10)
         values = np.linalg.lstsq(columns[inside], run.force[inside])[0]
