@@ -58,7 +58,8 @@ class Cause:
     place : str
         Storey, floor or channel of it in a building; empty where there is only one.
     doubtful : bool
-        Whether it is one of several and corrects less than what all of them leave.
+        Whether it is one of several and corrects less than what all of them leave, or in a law of
+        the wrong family.
     """
 
     name: str

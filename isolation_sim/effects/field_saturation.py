@@ -46,8 +46,10 @@ SATURATION = EffectParameter(
 )  # fmt: skip
 
 EXPONENT = EffectParameter(
-    "exponent", "1", "sharpness of the knee", lower=0.7, upper=6.0, starts=(1.5, 4.0)
-)
+    "exponent", "1", "sharpness of the knee", lower=0.7, upper=12.0, starts=(1.5, 4.0),
+    plain=(12.0,),
+)  # fmt: skip
+"""At the upper bound both branches are straight lines."""
 
 FORMS = (
     Effect(

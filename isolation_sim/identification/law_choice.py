@@ -15,6 +15,7 @@ from ..laws.registry import LAWS
 from .campaign import Campaign
 from .law_fit import (
     SCREENING_STEPS,
+    STEP_ERROR,
     LawModel,
     distinct,
     parameterise,
@@ -38,6 +39,9 @@ _STARTS, _STEPS = 8, 40
 """Starts and steps of a law's first fit."""
 _RESOLVED = 2
 """Best ends of its searches that are fitted with resolved integration steps."""
+_RESOLVES, _COARSEST = 0.05, 5e-3
+"""Error of integration over a law's own error, and over the force at most: a law that misses the
+data by far is not followed more exactly."""
 _FINALISTS = 6
 """Best laws, which are fitted further."""
 _RANKED = 0.01
@@ -57,8 +61,8 @@ class LawRank:
     title: str
     n_numbers: int  # Numbers that were fitted
     # error, left_out: RMS residual over RMS force, of the fitted runs and of what was not fitted:
-    # runs held out, and each condition of the others in turn; infinite for a law without finite
-    # forces
+    # runs held out, and each condition of the others in turn, which a law of another family is
+    # fitted with; infinite for a law without finite forces
     error: float
     left_out: float
     # (n_numbers,): Unknowns of the fit, as ``parameterise`` has them; empty without finite forces
@@ -142,21 +146,28 @@ def choose_law(
     # all samples count alike: the errors that rank the laws are pooled over runs
     short = replace(short, sigma=np.full(len(data.dt), float(np.std(data.force))))
 
-    def rank(name: str) -> tuple[LawRank, LawModel]:
+    def fit(name: str) -> tuple[LawModel, Optimum | None]:
         p = parameterise(campaign, LAWS[name], short, degree)
-        result = _rank(LawModel(short, p), pool, seed)
+        result = _fit(LawModel(short, p), pool, seed)
         advance()
         return result
 
-    ranked = sorted((rank(name) for name in laws), key=lambda one: one[0].left_out)
-    ranks = [one for one, _ in ranked]
-    if not np.isfinite(ranks[0].error):
+    fits = sorted(map(fit, laws), key=_cost)
+    if not np.isfinite(_cost(fits[0])):
         raise InputError(f"{campaign.name}: no law gives finite forces under the measured motion")
-    for k, (one, model) in enumerate(ranked[:_FINALISTS]):
+    ranks: list[LawRank] = []
+    for model, end in fits:
+        least = min((one.left_out for one in ranks), default=np.inf)
+        ranks.append(_evaluate(model, end, pool, WRONG_FAMILY * least))
         advance()
+    likely = sorted(zip(ranks, fits, strict=True), key=lambda one: one[0].left_out)
+    for one, (model, end) in likely[:_FINALISTS]:
         # one that misses its own data by more than the best misses others' cannot become the best
-        if one.error <= min(rank.left_out for rank in ranks):
-            ranks[k] = _evaluate(*refine_law(model, one.values, _RANKED), pool)
+        if end is not None and one.error <= min(rank.left_out for rank in ranks):
+            model, further = refine_law(model, end.x, _RANKED)
+            if model.error(further.x) < (1 - _RANKED) * one.error:
+                ranks[ranks.index(one)] = _evaluate(model, further, pool)
+        advance()
     if prescribed is not None:
         own = _rank_prescribed(campaign, short, degree, prescribed)
         better = [one for one in ranks if one.law == own.law and one.left_out < own.left_out]
@@ -167,7 +178,13 @@ def choose_law(
     return LawChoice((first, *(one for one in ranks if one is not first)))
 
 
-def _rank(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> tuple[LawRank, LawModel]:
+def _cost(fitted: tuple[LawModel, Optimum | None]) -> float:
+    """Cost of a fit; infinite without finite forces."""
+    end = fitted[1]
+    return np.inf if end is None else end.cost
+
+
+def _fit(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> tuple[LawModel, Optimum | None]:
     """Fit a law from a few starts; the model is held near the best of them."""
     fitted, p = model.data.without_held_out(), model.parameterisation
 
@@ -179,13 +196,13 @@ def _rank(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> tuple[LawRank
     near = replace(model, data=fitted)
 
     def resolved(end: Optimum) -> tuple[LawModel, Optimum]:
-        return model.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-3)
+        missed = float(np.sqrt(2 * end.cost / np.sum(fitted.fitted)))
+        here = replace(model, step_error=max(STEP_ERROR, min(_RESOLVES * missed, _COARSEST)))
+        return here.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-3)
 
     ends = pool.map(lambda start: search_roughly(near, start, _STEPS, 1e-3), begin[:_RESOLVED])
-    best = min(pool.map(resolved, distinct(ends)), key=lambda one: one[1].cost, default=None)
-    if best is None or not np.isfinite(best[1].cost):
-        return LawRank(p.law.name, p.law.title, len(p.scale), np.inf, np.inf), model
-    return _evaluate(*best, pool), model
+    best = min(pool.map(resolved, distinct(ends)), key=_cost, default=None)
+    return best if best is not None and np.isfinite(_cost(best)) else (model, None)
 
 
 def _rank_prescribed(
@@ -204,23 +221,30 @@ def _rank_prescribed(
     )
 
 
-def _evaluate(model: LawModel, end: Optimum, pool: ThreadPoolExecutor) -> LawRank:
-    """The rank of a fitted law, cross-validated over conditions."""
+def _evaluate(
+    model: LawModel, end: Optimum | None, pool: ThreadPoolExecutor, most: float = np.inf
+) -> LawRank:
+    """The rank of a fitted law, cross-validated over conditions if its error is small enough."""
     law, n_numbers = model.parameterisation.law, len(model.parameterisation.scale)
-    left_out = _left_out(model, end.x, pool)
-    return LawRank(law.name, law.title, n_numbers, model.error(end.x), left_out, end.x)
+    if end is None:
+        return LawRank(law.name, law.title, n_numbers, np.inf, np.inf)
+    error = model.error(end.x)
+    left_out = _left_out(model, end.x, pool, cross_validated=error <= most)
+    return LawRank(law.name, law.title, n_numbers, error, left_out, end.x)
 
 
-def _left_out(model: LawModel, values: NDArray, pool: ThreadPoolExecutor) -> float:
-    """Relative error of all samples, each by a fit without its condition."""
+def _left_out(
+    model: LawModel, values: NDArray, pool: ThreadPoolExecutor, cross_validated: bool
+) -> float:
+    """Relative error of all samples, those of each condition by a fit without it."""
     model = model.resolve_steps(values, 1)
     data = model.data
-    masks = [mask for _, mask in conditions(data)]
 
     def residual(x: NDArray) -> NDArray:
         return data.bounded(model.resolve_steps(x, 1).forces(x, False)[0]) - data.force
 
     total = residual(values)
+    masks = [mask for _, mask in conditions(data)] if cross_validated else []
     ends = fitted_without(model, [values] * len(masks), masks, pool, _FOLD_STEPS)
     for mask, own in zip(masks, pool.map(residual, ends), strict=True):
         total[mask] = own[mask]

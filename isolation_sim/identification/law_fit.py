@@ -59,7 +59,7 @@ the force channel has none: the harmonics of some laws look like it."""
 _SPRING = 3.0
 """Deviation of a parameter from its expected value, over its size, that weighs as much as one
 standard deviation of one sample."""
-_STEP_ERROR = 2e-4
+STEP_ERROR = 2e-4
 """Relative error of the force below which the integration steps resolve a law."""
 
 
@@ -74,6 +74,7 @@ class LawModel:
     expected: NDArray | None = None
     # (n_values,) bool or None: Values that a fit leaves as they are
     held: NDArray | None = None
+    step_error: float = STEP_ERROR  # Relative error of the force that integration may leave
 
     @property
     def n_law(self) -> int:
@@ -146,16 +147,16 @@ class LawModel:
         cost = float(np.nan_to_num(0.5 * np.vdot(residual, residual), nan=np.inf))
         return replace(result, cost=cost, residual=residual, jacobian=result.jacobian[:rows])
 
-    def resolve_steps(
-        self, values: NDArray, safety: int = _SAFETY, stiff: bool | NDArray = False
-    ) -> Self:
+    def resolve_steps(self, values: NDArray, safety: int = _SAFETY) -> Self:
         """Return the model with as many integration steps per sample as the law needs.
 
-        Runs that are ``stiff`` keep Rosenbrock steps.
+        Runs that have Rosenbrock steps keep them.
         """
         coefficients = self.parameterisation.coefficients(values[: self.n_law])
-        coarse = LawModel(self.data.with_steps(1, stiff), self.parameterisation).simulator()
-        resolved = coarse.resolved(coefficients, _STEP_ERROR, most=_MOST)
+        coarse = LawModel(
+            self.data.with_steps(1, self.data.stiff), self.parameterisation
+        ).simulator()
+        resolved = coarse.resolved(coefficients, self.step_error, most=_MOST)
         # the largest number was not compared with a finer one
         n_steps = resolved.n_steps * np.where(resolved.n_steps < _MOST, safety, _SAFETY)
         return replace(self, data=self.data.with_steps(n_steps, resolved.stiff))
@@ -172,7 +173,7 @@ class LawModel:
             if not np.isfinite(result.cost):  # a stiff law diverges with too long steps
                 model = replace(model, data=data.with_steps(2 * data.n_steps, data.stiff))
                 continue
-            start, there = result.x, model.resolve_steps(result.x, 1, data.stiff).data
+            start, there = result.x, model.resolve_steps(result.x, 1).data
             enough = (data.n_steps >= there.n_steps) & (data.stiff == there.stiff)
             if enough.all():
                 break

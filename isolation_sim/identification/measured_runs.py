@@ -279,6 +279,9 @@ def _without_noise(currents: Sequence[NDArray]) -> list[NDArray]:
         deviation = float(np.std(current))
         steady = 0 < deviation < small and white_noise(current) > _WHITE * deviation
         result.append(np.full_like(current, np.mean(current)) if steady else current)
+    # below no current parameters may change their sign, and a law diverges
+    if -small < min(float(np.min(current)) for current in result) < 0:
+        return [np.maximum(current, 0.0) for current in result]
     return result
 
 

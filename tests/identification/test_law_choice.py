@@ -11,9 +11,11 @@ from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.effects import EFFECTS
 from isolation_sim.errors import InputError
 from isolation_sim.identification import fit as fit_module
+from isolation_sim.identification import law_choice
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.law_choice import LawChoice, LawRank, choose_law
+from isolation_sim.identification.left_out import fitted_without
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.workers import workers
@@ -38,6 +40,24 @@ def test_the_law_that_made_the_data_is_chosen(choice):
     assert [one.law for one in found.near] == near
     assert {one.law for one in found.ranks} == set(COMPARED)
     assert f"Of 3 laws {name} fits best" in found.text and "another family" in found.text
+
+
+def test_only_laws_that_may_be_near_are_cross_validated(campaign_of, monkeypatch):
+    fitted = []
+
+    def count(model, starts, masks, *more):
+        fitted.extend([model.parameterisation.law.name] * bool(masks))
+        return fitted_without(model, starts, masks, *more)
+
+    monkeypatch.setattr(law_choice, "fitted_without", count)
+    campaign = campaign_of("maxwell", 0)
+    data = hold_out_some(measured_runs(campaign.runs), campaign.runs)
+    with workers(1) as pool:
+        found = choose_law(campaign, data, 1, pool, laws=COMPARED)
+    far = [one for one in found.ranks if one not in found.near]
+    assert far and not {one.law for one in far} & set(fitted)
+    assert {one.law for one in found.near} <= set(fitted)
+    assert all(one.left_out > 2 * found.least for one in far)
 
 
 @pytest.mark.parametrize("stiffness", [1.0, 3.0])
@@ -124,6 +144,9 @@ def test_a_law_whose_causes_leave_much_is_compared_with_others(damper, for_the_d
     assert found.details["law_choice"]["text"].startswith(
         "Bouc-Wen is of the wrong family for these data. Of 3 laws spencer fits best"
     )
+    # a cause that a wrong law asks for may stand in for the right law
+    assert found.causes and all(cause.acts_like for cause in found.causes)
+    assert "stand in for what another law has" in found.causes[0].evidence
 
 
 def test_near_laws_are_told():

@@ -54,6 +54,14 @@ def test_a_current_that_is_steady_up_to_noise_is_its_mean(runs):
         np.testing.assert_array_equal(found, given)
 
 
+@pytest.mark.parametrize(("most", "kept"), [(2.0, False), (0.5, True)])
+def test_a_current_below_zero_is_noise_about_no_current_if_it_is_small(runs, most, kept):
+    switched = np.where(np.arange(N) // 100 % 2, most, -0.02)
+    runs = [replace(run, current=switched) for run in runs]
+    expected = switched if kept else np.maximum(switched, 0.0)
+    np.testing.assert_array_equal(measured_runs(runs).current, np.tile(expected, 3))
+
+
 def test_runs_count_by_their_noise_under_the_right_law(runs):
     by_noise = least_squares(runs, NOISE)
     assert fitted(runs) == pytest.approx(by_noise, rel=2e-4)

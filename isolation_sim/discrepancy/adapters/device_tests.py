@@ -110,7 +110,7 @@ class DeviceTests(Problem[FittedModel]):
         noise *= np.sqrt(min(1.0, self.law.cost / simulated)) if simulated > 0 else 1.0
         self.errors = ForceErrors(data, noise, self.significance)
         part = data.thinned(SEARCHED).without_held_out()
-        model = replace(self.law.model, data=part).resolve_steps(self.law.values, 1, part.stiff)
+        model = replace(self.law.model, data=part).resolve_steps(self.law.values, 1)
         base = self.law.on(model)
         places = data.places(SEARCHED)
         fitted = places[data.fitted[places]]
@@ -377,7 +377,7 @@ class DeviceTests(Problem[FittedModel]):
         if self.final.effects:
             causes += effect_causes(
                 self.space, result.best, self.final, self.errors, self.shifts, self.seed,
-                1 - min(evaluation.unexplained, 1.0),
+                1 - min(evaluation.unexplained, 1.0), self._wrong_family,
             )  # fmt: skip
         if self.prescribed is not None and self.final is not self.prescribed:
             causes += wrong_numbers(self.law, self.prescribed.force, self.errors)

@@ -24,15 +24,19 @@ from .stability import stability
 
 PARAMETERS = "parameter_values"
 """Name of the cause that the parameter values, not the form, of a law are wrong."""
+_STANDS_IN = "The law is of the wrong family: it may only stand in for what another law has."
+_LESS = "It corrects less than what remains unexplained, and may only mend the form of another."
+_MAY_BE_ZERO = "It may as well have the size zero, and may only mend the form of another."
 
 
 def effect_causes(
     space: EffectSearch, searched: FittedModel, final: FittedModel, errors: ForceErrors,
-    shifts: NDArray, seed: int, explained: float,
+    shifts: NDArray, seed: int, explained: float, wrong_family: bool,
 ) -> list[Cause]:  # fmt: skip
     """Infer the causes that the effects of a model are, on all samples in ``final``.
 
-    ``shifts`` are examples of noise; ``explained`` is the share of the misfit that is split.
+    ``shifts`` are examples of noise; ``explained`` is the share of the misfit that is split; in a
+    law that is of the ``wrong_family`` an effect only acts like a cause.
     """
     others = [space.rivals(searched, k) for k in range(len(searched.effects))]
     # values that the search found without each effect, on all samples
@@ -46,11 +50,11 @@ def effect_causes(
     less_than_remains = _less_than_remains(errors, final, lacking)
     causes = []
     for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
-        doubt = "corrects less than what remains unexplained" * less_than_remains[k]
+        doubt = _STANDS_IN if wrong_family else _LESS * less_than_remains[k]
         if effect is EACH_RUN:
             numbers[k] = {"spread": _spread(final)}
         elif len(lacking) > 1 and split[k] < MAY_BE_ZERO and may_be_zero(final, k, numbers[k]):
-            doubt = doubt or "may as well have the size zero"
+            doubt = doubt or _MAY_BE_ZERO
         gain = without.cost - searched.cost
         if not needs_bound(searched, k, gain):
             numbers[k] = {name: replace(one, at_bound=False) for name, one in numbers[k].items()}
@@ -119,7 +123,7 @@ def _evidence(
     return (
         f"Without {in_sentence(effect.title)} {larger}; it removes "
         f"{100 * share:.0f} % of the misfit with {numbers}.{_remarks(effect)}"
-        + f" It {doubt}, and may only mend the form of another."
+        + f" {doubt}"
         * bool(doubt)
     )
 
