@@ -15,8 +15,8 @@ def highest_tested(context: RunContext) -> NDArray:
     if np.isinf(highest).any():
         raise InputError(
             f"nothing says how high the current of coil {np.argmax(np.isinf(highest))} may be; "
-            "expected: devices with a tested current or a range of current, or a coil driver with "
-            "a highest current"
+            "expected: tested_current_A or current_range_A of the devices, or high_A of the driver "
+            "(in Python: Device(..., tested_current=), CoilDriver(high=))"
         )
     return highest
 

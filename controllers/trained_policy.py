@@ -150,9 +150,9 @@ class TrainedPolicy(CompiledController):
         if self.weights is not None or np.allclose(own, trained, rtol=TOLERANCE, atol=0.0):
             return []
         return [
-            f"its network was trained for the {reference.structure.name}, and "
-            f"{context.nominal.structure.name} has other periods (isolated at 0 and 3 A, fixed "
-            f"base: {_listed(own)} s; expected: {_listed(trained)} s): train another one with "
+            f"its network was trained for the {reference.structure.name} on its isolators, and "
+            f"the periods here are others (isolated at 0 and 3 A, fixed base: {_listed(own)} s; "
+            f"expected: {_listed(trained)} s): train another one with "
             "python -m studies.train_policy"
         ]
 

@@ -80,7 +80,7 @@ def _noise(k: int, draw: np.random.Generator, peaks: tuple[float, float]) -> Rec
     soil = str(draw.choice(list(SOILS)))
     pga, seed = draw.uniform(*peaks), int(draw.integers(2**31))
     made = make(soil, DURATION - 5.0, _STEP, seed=seed, pga=pga)
-    return _record(made.acceleration, f"{k}: {process}, {soil} soil, {pga:.1f} m/s2", made.source)
+    return _record(made.acceleration, f"{k}: {process}, {soil} soil, {pga:.1f} m/s²", made.source)
 
 
 def _pulse(k: int, draw: np.random.Generator) -> Record:

@@ -68,7 +68,7 @@ def test_a_workbook_has_each_table_and_history(results):
     assert len(sheet) == history.sizes["time"]
 
 
-def test_csv_has_each_history(results):
+def test_csv_has_each_history(results, capsys):
     assert command("export", "csv", results) == 0
     folder = results / "results_csv"
     assert sorted(path.name for path in folder.iterdir()) == ["on_off.csv", "passive_off.csv"]
@@ -79,6 +79,7 @@ def test_csv_has_each_history(results):
         np.testing.assert_allclose(column, history.displacement.sel(dof=floor), rtol=1e-9)
     assert "results_csv/" in (results / "README.txt").read_text()
     assert command("export", "csv", results) == 2
+    assert "or --force, which replaces its files" in capsys.readouterr().err
     assert command("export", "csv", results, "--force") == 0
 
 
@@ -126,6 +127,14 @@ def test_any_folder_of_results(results, tmp_path, capsys):
     out = tmp_path / "book.xlsx"
     assert iso.export_results(tmp_path, "xlsx", out) == out
     pandas.testing.assert_frame_equal(pandas.read_excel(out), rows)
+
+
+def test_a_library_that_is_not_installed_is_said_before_the_work(tmp_path, capsys, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "openpyxl", None)
+    assert command("run", "--export", "xlsx", "--out", tmp_path / "none") == 2
+    said = capsys.readouterr().err
+    assert "xlsx needs openpyxl" in said and "simulating" not in said
+    assert not (tmp_path / "none").exists()
 
 
 def test_what_is_refused(tmp_path, results, capsys):

@@ -217,6 +217,40 @@ class Observer(ABC):
         Estimate
         """
 
+    def reset(self) -> None:
+        """Forget all measurements; the next one is taken at rest, at 0 s."""
+        self._step = decision_step(self.decision(), len(self.outputs), self.width())
+        self._taken = 0
+
+    def update(self, measurement: ArrayLike) -> Estimate:
+        """Estimate from the measurement of the present instant, one period after the last one.
+
+        A controller whose ``measures`` are ``outputs`` without the coil currents passes the
+        measurement that it receives.
+
+        Parameters
+        ----------
+        measurement : array_like, shape (n_outputs,)
+            One number each of ``outputs``: m/s^2, m and A.
+
+        Returns
+        -------
+        Estimate
+            Of one instant: its arrays have one row.
+
+        Raises
+        ------
+        InputError
+            If the measurement has another shape or is not finite.
+        """
+        row = self._checked(measurement, 1)
+        if not hasattr(self, "_step"):
+            self.reset()
+        time = self._taken * self.period
+        self._taken += 1
+        written = np.reshape(self._step(time, row), (1, self.width()))
+        return self.estimate(np.array([time]), written)
+
     def run(self, measurements: ArrayLike) -> Estimate:
         """Estimate from measurements one after another, starting at rest.
 
@@ -234,13 +268,19 @@ class Observer(ABC):
         InputError
             If the measurements have another shape or are not finite.
         """
-        rows = np.asarray(measurements, dtype=float)
-        if rows.ndim != 2 or rows.shape[1] != len(self.outputs) or not np.isfinite(rows).all():
-            raise InputError(
-                f"observer: measurements have shape {rows.shape}; expected: finite numbers, one "
-                f"column each of {', '.join(self.outputs)}"
-            )
+        rows = self._checked(measurements, 2)
         time = np.arange(len(rows)) * self.period
         step = decision_step(self.decision(), len(self.outputs), self.width())
         written = [step(t, row) for t, row in zip(time, rows, strict=True)]
         return self.estimate(time, np.reshape(written, (len(rows), self.width())))
+
+    def _checked(self, measurements: ArrayLike, dimensions: int) -> NDArray:
+        """Measurements as numbers, one column each of ``outputs``."""
+        rows = np.asarray(measurements, dtype=float)
+        shape, n = rows.shape, len(self.outputs)
+        if len(shape) != dimensions or shape[-1] != n or not np.isfinite(rows).all():
+            raise InputError(
+                f"observer: measurements have shape {shape}; expected: finite numbers, one "
+                f"{'column' if dimensions == 2 else 'number'} each of {', '.join(self.outputs)}"
+            )
+        return rows

@@ -10,7 +10,9 @@ import numpy as np
 from ground_motions.argument_types import checked
 from ground_motions.errors import InputError, nearest
 from ground_motions.readers.lines import (
+    counted,
     excerpt,
+    is_number,
     parse_number,
     require_two,
     table_cells,
@@ -62,6 +64,8 @@ def read_csv(path: str | Path, column: str | None = None, unit: str | None = Non
     rows = table_cells(path)
     header_line, names = rows[0]
     place = f"{path}, line {header_line}"
+    if all(map(is_number, names)):
+        raise InputError(place, "numbers", f"a heading such as {_EXAMPLES}")
     time_column = _time_column(names, place, unit)
     units = {name: own for name in names if (own := _unit_of(name))}
     if unit is not None:
@@ -75,7 +79,9 @@ def read_csv(path: str | Path, column: str | None = None, unit: str | None = Non
     for number, cells in rows[1:]:
         if len(cells) != len(names):
             raise InputError(
-                f"{path}, line {number}", f"{len(cells)} cells", f"{len(names)}, as in the header"
+                f"{path}, line {number}",
+                counted(len(cells), "cell"),
+                f"{len(names)}, as in the header",
             )
         time, value = (
             parse_number(cells[i], f"{path}, line {number}, column {names[i]}") for i in places

@@ -96,6 +96,11 @@ def parse_number(cell: str, place: str) -> float:
     return value
 
 
+def counted(count: int, noun: str) -> str:
+    """A number with its noun."""
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
 def excerpt(text: str) -> str:
     """Return text in quotation marks for an error, cut to 60 characters."""
     return repr(text if len(text) <= 60 else text[:57] + "...")

@@ -10,6 +10,7 @@ from ground_motions.argument_types import checked
 from ground_motions.checks import positive
 from ground_motions.errors import InputError
 from ground_motions.readers.lines import (
+    counted,
     is_number,
     parse_number,
     read_lines,
@@ -66,8 +67,11 @@ def read_text(
         if len(cells) not in (1, 2) or len(cells) != width:
             raise InputError(
                 f"{path}, line {number}",
-                f"{len(cells)} columns",
-                f"{width}, as above" if rows else "one column (acceleration) or two (time first)",
+                counted(len(cells), "column"),
+                f"{width}, as above"
+                if rows
+                else "one column (acceleration) or two (time first); accelerations that go on "
+                "from line to line, written one a line",
             )
         rows.append(
             [parse_number(cell, f"{path}, line {number}, column {i}")
@@ -84,7 +88,9 @@ def read_text(
             )
         dt = uniform_step(table[:, 0].tolist(), line_numbers, f"{path}, column 1")
     elif dt is None:
-        raise InputError(f"{path}, dt", "one column and no dt", "dt=, the step in s")
+        raise InputError(
+            f"{path}, dt", "one column and no dt", "dt=, the step in s; dt_s in a scenario"
+        )
     return Record(
         table[:, -1] * factor,
         positive(f"{path}, dt (s)", dt),

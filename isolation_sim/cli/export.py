@@ -143,7 +143,7 @@ def export_csv(
     from ..io.results_folder import check_free, update_contents
 
     if not force:
-        check_free(out or export_place(results, CSV))
+        check_free(out or export_place(results, CSV), instead="--force, which replaces its files")
     print(export_results(results, CSV, out, cast("Any", units)))
     update_contents(results)
 

@@ -121,7 +121,9 @@ def _notes(device: Device, campaign: Campaign) -> tuple[str, ...]:
     if outside:
         notes.append(f"current outside {low:g} to {high:g} A in {', '.join(outside)}")
     most = device.tested_deformation * device.length
-    large = [run.name for run in campaign.runs if np.max(np.abs(run.displacement)) > 1.001 * most]
+    # noise of the displacement is no larger deformation
+    beyond = 1.01 * most
+    large = [run.name for run in campaign.runs if np.max(np.abs(run.displacement)) > beyond]
     if large:
         notes.append(f"deformation above the tested {1e3 * most:.3g} mm in {', '.join(large)}")
     return tuple(notes)

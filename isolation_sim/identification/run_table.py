@@ -93,7 +93,9 @@ class TestRun:
     def __post_init__(self) -> None:
         n = np.size(self.time)
         if n < MINIMUM_SAMPLES:
-            raise InputError(f"{self.name}: {n} samples; expected: {MINIMUM_SAMPLES} or more")
+            raise InputError(
+                f"{self.name}: {n} sample{'s' * (n != 1)}; expected: {MINIMUM_SAMPLES} or more"
+            )
         for what in _UNITS:
             values = getattr(self, what)
             if values is not None:

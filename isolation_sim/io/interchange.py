@@ -98,12 +98,18 @@ def export_place(folder: Path, form: str) -> Path:
 
 
 def check_form(form: str, known: Collection[str]) -> None:
-    """Refuse an unknown format."""
+    """Refuse an unknown format, and one whose library is not installed."""
     check_name("form to export", form, known)
+    if form == "xlsx":
+        try:
+            import openpyxl  # noqa: F401
+        except ModuleNotFoundError:
+            raise not_installed("xlsx", "openpyxl", "excel") from None
 
 
 def write_parts(parts: dict[str, Any], form: str, path: Path) -> Path:
     """Write tables (pandas) and histories (xarray) by name to one file."""
+    check_form(form, FORMS)
     with atomic_write(path) as unfinished:
         FORMS[form](parts, unfinished)
     return path
@@ -174,10 +180,6 @@ def _each_once(names: Iterable[str], longest: int) -> list[str]:
 def _write_xlsx(parts: dict[str, Any], path: Path) -> None:
     import pandas
 
-    try:
-        import openpyxl  # noqa: F401
-    except ModuleNotFoundError:
-        raise not_installed("xlsx", "openpyxl", "excel") from None
     tables = {}
     for name, part in parts.items():
         for axis, table in _flat(part).items():

@@ -163,12 +163,13 @@ def _check_replaceable(folder: Path) -> None:
         )
 
 
-def check_free(folder: Path, resumable: bool = False) -> None:
-    """Refuse a file, and a folder that is not empty."""
+def check_free(folder: Path, resumable: bool = False, instead: str = "") -> None:
+    """Refuse a file, and a folder that is not empty; ``instead`` is an option that accepts it."""
     if folder.is_file():
         raise InputError(f"{folder}: a file; expected: a new folder")
     if not _is_free(folder):
-        remedy = ", or --overwrite" if is_results(folder) else ""
+        instead = instead or ("--overwrite" if is_results(folder) else "")
+        remedy = f", or {instead}" if instead else ""
         if resumable:
             remedy = ", --overwrite, or --resume to continue"
         raise InputError(f"{folder}: is not empty; expected: a new folder{remedy}")

@@ -57,8 +57,9 @@ def ground_acceleration(run: Run, direction: int) -> Panel:
     lines = {"ground": (record.time, record.acceleration)}
     look = {"ground": Look("#4d4d4d")}
     return _over_time(
-        f"Ground acceleration{_along(run, direction)}", "Ground\nacc.", "m/s²", lines, looks=look
-    )
+        f"Ground acceleration{_along(run, direction)}",
+        f"Ground\nacc.{_behind(run, direction)}", "m/s²", lines, looks=look,
+    )  # fmt: skip
 
 
 def base_and_roof(runs: Mapping[str, Run], direction: int) -> tuple[Panel, Panel]:
@@ -71,11 +72,12 @@ def base_and_roof(runs: Mapping[str, Run], direction: int) -> tuple[Panel, Panel
         base, roof = structure.names[moved[0] if moved else dofs[0]], structure.names[dofs[-1]]
         displacement[name] = run.time, 1e3 * columns(run, [base], "displacement_m")[:, 0]
         acceleration[name] = run.time, columns(run, [roof], "acceleration_m_s2")[:, 0]
-    along = _along(next(iter(runs.values())), direction)
-    relative = f"Base displacement relative to the ground{along}"
+    first = next(iter(runs.values()))
+    along, behind = _along(first, direction), _behind(first, direction)
+    relative, absolute = "Base displacement relative to the ground", "Absolute roof acceleration"
     return (
-        _over_time(relative, "Base\ndisp.", "mm", displacement),
-        _over_time(f"Absolute roof acceleration{along}", "Roof\nacc.", "m/s²", acceleration),
+        _over_time(relative + along, f"Base\ndisp.{behind}", "mm", displacement),
+        _over_time(absolute + along, f"Roof\nacc.{behind}", "m/s²", acceleration),
     )
 
 
@@ -200,3 +202,8 @@ def _over_time(title: str, short: str, unit: str, lines: Mapping, **more: Any) -
 def _along(run: Run, direction: int) -> str:
     directions = run.isolated.structure.directions
     return f" along {directions[direction]}" if len(directions) > 1 else ""
+
+
+def _behind(run: Run, direction: int) -> str:
+    """The direction behind an axis's short title, if there are several."""
+    return _along(run, direction).replace(" along", "")

@@ -66,7 +66,10 @@ def statistics_table(suite: Suite, controller: str) -> TextTable:
         rows.append(
             (title_of(str(name)), unit, *numbers, governing, _number(row["design"], factor))
         )
-    headings = ("criterion", "unit", "mean", "median", "84 %", "maximum", "governs", "design")
+    headings = ["criterion", "unit", "mean", "median", "84 %", "maximum", "governs", "design"]
+    shown = len(headings) - bool(statistics["design"].isna().all())
+    rows = [row[:shown] for row in rows]
+    headings = headings[:shown]
     return TextTable(f"{as_written(controller)}: {motions_text(suite)}", headings, rows, keys=2)
 
 

@@ -50,6 +50,12 @@ def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
         check_name("criterion", name, sweep.criteria)
     values = sweep.table.pivot(index="case", columns="controller", values=target)
     reference = sweep.reference
+    base = {
+        name: values[name, reference] if reference else np.nanmedian(values[name])
+        for name in target
+    }
+    # the force of a wall that is not touched has no ratios
+    target = [name for name in target if np.all(base[name] != 0.0)]
     with style():
         figure = new_figure(DOUBLE_COLUMN, 3.4)
         axes = figure.add_subplot()
@@ -57,11 +63,7 @@ def comparison(sweep: Sweep, criteria: Sequence[str] | None = None) -> Figure:
         apart = min(0.12, 0.8 / len(looks))
         axes.axhline(1.0, color="0.6", linewidth=0.8, zorder=1)
         for k, (label, look) in enumerate(zip(sweep.controllers, looks, strict=True)):
-            ratios = np.stack([
-                values[name, label]
-                / (values[name, reference] if reference else np.nanmedian(values[name]))
-                for name in target
-            ])  # fmt: skip
+            ratios = np.stack([values[name, label] / base[name] for name in target])
             low, middle, high = np.nanpercentile(ratios, [10, 50, 90], axis=1)
             # bars beside each other, not on each other
             at = np.arange(len(target)) + apart * (k - (len(looks) - 1) / 2)

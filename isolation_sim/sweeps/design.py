@@ -68,7 +68,11 @@ class Design:
                     "plans"
                 )
             self._check_values()
-            scenario_of(self.case(0).data(self.base)).build()
+            first = self.case(0)
+            try:
+                scenario_of(first.data(self.base)).build()
+            except InputError as error:
+                raise with_place(error, _listed(first.shown)) from None
         except InputError as error:
             raise with_place(error, source) from None
 
@@ -147,8 +151,7 @@ class Design:
                 try:
                     self._varied(axis, k)
                 except InputError as error:
-                    shown = ", ".join(f"{name} = {v!r}" for name, v in axis.shown(k).items())
-                    raise with_place(error, shown) from None
+                    raise with_place(error, _listed(axis.shown(k))) from None
 
     def _varied(self, axis: Axis, k: int) -> Scenario:
         """Scenario of an axis's k-th point and the first points of the other axes."""
@@ -163,6 +166,11 @@ class Design:
                 for k in range(min(len(axis), 1000)):
                     if any(isinstance(value, str) for value in axis.points[k]):
                         yield self._varied(axis, k)
+
+
+def _listed(shown: dict[str, Any]) -> str:
+    """Varied quantities of a case, for errors."""
+    return ", ".join(f"{name} = {value!r}" for name, value in shown.items())
 
 
 def scenario_of(data: dict[str, Any]) -> Scenario:

@@ -184,7 +184,9 @@ def _motion_sets(
         group = motion_set(each, job, 2 * seed + 1, pga_g)
         if group.digest == tuned_on.digest:
             raise InputError(f"unseen motions, {key or group.name}", "those tuned on", "others")
-        sets[f"unseen: {key or group.name}"] = group
+        # the command line names each set by its source
+        drawn = key == str(each) and key.startswith(MIXTURE)
+        sets[f"unseen: {group.name if drawn or not key else key}"] = group
     return sets
 
 

@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..errors import InputError
 from ..io.csv_table import write_table
 from ..io.files import json_text, write_text
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 _STATE = "tuning.json"
 _AT_BOUND = 0.01
 """Distance from a bound that counts as at the bound, as a share of the range."""
+_CLEARLY_BETTER = 0.01
+"""Difference of mean scores beyond the rounding of the values that the sensitivity tries."""
 
 
 @dataclass(frozen=True)
@@ -100,14 +104,14 @@ class Tuning(Printed):
         Returns
         -------
         list of str
-            Among them one or two for each set of motions, and one for each setting at a bound of
-            its search range.
+            Among them one or two for each set of motions, one for each setting at a bound of its
+            search range, and one if the search has not converged.
         """
         if not self.best.settings:
             first = "No candidate was better than the initial controller."
         else:
             first = f"Tuned on {self.outcomes[0].name}, in {len(self.trials)} trials."
-        return [first, *self.at_bounds(), *map(_sentences, self.outcomes)]
+        return [first, *self.at_bounds(), *self._missed(), *map(_sentences, self.outcomes)]
 
     def at_bounds(self) -> list[str]:
         """Name the tuned settings at a bound of their search range.
@@ -128,6 +132,21 @@ class Tuning(Printed):
                     f"{one['low']:g} to {one['high']:g}: the optimum may lie beyond it."
                 )
         return sentences
+
+    def _missed(self) -> Iterator[str]:
+        """Say that the variation of one setting alone found a clearly better value."""
+        scans = [
+            (score, name, value)
+            for name, (values, scores) in self.sensitivity.items()
+            for value, score in zip(values, scores, strict=True)
+        ]
+        score, name, value = min(scans, default=(np.inf, "", np.inf))
+        if score < self.best.mean - _CLEARLY_BETTER:
+            yield (
+                f"{name} = {value:.4g} alone has a mean score of {score:+.3f}, better than that of "
+                f"the search, {self.best.mean:+.3f}: the search has not converged. Give it more "
+                "evaluations."
+            )
 
     def _shown(self) -> Iterator[Any]:
         yield from self.tables()

@@ -160,6 +160,25 @@ def test_plain_and_compiled_form_agree_for_several_laws_and_coils(kind):
         assert np.allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_step_by_step_equals_all_measurements_at_once(isolated, kind):
+    observer = kind(isolated, PERIOD, GROUND)
+    seen = 1e-3 * np.random.default_rng(5).standard_normal((20, len(observer.outputs)))
+    seen[:, -1] = 1.0
+    found = observer.run(seen)
+    for _ in range(2):  # the second time as the first one
+        observer.reset()
+        for k, row in enumerate(seen):
+            present = observer.update(row)
+            assert present.time[0] == found.time[k]
+            assert np.array_equal(present.velocity[0], found.velocity[k])
+            assert np.array_equal(present.device_states[0], found.device_states[k])
+    with pytest.raises(
+        InputError, match=r"shape \(3,\); expected: finite numbers, one number each"
+    ):
+        observer.update(seen[0, :3])
+
+
 def test_on_linear_equations_the_extended_filter_is_the_kalman_filter():
     """Against a filter written out with SciPy's matrix exponential."""
     nominal = reference_building().on(law("linear", {"k": 1.5e7}))

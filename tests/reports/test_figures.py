@@ -134,6 +134,9 @@ def test_two_directions_without_coils(passive_biaxial):
     assert deformation == pytest.approx(expected)
     levels = [label.get_text() for label in figure.axes[4].get_yticklabels()]
     assert levels == ["base", "floor1"]
+    histories = figures.time_histories(passive_biaxial, direction="y")
+    names = [axes.get_ylabel() for axes in histories.axes]
+    assert names == ["Ground\nacc. y (m/s²)", "Base\ndisp. y (mm)", "Roof\nacc. y (m/s²)"]
     with pytest.raises(iso.InputError, match="no run has a coil"):
         figures.currents(passive_biaxial)
 

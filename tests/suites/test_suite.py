@@ -20,7 +20,7 @@ from isolation_sim.cli import main
 from isolation_sim.errors import InputError
 from isolation_sim.io.results_folder import is_results
 from isolation_sim.reports.suite_figures import spectra_panel
-from isolation_sim.reports.suite_tables import verdict
+from isolation_sim.reports.suite_tables import statistics_table, verdict
 from isolation_sim.scenario import Scenario
 from isolation_sim.structures import plan_building, with_vertical_motion
 from isolation_sim.structures.modes import translational_period
@@ -188,6 +188,8 @@ def test_too_few_records_give_no_design_value(suite):
     other.index["inputs"]["section"]["scaling"] = "matched"
     assert other.rule.floor == 1.1  # ASCE 7-22, 16.2.3
     assert other.statistics["design"].isna().all()
+    assert "design" not in statistics_table(other, other.controllers[0]).headings
+    assert statistics_table(suite, suite.controllers[0]).headings[-1] == "design"
     assert "11 records or more are required; the suite has 3" in " ".join(verdict(other))
     # the period was given
     assert "small vibrations" not in " ".join(verdict(suite))

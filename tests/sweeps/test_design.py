@@ -104,6 +104,8 @@ def test_seeds_follow_from_the_case_not_from_its_place():
          "did you mean 'isolator.count'?"),
         ({"vary": [{"field": "isolator.count", "values": [1.0, -2.0]}]},
          "isolator.count = -2.0: isolator.count is -2.0; expected: a number above 0"),
+        ({"vary": [{"field": "isolator.target_period_s", "label": "T", "values": [0.4, 2.0]}]},
+         "T = 0.4: isolator: "),
         ({"vary": [{"field": "isolator.count", "low": 1.0, "high": 2.0}]},
          "count or step, or a [sample]"),
         ({"vary": [{"field": "isolator.count", "low": 3.0, "high": 2.0, "count": 2}]}, "low < "),

@@ -169,6 +169,14 @@ def test_the_comparison_shows_medians_over_the_uncontrolled_run(mixed):
     assert {point.get_linestyle() for point in points} == {"None"}
 
 
+def test_the_force_of_a_wall_that_is_not_touched_is_left_out(mixed, recwarn):
+    untouched = Sweep(mixed.folder)
+    untouched.table["peak_wall_force_N"] = np.where(untouched.table["controller"] == "on_off", 1, 0)
+    (axes,) = untouched.plot_comparison(["peak_drift_m", "peak_wall_force_N"]).axes
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["peak\nstorey\ndrift"]
+    assert not recwarn.list
+
+
 def test_the_reference_is_found_by_what_it_is(tmp_path):
     """Under another label; and a label alone is not a reference."""
     entries = [

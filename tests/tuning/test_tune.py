@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from controllers.settings import Number, SearchRange
 from ground_motions import el_centro_1940, write_csv
 from isolation_sim.cli import main
 from isolation_sim.tuning.trials import Trials
+from isolation_sim.tuning.tune import _motion_sets
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "outwards.py"
 CRITERIA = {"peak_base_displacement_m": 1.0, "peak_floor_acceleration_m_s2": 0.4}
@@ -242,6 +244,19 @@ def test_a_bound_and_a_single_motion_are_said(scenario, strong, tmp_path):
 
 def test_an_optimum_inside_is_not_at_a_bound(tuned):
     assert tuned[0].at_bounds() == []
+    assert "converged" not in " ".join(tuned[0].verdict())
+
+
+def test_a_search_that_one_setting_alone_improves_has_not_converged(tuned):
+    better = tuned[0].best.mean - 0.1
+    short = replace(tuned[0], sensitivity={"amperes": ([0.5, 1.0], [better, better + 0.2])})
+    assert f"amperes = 0.5 alone has a mean score of {better:+.3f}" in " ".join(short.verdict())
+
+
+def test_a_mixture_of_unseen_motions_has_its_full_name(scenario):
+    job, unseen = scenario.build(), {"mixture:2": "mixture:2"}
+    sets = _motion_sets("mixture:4", unseen, job, seed=3, pga_g=None)
+    assert list(sets) == ["mixture of 4 motions, seed 6", "unseen: mixture of 2 motions, seed 7"]
 
 
 class TooMuch(controllers.Controller):
