@@ -5,6 +5,10 @@ Forms:
     exponential    factor exp(-b (T - 20))
     linear         factor max(1 - b (T - 20), 0)
     arrhenius      factor exp(E (1 / T_K - 1 / 293.15)),   E activation energy over gas constant
+    core           the factor of exponential for F - k x alone: of a lead core or a slider beside
+                   rubber of stiffness k, which keeps its force
+    fluid          the factor of exponential for a part c v of F alone: the fluid thins, and a yield
+                   force, a friction or a spring keeps its value
 """
 
 from typing import Any
@@ -12,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .effect import REFERENCE_TEMPERATURE, Effect, EffectParameter, Signals
-from .followers import positive
+from .followers import FLUID, RUBBER, of_core, positive
 
 ABSOLUTE_ZERO = -273.15
 """deg C."""
@@ -34,6 +38,16 @@ def arrhenius(signals: Signals, states: tuple, parameters: tuple) -> Any:
     return np.exp(parameters[0] * (1 / (here - ABSOLUTE_ZERO) - 1 / (reference - ABSOLUTE_ZERO)))
 
 
+def core(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force of the core beyond that at the reference temperature."""
+    return (exponential(signals, states, parameters) - 1) * of_core(signals, parameters[1])
+
+
+def fluid(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force of the fluid beyond that at the reference temperature."""
+    return (exponential(signals, states, parameters) - 1) * parameters[1] * signals.v
+
+
 SOFTENING = EffectParameter(
     "softening", "1/degC", "relative loss of force with temperature", lower=-0.1, upper=0.1,
     strength=True, starts=(0.005,),
@@ -43,19 +57,39 @@ ACTIVATION = EffectParameter(
     strength=True, starts=(500.0,),
 )  # fmt: skip
 
-FORMS = tuple(
+FORMS = (
+    *(
+        Effect(
+            cause="ambient_temperature",
+            form=factor.__name__,
+            title=title,
+            parameters=(strength,),
+            factor=factor,
+            needs=frozenset({"temperature"}),
+            source=source,
+        )
+        for factor, title, strength, source in (
+            (exponential, "Ambient temperature", SOFTENING, "exponential softening of elastomers"),
+            (linear, "Ambient temperature, linear", SOFTENING, "first order in the temperature"),
+            (arrhenius, "Ambient temperature, Arrhenius", ACTIVATION, "Arrhenius (1889)"),
+        )
+    ),
     Effect(
         cause="ambient_temperature",
-        form=factor.__name__,
-        title=title,
-        parameters=(strength,),
-        factor=factor,
+        form="core",
+        title="Ambient temperature, of the core",
+        parameters=(SOFTENING, RUBBER),
+        force=core,
+        needs=frozenset({"temperature", "force"}),
+        source="Kalpakidis & Constantinou (2009): the lead's yield force follows the temperature",
+    ),
+    Effect(
+        cause="ambient_temperature",
+        form="fluid",
+        title="Ambient temperature, of the fluid",
+        parameters=(SOFTENING, FLUID),
+        force=fluid,
         needs=frozenset({"temperature"}),
-        source=source,
-    )
-    for factor, title, strength, source in (
-        (exponential, "Ambient temperature", SOFTENING, "exponential softening of elastomers"),
-        (linear, "Ambient temperature, linear", SOFTENING, "first order in the temperature"),
-        (arrhenius, "Ambient temperature, Arrhenius", ACTIVATION, "Arrhenius (1889)"),
-    )
-)
+        source="Gordaninejad & Breese (1999): the viscosity falls, the yield stress hardly does",
+    ),
+)  # fmt: skip

@@ -11,6 +11,7 @@ Forms:
                                       in self-heating by dissipation
     core           1 / (1 + c W) of F - k x alone,    W' = (F - k x) v, of the force that is left:
                    the yield force falls, and the rubber of stiffness k beside it does not
+    core_limited   the same with 1 - d (1 - exp(-W / W0))
 
 Elastic work swings the W of dissipation and unlimited within a cycle and cancels over it, as it
 does the warmth of self-heating. The unlimited ones are self-heating that never cools: the data
@@ -106,6 +107,18 @@ def core(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def rates_core(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Work of the yielding part, by the force that is left."""
     return (_strength(states, parameters) * of_core(signals, parameters[1]) * signals.v,)
+
+
+def core_limited(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Loss of force of the yielding part."""
+    left = exponential(signals, states, parameters[:2])
+    return (left - 1) * of_core(signals, parameters[2])
+
+
+def rates_core_limited(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Work of the yielding part, by the force that is left."""
+    left = exponential(signals, states, parameters[:2])
+    return (left * of_core(signals, parameters[2]) * signals.v,)
 
 
 def _strength(states: tuple, parameters: tuple) -> Any:
@@ -237,6 +250,19 @@ FORMS = (
         rates=rates_core,
         needs=frozenset({"force"}),
         source="Baber & Noori (1985): strength over 1 + c W, W the energy of the hysteretic part",
+        gradual=True,
+    ),
+    Effect(
+        cause="cyclic_degradation",
+        form="core_limited",
+        title="Cyclic degradation of the yield force, to a limit",
+        parameters=(LOSS, _scale("J", "dissipated energy after which it is lost"), RUBBER),
+        states=(DISSIPATED,),
+        force=core_limited,
+        carried=carried_dissipation,
+        rates=rates_core_limited,
+        needs=frozenset({"force"}),
+        source="Baber & Noori (1985), with a strength that remains",
         gradual=True,
     ),
 )  # fmt: skip

@@ -95,6 +95,9 @@ class EffectParameter(Quantity):
     plain : tuple of float
         Bounds at which the effect is a plainer one of the same cause, such as an exponent of 1: a
         fit that ends there is as sound as inside.
+    other : tuple of float
+        Bounds at which the effect is one of another cause, such as a relaxation that takes for
+        ever: a fit that ends there is no sign of this one.
     """
 
     strength: bool = False
@@ -103,6 +106,7 @@ class EffectParameter(Quantity):
     most: float = float("inf")
     difference: float = 1e-4
     plain: tuple[float, ...] = ()
+    other: tuple[float, ...] = ()
 
 
 class EffectInPlan(NamedTuple):

@@ -65,8 +65,14 @@ STIFFNESS = EffectParameter(
 )
 
 
+_NEVER = 1e4
+"""s: an arm that relaxes so slowly is a spring."""
+
+
 def _time(name: str, meaning: str, *starts: float) -> EffectParameter:
-    return EffectParameter(name, "s", meaning, lower=1e-3, upper=1e4, divides=True, starts=starts)
+    return EffectParameter(
+        name, "s", meaning, lower=1e-3, upper=_NEVER, divides=True, starts=starts, other=(_NEVER,)
+    )
 
 
 FORMS = (

@@ -46,6 +46,13 @@ def of_core(signals: Signals, stiffness: Any) -> Any:
     return signals.force - stiffness * signals.x
 
 
+FLUID = EffectParameter(
+    "damping", "N s/m", "viscous damping of the fluid, which alone thins", lower=0.0,
+    starts=(0.5, 0.2),
+)  # fmt: skip
+"""Damping c of the part c v of a force that a warm fluid loses."""
+
+
 def positive(value: Any) -> Any:
     """Positive part."""
     return value * (value > 0)

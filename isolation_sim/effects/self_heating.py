@@ -8,6 +8,8 @@ Forms:
     hyperbolic     factor 1 / (1 + h)
     core           the same as exponential, for F - k x alone: rubber of stiffness k around a lead
                    core or beside a slider keeps its force
+    fluid          the same as exponential, for a part c v of F alone: the fluid thins, and a yield
+                   force, a friction or a spring keeps its value
     dissipation    the same as exponential, with h' = gain (F - k x) v - h / cooling, and the secant
                    stiffness k = <F x> / <x^2>, means over the last second
 
@@ -21,7 +23,7 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Past, Signals
-from .followers import RUBBER, SECANT, of_core, positive, without_elastic
+from .followers import FLUID, RUBBER, SECANT, of_core, positive, without_elastic
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -68,6 +70,18 @@ def rates_core(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Heat from the core, heat out."""
     gain, cooling, _ = parameters
     force = exponential(signals, states, parameters) * of_core(signals, parameters[2])
+    return (gain * force * signals.v - states[0] / cooling,)
+
+
+def fluid(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Loss of force of the fluid."""
+    return (exponential(signals, states, parameters) - 1) * parameters[2] * signals.v
+
+
+def rates_fluid(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Heat from all that is left of the force, heat out."""
+    gain, cooling, _ = parameters
+    force = signals.force + fluid(signals, states, parameters)
     return (gain * force * signals.v - states[0] / cooling,)
 
 
@@ -127,6 +141,18 @@ FORMS = (
         force=core,
         needs=frozenset({"force"}),
         source="Kalpakidis & Constantinou (2009): the yield force of the lead alone falls",
+        gradual=True,
+    ),
+    Effect(
+        cause="self_heating",
+        form="fluid",
+        title="Self-heating of the fluid",
+        parameters=(*PARAMETERS, FLUID),
+        states=(WARMTH,),
+        rates=rates_fluid,
+        force=fluid,
+        needs=frozenset({"force"}),
+        source="Gordaninejad & Breese (1999): the viscosity falls, the yield stress hardly does",
         gradual=True,
     ),
     Effect(

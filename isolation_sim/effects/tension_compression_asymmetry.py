@@ -6,6 +6,8 @@ Forms:
     proportional    factor 1 + a x / sqrt(1 + (a x)^2)      1 + a x where that is small
     one_sided       factor 1 / (1 + (-a x)+): softer with the deformation on one side, by the sign
                     of a, as where bonded rubber tears inside in tension
+    direction       the factor 1 + a tanh(v / w) for F - k x: dampers whose valves or pistons resist
+                    more one way; the spring k beside them does not
     spring          adds k (sqrt(x^2 + w^2) - w): the stiffness alone differs, by 2 k between
                     both directions where |x| is well above w; in x^2 below it
 """
@@ -15,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from .effect import Effect, EffectParameter, Signals
-from .followers import positive
+from .followers import of_core, positive
 
 
 def step(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -33,6 +35,12 @@ def proportional(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def one_sided(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Force over that on the other side."""
     return 1 / (1 + positive(-parameters[0] * signals.x))
+
+
+def direction(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force beyond the mean of both directions of motion."""
+    asymmetry, velocity, stiffness = parameters
+    return asymmetry * np.tanh(signals.v / velocity) * of_core(signals, stiffness)
 
 
 def spring(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -91,6 +99,28 @@ FORMS = (
         ),
         factor=one_sided,
         source="Gent & Lindley (1959), internal rupture of bonded rubber in tension",
+    ),
+    Effect(
+        cause="tension_compression_asymmetry",
+        form="direction",
+        title="Asymmetry by the direction of motion",
+        parameters=(
+            EffectParameter(
+                "asymmetry", "1", "half of the difference between both directions", lower=-0.95,
+                upper=0.95, strength=True, starts=(0.1,),
+            ),
+            EffectParameter(
+                "velocity", "m/s", "velocity over which it develops", lower=1e-6, divides=True,
+                starts=(0.02, 0.2),
+            ),
+            EffectParameter(
+                "stiffness", "N/m", "stiffness of a spring beside it, alike both ways", lower=0.0,
+                starts=(0.5, 0.2), plain=(0.0,),
+            ),
+        ),
+        force=direction,
+        needs=frozenset({"force"}),
+        source="Dixon (2007), valves of different damping in extension and compression",
     ),
     Effect(
         cause="tension_compression_asymmetry",

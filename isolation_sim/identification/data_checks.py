@@ -43,6 +43,9 @@ _ABOVE_ALL = 2.0
 """Factor on the largest such residual of a stretch as long as an end, elsewhere in the run.
 Convention; those tests reach 1.3 to 10, a sweep of the amplitude 2.
 """
+_SMALLER = 0.5
+"""RMS velocity at an end over that of the run below which the motion begins or ends there.
+Convention."""
 _CHANGING = 0.1
 """Range of a run's current over the largest of all runs from which it changes. Convention."""
 _OFFSET = 0.1
@@ -280,15 +283,18 @@ def _reversed_loops(runs: Sequence[TestRun]) -> Iterator[str]:
 def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
     """Runs whose force at both ends does not belong to the motion as it does in between."""
     wrong = []
-    changing = _CHANGING * max(float(np.max(np.abs(run.current))) for run in runs)
-    for run in runs:
+    steady = _steady_current(runs)
+    for run, is_steady in zip(runs, steady, strict=True):
         n = len(run.time)
         edge = n // 50
-        # no static function follows a coil whose current changes
-        if edge < _LEAST_EDGE or np.ptp(run.current) > changing > 0:
+        if edge < _LEAST_EDGE or not is_steady:
             continue
-        columns = _static_functions(run)
-        inside = slice(n // 10, n - n // 10)
+        # hysteresis of a smaller motion follows no function of the larger one
+        if min(_rms(run.velocity[:edge]), _rms(run.velocity[-edge:])) < _SMALLER * _rms(
+            run.velocity
+        ):
+            continue
+        columns, inside = _static_functions(run), slice(n // 10, n - n // 10)
         values = np.linalg.lstsq(columns[inside], run.force[inside])[0]
         error = run.force - columns @ values
         least = 1e-3 * _rms(run.force)
@@ -302,6 +308,12 @@ def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
             f"{_names(wrong, runs)}: at both ends the force does not belong to the motion as it "
             "does in between: the transients of a zero-phase filter; cut them off"
         )
+
+
+def _steady_current(runs: Sequence[TestRun]) -> NDArray:
+    """Whether the current of each run is steady: no static function follows a coil otherwise."""
+    changing = _CHANGING * max(float(np.max(np.abs(run.current))) for run in runs)
+    return np.array([not np.ptp(run.current) > changing > 0 for run in runs])
 
 
 def _static_functions(run: TestRun) -> NDArray:
@@ -325,6 +337,7 @@ def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
     # an offset is there all the time; the mean of few or of uneven cycles moves
     towards = off[:, 1:] * np.sign(off[:, :1])
     offset = (np.abs(off[:, 0]) > least) & (towards > least[:, np.newaxis] / 2).all(axis=1)
+    offset &= _steady_current(runs)
     wrong = [run for run, one in zip(runs, offset, strict=True) if one]
     if wrong:
         largest = np.max(np.abs(off[offset, 0]))

@@ -14,17 +14,25 @@ _SLOW = 4e-3
 """Speed over the largest one up to which a device rests. A sinusoid above 0.005 Hz is faster within
 a quarter of a second about its crest."""
 _SCATTER = 5e-3
-"""Scatter about the line, over the largest displacement, up to which it is noise."""
+"""Scatter about the line, over the largest displacement, up to which it may be noise."""
+_ROUNDING = 1e-4
+"""The same up to which it is noise of any sensor."""
 _MOVES = 5.0
 """Distance from the line over the scatter of the middle of a rest, from which the device moves."""
 _Motion = tuple[NDArray, NDArray, NDArray]
 
 
-def hold_still(x: NDArray, v: NDArray, a: NDArray, step: float) -> _Motion:
-    """Give a device that rests the constant velocity of the line through its displacement."""
+def hold_still(
+    x: NDArray, v: NDArray, a: NDArray, step: float, noise: float = np.inf
+) -> _Motion:  # fmt: skip
+    """Give a device that rests the constant velocity of the line through its displacement.
+
+    x is smoothed; ``noise`` is the standard deviation, m, that it had before: it scatters less in a
+    rest.
+    """
     # Noise of a velocity that is zero in truth drives every state that grows with |v|: a Bouc-Wen
     # law would relax in a rest.
-    rests = list(_rests(x, v, step))
+    rests = list(_rests(x, v, step, noise))
     if not rests:
         return x, v, a
     x, v, a = x.copy(), v.copy(), a.copy()
@@ -50,7 +58,7 @@ def _trimmed(x: NDArray, rest: slice) -> slice:
     return slice(rest.start + first, rest.start + end)
 
 
-def _rests(x: NDArray, v: NDArray, step: float) -> Iterator[slice]:
+def _rests(x: NDArray, v: NDArray, step: float, noise: float) -> Iterator[slice]:
     """Segments in which a line through every window is nearly level and close to the samples."""
     n = max(round(_WINDOW / step), _LEAST_SAMPLES)
     if len(x) <= 2 * n:
@@ -62,7 +70,9 @@ def _rests(x: NDArray, v: NDArray, step: float) -> Iterator[slice]:
     mean, square = (_window_means(values, n) for values in (centred, centred**2))
     scatter = np.sqrt(np.maximum(square - mean**2 - slopes**2 * inertia / n, 0.0))
     level = np.abs(slopes) < _SLOW * float(np.percentile(np.abs(v), 99))
-    level &= scatter < _SCATTER * float(np.max(np.abs(x)))
+    # a device moves off slowly, and a friction follows less than what may be noise
+    largest = float(np.max(np.abs(x)))
+    level &= scatter < min(_SCATTER * largest, max(noise, _ROUNDING * largest))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], level, [False]]).astype(int)))
     for first, end in edges.reshape(-1, 2):
         if end - first >= n // 2:  # at its crest a sinusoid is level for a moment

@@ -264,8 +264,10 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
 def _motion(run: TestRun) -> tuple[NDArray, NDArray, NDArray]:
     """Displacement, velocity and acceleration of a run."""
     x, _, a = smooth(run.displacement, run.step)
-    a = a if run.acceleration is None else run.acceleration
-    return hold_still(x, run.velocity, a, run.step)
+    if run.acceleration is not None:
+        # of the accelerometer, what it shows beyond its noise and the displacement does not
+        a = a + smooth(run.acceleration - a, run.step)[0]
+    return hold_still(x, run.velocity, a, run.step, sensor_noise(run.displacement).deviation)
 
 
 def _without_noise(currents: Sequence[NDArray]) -> list[NDArray]:

@@ -169,6 +169,21 @@ def _start(run: TestRun, noise: float) -> tuple[float, NDArray]:
     period = 1 / find_frequency(t, x)
     if not _LEAST_SAMPLES * run.step <= period <= t[-1] / (1 + _OVERLAP):
         return 0.0, _return_times(run)
+    # a motion that is periodic throughout, or in its first cycles alone
+    for last in (np.inf, 2.1 * period):
+        steady = _steady_period(run, period, last, noise)
+        if steady is not None:
+            return steady, never
+    return 0.0, _return_times(run)
+
+
+def _steady_period(run: TestRun, period: float, last: float, noise: float) -> float | None:
+    """Period of the motion up to a time, 0 where its force begins at rest; None if it has none."""
+    t = run.time - run.time[0]
+    some = t <= last
+    t, x, force, current = t[some], run.displacement[some], run.force[some], run.current[some]
+    if not period <= t[-1] / (1 + _OVERLAP):
+        return None
     period = _refined(t, x, period)
 
     def change(y: NDArray, first: float = 0.0, last: float = np.inf) -> float:
@@ -177,15 +192,14 @@ def _start(run: TestRun, noise: float) -> tuple[float, NDArray]:
             return 0.0
         return float(np.sqrt(np.mean((np.interp(t[inside] + period, t, y) - y[inside]) ** 2)))
 
-    current = run.current
-    same_current = change(current) <= _SAME_MOTION * float(np.max(np.abs(current)))
-    if not (same_current and change(x) <= _SAME_MOTION * size):
-        return 0.0, _return_times(run)
+    same_current = change(current) <= _SAME_MOTION * float(np.max(np.abs(run.current)))
+    if not (same_current and change(x) <= _SAME_MOTION * float(np.std(x))):
+        return None
     # the force of a periodic motion tells
     least = float(np.hypot(_SAME_FORCE * np.std(force), np.sqrt(2) * noise))
     later = change(force, period / 2)
     steady = change(force, 0.0, period / 2) <= max(least, _AS_LATER * later)
-    return period if steady else 0.0, never
+    return period if steady else 0.0
 
 
 def _refined(t: NDArray, x: NDArray, period: float) -> float:

@@ -87,3 +87,10 @@ def test_a_plain_bound_does_not_count():
     assert not needs_bound(SimpleNamespace(**{**vars(one), "effects": (plain,)}), 0, 1e3)
     other = SimpleNamespace(parameters=(replace(loss, plain=(0.0,)), scale))
     assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1e3)
+
+
+def test_a_bound_at_which_it_is_another_effect_counts_in_any_case():
+    loss, scale = EFFECT.parameters
+    one = searched(0.01 * T, (1.0, 100.0))  # (0.7, 70) fits as well
+    other = SimpleNamespace(parameters=(replace(loss, other=(1.0,)), scale))
+    assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1.0)

@@ -103,6 +103,15 @@ def test_the_device_alone_has_no_effects_of_the_instruments(bare):
     assert values.tolist() == [*law, *own[len(delay.parameters) :]]
 
 
+def test_an_end_stop_is_a_spring_and_a_relaxation_is_none(bare):
+    model, law = bare
+    stop, arm = (EFFECTS[name][0] for name in ("end_stop", "extra_relaxation"))
+    own = np.arange(len(stop.parameters) + len(arm.parameters)) + 1.0
+    alone, values = model.with_effects(stop, arm).without_springs(np.concatenate([law, own]))
+    assert alone.effects == (arm,)
+    assert values.tolist() == [*law, *own[len(stop.parameters) :]]
+
+
 def test_offsets_of_the_runs_leave_the_law_its_constant_force():
     law = LAWS["hyperbolic_tangent"]
     time = np.arange(0, 4.0, 1 / 128)

@@ -263,6 +263,10 @@ def test_wear_of_a_core_leaves_the_rubber_alone():
     # a work of 1 / c halves the yield force, and a half of it does work
     assert one.force(signals, (50.0,), (0.02, 1e4)) == pytest.approx(-100.0)
     assert one.rates(signals, (50.0,), (0.02, 1e4)) == pytest.approx((100.0 * 0.05,))
+    # three quarters of a loss of 0.4 after two half lives
+    limited, numbers = effect("cyclic_degradation", "core_limited"), (0.4, 50 / np.log(2), 1e4)
+    assert limited.force(signals, (100.0,), numbers) == pytest.approx(-0.3 * 200)
+    assert limited.rates(signals, (100.0,), numbers) == pytest.approx((0.7 * 200 * 0.05,))
 
 
 def test_heat_of_a_core_leaves_the_rubber_alone():
@@ -272,6 +276,29 @@ def test_heat_of_a_core_leaves_the_rubber_alone():
     assert one.force(signals, (np.log(2.0),), numbers) == pytest.approx(-100.0)
     (rate,) = one.rates(signals, (0.5671432904,), numbers)
     assert abs(rate) < 1e-10
+
+
+def test_warmth_of_a_fluid_leaves_a_yield_force_alone():
+    heating, warm = effect("self_heating", "fluid"), effect("ambient_temperature", "fluid")
+    signals = REST._replace(v=0.05, force=300.0, temperature=20 + np.log(2.0) / 0.02)
+    # at a warmth of log 2 a half is left of the viscous 1000 * 0.05 N
+    assert heating.force(signals, (np.log(2.0),), (1e-3, 30.0, 1e3)) == pytest.approx(-25.0)
+    (rate,) = heating.rates(signals, (np.log(2.0),), (1e-3, 30.0, 1e3))
+    assert rate == pytest.approx(1e-3 * 275.0 * 0.05 - np.log(2.0) / 30)
+    assert warm.force(signals, (), (0.02, 1e3)) == pytest.approx(-25.0)
+
+
+def test_cold_of_a_core_leaves_the_rubber_alone():
+    one = effect("ambient_temperature", "core")
+    signals = REST._replace(x=0.01, force=300.0, temperature=20 - np.log(2.0) / 0.02)
+    assert one.force(signals, (), (0.02, 1e4)) == pytest.approx(200.0)
+
+
+def test_valves_leave_the_spring_beside_them_alone():
+    one = effect("tension_compression_asymmetry", "direction")
+    for v in (-0.5, 0.5):
+        signals = REST._replace(x=0.01, v=v, force=300.0)
+        assert one.force(signals, (), (0.1, 1e-3, 1e4)) == pytest.approx(20.0 * np.sign(v))
 
 
 @pytest.mark.parametrize(

@@ -148,6 +148,27 @@ def test_a_current_that_changes_with_the_motion_is_no_offset():
     assert not any("offset" in note for note in data_notes([one, *runs[1:]], np.zeros(4)))
 
 
+def test_a_force_that_switches_with_the_motion_is_no_offset():
+    """A yield force that follows a switched coil late, at one place of every cycle."""
+    runs = [made(f"run{k}", 0.02, 0.5 + 0.1 * k, k) for k in range(4)]
+    current = 1.0 * (np.sin(2 * np.pi * 0.5 * TIME + 0.6) > 0)
+    field = lfilter([DT / 0.1], [1, DT / 0.1 - 1], current)
+    force = runs[0].force + 150.0 * field * np.tanh(runs[0].velocity / 0.002)
+    one = replace(runs[0], current=current, force=force)
+    assert not any("offset" in note for note in data_notes([one, *runs[1:]], np.zeros(4)))
+
+
+def test_a_motion_that_begins_and_ends_gently_has_no_transients_of_a_filter():
+    """Friction of 2 mm of presliding is another one at small amplitude."""
+    omega, rise = 2 * np.pi * 2.0, np.clip(np.minimum(TIME, TIME[-1] - TIME) / 0.4, 0, 1)
+    x = 0.02 * rise * np.sin(omega * TIME)
+    friction = np.zeros(N)
+    for k in range(1, N):
+        friction[k] = np.clip(friction[k - 1] + 1e5 * (x[k] - x[k - 1]), -200.0, 200.0)
+    run = TestRun("gentle", TIME, x, np.gradient(x, DT), friction, np.zeros(N))
+    assert not any("transients" in note for note in data_notes([run], np.zeros(1)))
+
+
 def test_a_few_cycles_of_growing_amplitude_are_no_offset(runs):
     # of one and a half cycles of friction a static function follows one direction better
     omega, size = 2 * np.pi * 0.2, 8e-3 * TIME / TIME[-1]

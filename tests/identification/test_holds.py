@@ -70,3 +70,16 @@ def test_ends_of_ramps_are_no_part_of_a_rest(noise):
     still = hold_still(noisy(x, noise), v, 0 * x, step)
     assert np.max(np.abs(still[1] - v)) < (0.02 + 5 * noise**0.5) * np.max(np.abs(v))
     assert np.all(np.abs(still[1][(time > 2.3) & (time < 2.9)]) < 1e-3)
+
+
+@pytest.mark.parametrize("size", [1e-4, 2e-6])
+def test_what_moves_by_more_than_the_noise_does_not_rest(size):
+    """A device that moves off slowly before a large motion: beyond the noise it moves."""
+    time = STEP * np.arange(2000)
+    begin = STEP * 500
+    x = size * np.sin(2 * np.pi * 0.7 * time) ** 2
+    x += np.where(time > begin, 0.1 * np.sin(2 * np.pi * 0.5 * (time - begin)), 0.0)
+    v = np.gradient(x, STEP)
+    still = hold_still(x, v, 0 * x, STEP, 2e-5)
+    rests = still[1][100:300] == still[1][100]
+    assert rests.all() == (size < 2e-5)

@@ -82,3 +82,19 @@ def test_noise_keeps_its_mean_square_when_a_misfit_is_added(runs):
     weighed = data.weigh(data.force + 50.0)
     assert np.mean((noise * weighed.weight) ** 2) == pytest.approx(1.0)
     assert np.ptp(weighed.sigma) < 0.01 * weighed.sigma[0]
+
+
+def test_noise_of_an_accelerometer_is_not_the_motion(runs):
+    """What the displacement does not show is kept, if it is more than noise."""
+    random, time = np.random.default_rng(6), DT * np.arange(N)
+    # 5 micrometres at 25 Hz, below a step of the displacement
+    shaking = 5e-6 * np.sin(2 * np.pi * 25 * time)
+    true = [-((2 * np.pi * (0.6 + 0.3 * k)) ** 2) * run.displacement for k, run in enumerate(runs)]
+    seen = [one - (2 * np.pi * 25) ** 2 * shaking for one in true]
+    coarse = [np.round(run.displacement / 2e-5) * 2e-5 for run in runs]
+    found = measured_runs([
+        replace(run, displacement=x, acceleration=a + 0.05 * random.standard_normal(N))
+        for run, x, a in zip(runs, coarse, seen, strict=True)
+    ])  # fmt: skip
+    inner = np.tile(np.abs(time - time[-1] / 2) < 0.45 * time[-1], len(runs))
+    assert np.std((found.a - np.concatenate(seen))[inner]) < 0.03

@@ -208,3 +208,17 @@ def test_a_sum_of_sines_begins_at_rest():
     assert not measured_runs([run]).return_times.any()
     cut = replace(run, displacement=x + 5e-4)
     assert measured_runs([cut]).return_times.any()
+
+
+def test_cycles_cut_out_whose_motion_dies_away():
+    """The beginning of steady cycles is cut off at zero, and not the end of the test."""
+    time = STEP * np.arange(int(12 / STEP))
+    x = 5e-3 * np.sin(np.pi * time) * np.clip((12 - time) / 2, 0, 1)
+    v = np.gradient(x, STEP)
+    relaxing = np.zeros(len(time))
+    for k in range(1, len(time)):
+        relaxing[k] = (relaxing[k - 1] + x[k] - x[k - 1]) * np.exp(-STEP / 0.3)
+    run = TestRun("cut", time, x, v, 2e4 * x + 3e4 * relaxing, np.zeros(len(time)))
+    late = _part(run, np.arange(int(4 / STEP), len(time)))
+    found = measured_runs([run, late]).periods
+    assert found == pytest.approx([0.0, 2.0], abs=1e-3)

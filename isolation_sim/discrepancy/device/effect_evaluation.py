@@ -223,6 +223,8 @@ def _text(effect: Effect) -> str:
         stored: str, by: list,
     ) -> str:  # fmt: skip
         """Text of a function that stores values, and their derivatives in an array."""
+        if not values:  # the step of an effect without states
+            return function_text(name, arguments, ["return"], "@exact_inline")
         slopes = casadi.jacobian(casadi.vertcat(*values), casadi.vertcat(*by))
         entries = [(i, j) for i in range(len(values)) for j in range(len(by))]
         wanted = [*values, *(slopes[i, j] for i, j in entries)]

@@ -132,9 +132,15 @@ _STEPS = 6
 
 
 def needs_bound(searched: FittedModel, place: int, gain: float) -> bool:
-    """Whether an effect loses its gain if its values leave their bounds, the others following."""
+    """Whether an effect loses its gain if its values leave their bounds, the others following.
+
+    A bound at which it is another effect counts in any case.
+    """
+    at = searched.model.slices()[place].start
+    parameters = searched.effects[place].parameters
     return any(
-        _cost_at(searched, k, inside) - searched.cost > BOUND_NEEDED * gain
+        searched.values[k] in parameters[k - at].other
+        or _cost_at(searched, k, inside) - searched.cost > BOUND_NEEDED * gain
         for k, inside in values_at_bounds(searched, place)
     )
 

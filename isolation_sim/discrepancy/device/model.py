@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Self
@@ -63,9 +63,19 @@ class Model(LawModel):
 
     def without_instruments(self, values: NDArray) -> tuple[Self, NDArray]:
         """Return the model without the effects of instruments, and its part of the values."""
+        return self._without(values, lambda effect: not effect.of_device)
+
+    def without_springs(self, values: NDArray) -> tuple[Self, NDArray]:
+        """Return the model without added forces that have a potential, and its part of the values.
+
+        Such a force follows the deformation alone, as that of an end stop.
+        """
+        return self._without(values, lambda one: one.stored_energy is not None and not one.states)
+
+    def _without(self, values: NDArray, chosen: Callable[[Effect], bool]) -> tuple[Self, NDArray]:
         model = self
         for place in reversed(range(len(self.effects))):
-            if not self.effects[place].of_device:
+            if chosen(self.effects[place]):
                 values = np.delete(values, model.slices()[place])
                 model = model.without(place)
         return model, values

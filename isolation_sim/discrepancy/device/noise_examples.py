@@ -63,7 +63,7 @@ def _carried(full: MeasuredRuns, run: int, random: np.random.Generator) -> NDArr
     # with the signal, so that the smoothing is the same one and its own error is in the result
     clean = full.x[a:b]
     step = float(full.dt[run])
-    noisy = hold_still(*smooth(clean + level * random.standard_normal(b - a), step), step)
+    noisy = hold_still(*smooth(clean + level * random.standard_normal(b - a), step), step, level)
     shift = np.stack(noisy) - [clean, full.v[a:b], full.a[a:b]]
     if full.velocity_measured[run]:
         shift[1] = 0.0

@@ -307,6 +307,8 @@ class DeviceTiers(Tiers[_Rung]):
         larger = replace(data, x=factor * data.x, v=factor * data.v, a=factor * data.a)
         # an instrument's delay turns the loops of fast motion, but gives no energy
         model, values = rung.part.model.without_instruments(rung.part.values)
+        # a stop grows beyond any measure there, and gives back no more than it took
+        model, values = model.without_springs(values)
         model = replace(model, data=larger)
         force = model.resolve_steps(values).forces(values, False)[0]
         bounded = data.bounded(force)
