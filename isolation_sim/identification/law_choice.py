@@ -61,8 +61,8 @@ class LawRank:
     title: str
     n_numbers: int  # Numbers that were fitted
     # error, left_out: RMS residual over RMS force, of the fitted runs and of what was not fitted:
-    # runs held out, and each condition of the others in turn, which a law of another family is
-    # fitted with; infinite for a law without finite forces
+    # runs held out, and each condition of the others in turn. Of a law of another family none is
+    # left out, and it is at least the error. Infinite for a law without finite forces.
     error: float
     left_out: float
     # (n_numbers,): Unknowns of the fit, as ``parameterise`` has them; empty without finite forces
@@ -229,8 +229,11 @@ def _evaluate(
     if end is None:
         return LawRank(law.name, law.title, n_numbers, np.inf, np.inf)
     error = model.error(end.x)
-    left_out = _left_out(model, end.x, pool, cross_validated=error <= most)
-    return LawRank(law.name, law.title, n_numbers, error, left_out, end.x)
+    near = error <= most
+    left_out = _left_out(model, end.x, pool, cross_validated=near)
+    return LawRank(
+        law.name, law.title, n_numbers, error, left_out if near else max(left_out, error), end.x
+    )
 
 
 def _left_out(
