@@ -271,13 +271,16 @@ class DeviceTests(Problem[FittedModel]):
         left, more = errors.misfit(self.after), self._one_more(best, result)
         if more is None or not self.space.completes(best, more):
             return best
-        before = self.final
+        before, negligible = self.final, list(self.negligible)
         self._extend(more)
-        remains = errors.misfit(self.after)
-        if self._may_complete(more) and remains < COMPLETES * left and self._holds():
+        taken = self._may_complete(more) and errors.misfit(self.after) < COMPLETES * left
+        # one that imitates another does not replace it
+        if taken and imitate(more.effects):
+            taken = self._superfluous(more) is None
+        if taken and self._holds():
             self.unstable = [one for one in self.unstable if one not in _titles(more)]
             return more
-        self.final = before
+        self.final, self.negligible = before, negligible
         return best
 
     def _may_complete(self, best: FittedModel) -> bool:
