@@ -105,16 +105,21 @@ def test_a_small_share_counts_of_a_named_effect_that_leaves_less():
 
 
 @pytest.mark.parametrize(
-    ("second", "cost", "held_out", "value", "added"),
+    ("second", "cost", "held_out", "value", "noise", "least", "added"),
     [
-        ("force_offset", 400, 3.0, 1.0, True),
-        ("force_offset", 600, 3.0, 1.0, False),  # the fitted runs do not ask for it
-        ("force_offset", 400, 6.0, 1.0, False),  # the others do not
-        ("force_offset", 400, 3.0, 0.0, False),  # the first cause's form is not quite right
-        ("cyclic_degradation", 400, 3.0, 1.0, False),  # what heats and wears looks like either
+        ("force_offset", 400, 3.0, 1.0, False, None, True),
+        ("force_offset", 600, 3.0, 1.0, False, None, False),  # the fitted runs do not ask for it
+        ("force_offset", 400, 6.0, 1.0, False, None, False),  # the others do not
+        ("force_offset", 400, 3.0, 0.0, False, None, False),  # the first form is not quite right
+        # what heats and wears looks like either, unless the fitted runs are left with noise
+        ("cyclic_degradation", 400, 3.0, 1.0, False, None, False),
+        ("cyclic_degradation", 400, 3.0, 1.0, True, None, True),
+        ("cyclic_degradation", 400, 3.0, 1.0, True, 0, False),  # it would replace the first one
     ],
 )
-def test_a_model_is_completed_where_held_out_runs_agree(second, cost, held_out, value, added):
+def test_a_model_is_completed_where_held_out_runs_agree(
+    second, cost, held_out, value, noise, least, added
+):
     """Without the cause, fitted runs leave 1100 and those held out 10; values are in 0 to 2."""
     best = fitted(1100, effect("self_heating"))
     n_values = len(best.effects[0].parameters)
@@ -129,12 +134,13 @@ def test_a_model_is_completed_where_held_out_runs_agree(second, cost, held_out, 
         after = property(lambda self: self.final)
         errors = SimpleNamespace(
             validation_samples=None,
-            is_noise=lambda model, chosen: False,
+            is_noise=lambda model, chosen: noise and chosen is not None,
             misfit=lambda model: held_out if model is more else 10.0,
         )
 
         def __init__(self):
             self.space, self.unstable, self.final = Space(), [more.effects[1].title], best
+            self.negligible = []
 
         def _extend(self, model):
             self.final = model
@@ -142,10 +148,15 @@ def test_a_model_is_completed_where_held_out_runs_agree(second, cost, held_out, 
         def _holds(self):
             return True
 
+        def _superfluous(self, model):
+            self.negligible.append("the first one")
+            return least
+
     problem = Problem()
     found = problem._completed(best, SearchResult(fitted(1e4), more, []))
     assert found is problem.final is (more if added else best)
     assert bool(problem.unstable) is not added
+    assert added or not problem.negligible
 
 
 @pytest.mark.parametrize(("cost", "searches"), [(300, 2), (900, 1)])
