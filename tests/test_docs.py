@@ -209,7 +209,7 @@ def test_the_example_law_is_evaluated_alike_and_fitted(example, tests_of_a_devic
     assert fitted.held_out_error < 0.05
 
 
-def test_the_example_effect_without_strength_leaves_the_law(example):
+def test_the_example_effect_with_magnitude_zero_leaves_the_law(example):
     (form,) = example("slack").FORMS
     plain = iso.law("standard_solid")
     x, v = 1e-3, -0.02

@@ -82,7 +82,7 @@ def test_current_beyond_the_tests_is_told(shake, isolated):
     assert lines == [
         "coil 0 carries more current than its devices were tested with, 3 A: constant 4 A"
     ]
-    assert run.reached_of_tests.current_ratio == pytest.approx(4 / 3)
+    assert run.test_comparison.current_ratio == pytest.approx(4 / 3)
 
 
 def test_a_batch_says_how_many_runs_leave_the_tests(shake, isolated):
@@ -104,10 +104,10 @@ def test_a_batch_says_how_many_runs_leave_the_tests(shake, isolated):
             lambda case=case: iso.simulate(case.isolated, case.ground, case.controller),
         )
         assert batch.deformation_over_tested[k] == pytest.approx(
-            run.reached_of_tests.deformation_ratio, rel=1e-6
+            run.test_comparison.deformation_ratio, rel=1e-6
         )
         deformed = np.abs(run.history["deformation"]).max(axis=0)
-        assert run.reached_of_tests.deformation == pytest.approx(deformed, rel=2e-3)
+        assert run.test_comparison.deformation == pytest.approx(deformed, rel=2e-3)
 
 
 def test_the_deformation_of_an_isolator_in_plan_is_the_vector(shake):
@@ -119,8 +119,8 @@ def test_the_deformation_of_an_isolator_in_plan_is_the_vector(shake):
     along = np.asarray(run.history["deformation"])[:, :2]
     reached = np.sqrt(np.max(np.sum(along**2, axis=1)))
     assert reached > 1.1 * np.abs(along).max()
-    assert run.reached_of_tests.deformation.max() == pytest.approx(reached, rel=2e-3)
-    tested = run.reached_of_tests.tested_deformation[0]
+    assert run.test_comparison.deformation.max() == pytest.approx(reached, rel=2e-3)
+    tested = run.test_comparison.tested_deformation[0]
     assert any(f"{1e3 * reached:.0f} mm" in line for line in lines) == (reached > tested)
 
 

@@ -153,7 +153,9 @@ def diagnose_problem(
     causes = tuple(sorted(problem.causes(result, evaluation), key=lambda cause: -cause.share))
     judgement = verdict(causes, evaluation.adequate, evaluation.explained)
     plan = problem.test_plan(result, causes)
-    told = [test.sentence for test in plan.tests if test.tells] if plan is not None else []
+    distinguishing = (
+        [test.sentence for test in plan.tests if test.tells] if plan is not None else []
+    )
     evaluated, extended = problem.devices(result)
     code: dict[str, str] = {}
     for device in (*devices, *([evaluated] if evaluated else [])):
@@ -169,7 +171,7 @@ def diagnose_problem(
         causes=causes,
         unexplained_share=0.0 if evaluation.adequate else min(evaluation.unexplained, 1.0),
         depends_on=problem.depends_on(dependences, causes, evaluation),
-        next_test=told[0] if told else problem.next_test(result, causes),
+        next_test=distinguishing[0] if distinguishing else problem.next_test(result, causes),
         test_plan=plan,
         steps=report_steps(problem, result, dependences, evaluation, causes, judgement),
         nominal=evaluated,

@@ -60,7 +60,7 @@ def test_the_storey_and_the_direction_that_lost_stiffness_are_named(tmp_path):
     cause, numbers = found("along_y", 0.1, tmp_path)
     storey = blind.storey_of(SEED)
     assert cause.name == "storey_stiffness_loss" and numbers["storey"] == storey
-    assert f"storey{storey}_y has lost" in cause.evidence
+    assert f"storey{storey}_y has lost" in cause.reason
     assert numbers["loss"] == pytest.approx(0.1, abs=0.01)
 
 
@@ -85,7 +85,7 @@ def test_a_mass_beside_the_centre_of_the_base_is_named(tmp_path):
 def test_a_biased_sensor_is_named_with_its_direction(tmp_path):
     diagnosis = diagnosed(nominal(), tmp_path, bias=0.05)
     assert [cause.name for cause in diagnosis.causes] == ["sensor_bias"]
-    assert f"{blind.BIASED} is off by" in diagnosis.causes[0].evidence
+    assert f"{blind.BIASED} is off by" in diagnosis.causes[0].reason
 
 
 @pytest.mark.parametrize("rocking", [False, True])

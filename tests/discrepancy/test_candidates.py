@@ -66,7 +66,7 @@ def halved(signals, states, parameters):
 
 
 def test_an_effect_that_cannot_be_traced_is_named(monkeypatch):
-    part = EffectParameter("part", "1", "part", strength=True, starts=(0.1,))
+    part = EffectParameter("part", "1", "part", magnitude=True, starts=(0.1,))
     one_side = Effect("halved", "one_side", "Halved", (part,), motion=halved)
     monkeypatch.setattr(device_tests, "EFFECTS", {"halved": (one_side,)})
     with pytest.raises(InputError, match=r"candidates.py:\d+.*signals.x > 0.*cannot be traced"):

@@ -182,5 +182,5 @@ def test_heating_is_named_although_the_rests_are_unknown():
     (cause,) = found.causes
     assert (cause.name, cause.form) == ("self_heating", "exponential, kept")
     assert cause.parameters["gain"].value == pytest.approx(GAIN, rel=0.15)
-    assert "follows from the forces of the run" in cause.evidence
+    assert "follows from the forces of the run" in cause.reason
     assert found.verdict == "explained"

@@ -93,7 +93,7 @@ def test_what_was_learnt_on_the_old_law_is_kept_on_the_new_one(before, after, gr
     found = consequence(before, after, ground, controllers).performance["best"]
     learnt = least_displacement()
     iso.simulate(before, ground, learnt)
-    held = iso.simulate(after, ground, iso.controller("constant", amperes=learnt.found))
+    held = iso.simulate(after, ground, iso.controller("constant", amperes=learnt.optimum))
     peak = held.criteria["peak_base_displacement_m"]
     assert found["actual"].peak_base_displacement_m == peak
     # searched again on the right law it is better

@@ -19,14 +19,14 @@ def size(quantity):
     return characteristic_scale(quantity.unit, FORCE, X, 1 / OMEGA, CURRENT)
 
 
-def numbers(form, strength=None, place=0):
+def numbers(form, magnitude=None, place=0):
     """An effect's parameters at one of their starts, its strength replaced if given."""
     found = {}
     for q in form.parameters:
         value = q.starts[min(place, len(q.starts) - 1)] * size(q)
         found[q.name] = min(max(value, q.lower), q.upper)
-    if strength is not None:
-        found[form.parameters[form.strength].name] = strength
+    if magnitude is not None:
+        found[form.parameters[form.magnitude].name] = magnitude
     return found
 
 

@@ -327,10 +327,10 @@ def test_elastic_work_neither_heats_nor_wears(cause, forms, numbers, gain):
 def test_temperature_leaves_the_reference_alone():
     for form in ("exponential", "linear", "arrhenius"):
         one = effect("ambient_temperature", form)
-        strength = (600.0,) if form == "arrhenius" else (600.0 / 293.15**2,)
-        assert one.factor(REST, (), strength) == 1.0
+        parameter = (600.0,) if form == "arrhenius" else (600.0 / 293.15**2,)
+        assert one.factor(REST, (), parameter) == 1.0
         # the same to first order: E / T^2 is Arrhenius' coefficient
-        warm = one.factor(REST._replace(temperature=21.0), (), strength)
+        warm = one.factor(REST._replace(temperature=21.0), (), parameter)
         assert warm == pytest.approx(1 - 600 / 293.15**2, abs=1e-4)
 
 
@@ -398,11 +398,12 @@ def test_an_open_linkage_passes_no_force():
     turning = np.abs(expected) == 0.0
     assert np.median(np.abs(force[turning])) < 0.01 * friction
     # at rest at the end of its gap it holds, and without a gap it is not there
-    kept_back = effect("linkage_backlash", "open").force
+    open_linkage_force = effect("linkage_backlash", "open").force
     pressed = REST._replace(x=9e-4, force=50.0)
-    assert kept_back(pressed, (0.0,), (gap,)) == pytest.approx(0.0, abs=1e-3)
-    assert kept_back(pressed._replace(force=-50.0), (0.0,), (gap,)) == pytest.approx(50, rel=2e-3)
-    assert kept_back(pressed, (0.0,), (0.0,)) == 0.0
+    assert open_linkage_force(pressed, (0.0,), (gap,)) == pytest.approx(0.0, abs=1e-3)
+    reverse = pressed._replace(force=-50.0)
+    assert open_linkage_force(reverse, (0.0,), (gap,)) == pytest.approx(50, rel=2e-3)
+    assert open_linkage_force(pressed, (0.0,), (0.0,)) == 0.0
 
 
 def test_a_linear_stop_is_a_spring_beyond_the_gap():

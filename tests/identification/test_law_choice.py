@@ -146,7 +146,7 @@ def test_a_law_whose_causes_leave_much_is_compared_with_others(damper, for_the_d
     )
     # a cause that a wrong law asks for may stand in for the right law
     assert found.causes and all(cause.acts_like for cause in found.causes)
-    assert "stand in for what another law has" in found.causes[0].evidence
+    assert "stand in for what another law has" in found.causes[0].reason
 
 
 def test_near_laws_are_told():

@@ -227,8 +227,8 @@ def _text(effect: Effect) -> str:
             return function_text(name, arguments, ["return"], "@exact_inline")
         slopes = casadi.jacobian(casadi.vertcat(*values), casadi.vertcat(*by))
         entries = [(i, j) for i in range(len(values)) for j in range(len(by))]
-        wanted = [*values, *(slopes[i, j] for i, j in entries)]
-        _, _, statements, results = straight_line(inputs, wanted)
+        expressions = [*values, *(slopes[i, j] for i, j in entries)]
+        _, _, statements, results = straight_line(inputs, expressions)
         last = [f"{stored.format(i)} = {one}" for i, one in enumerate(results[: len(values)])]
         derivatives = zip(entries, results[len(values) :], strict=True)
         last += [f"by[{i}, {j}] = {one}" for (i, j), one in derivatives]

@@ -157,7 +157,7 @@ def test_the_storey_that_lost_stiffness_is_named(isolated, storey):
     assert numbers["storey"].value == storey
     assert numbers["loss"].value == pytest.approx(0.1, abs=0.005)
     assert numbers["loss"].low < numbers["loss"].value < numbers["loss"].high
-    assert f"storey{storey} has lost" in diagnosis.causes[0].evidence
+    assert f"storey{storey} has lost" in diagnosis.causes[0].reason
     assert diagnosis.error_after.held_out < 0.6 * diagnosis.error_before.held_out
     assert 0 < diagnosis.gain[0] < diagnosis.gain[1] < 1
     assert diagnosis.building is not None
@@ -516,7 +516,7 @@ def test_a_biased_sensor_is_named_with_its_channel(isolated):
     response["floor3_acceleration_m_s2"] = response["floor3_acceleration_m_s2"] + 0.03
     diagnosis = diagnose_building(replace(record, response=response), isolated)
     assert [cause.name for cause in diagnosis.causes] == ["sensor_bias"]
-    assert "floor3_acceleration_m_s2 is off by" in diagnosis.causes[0].evidence
+    assert "floor3_acceleration_m_s2 is off by" in diagnosis.causes[0].reason
     assert diagnosis.causes[0].parameters["mean"].value == pytest.approx(0.03, abs=0.003)
     # the building itself is as it was
     np.testing.assert_allclose(diagnosis.building.structure.stiffness, isolated.structure.stiffness)
@@ -531,7 +531,7 @@ def test_a_cause_is_named_with_its_place(isolated, name, place, values):
     record = _record(isolated, lambda model: _with(model, name, place, values), seed=12)
     diagnosis = diagnose_building(record, isolated, tiers="causes")
     (cause,) = diagnosis.causes
-    assert cause.name == name and place in cause.evidence
+    assert cause.name == name and place in cause.reason
     (number,) = (one for key, one in cause.parameters.items() if key != "floor")
     assert number.value == pytest.approx(values[0], rel=0.05)
     assert diagnosis.verdict == "explained"
@@ -590,7 +590,7 @@ def test_two_exchanged_sensors_are_named(isolated):
     diagnosis = diagnose_building(replace(record, response=response), isolated, tiers="causes")
     (cause,) = diagnosis.causes
     assert cause.name == "sensor_exchange" and cause.parameters == {}
-    assert "are exchanged" in cause.evidence and diagnosis.verdict == "explained"
+    assert "are exchanged" in cause.reason and diagnosis.verdict == "explained"
 
 
 def test_records_whose_quantities_do_not_belong_together_are_refused(isolated):
