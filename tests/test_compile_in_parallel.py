@@ -69,9 +69,9 @@ def test_a_controller_compiles_without_a_run(scenario, monkeypatch):
     loaded = []
     before = CompiledDecision.__init__
 
-    def noted(self, *given, **named):
-        loaded.append(given)
-        before(self, *given, **named)
+    def noted(self, *value, **named):
+        loaded.append(value)
+        before(self, *value, **named)
 
     monkeypatch.setattr(CompiledDecision, "__init__", noted)
     scenario.build().compile("clipped_lqr")

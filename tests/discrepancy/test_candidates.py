@@ -172,9 +172,9 @@ def test_the_cause_leads_and_what_the_data_do_not_excite_is_left_out(bare, noise
         effect("field_saturation"), effect("force_offset"),
     ]  # fmt: skip
     with workers(2) as pool:
-        found = screen(bare, listed, noise, pool)
-    assert found[0].effect.cause == "amplitude_softening"
-    assert "field_saturation" not in [one.effect.cause for one in found]  # the coil is off
+        result = screen(bare, listed, noise, pool)
+    assert result[0].effect.cause == "amplitude_softening"
+    assert "field_saturation" not in [one.effect.cause for one in result]  # the coil is off
 
 
 def test_a_held_out_run_leaves_no_sample_in_what_is_searched(bare):

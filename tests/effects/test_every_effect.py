@@ -188,20 +188,20 @@ def test_fingerprint_names_the_arithmetic(form):
     base = LAWS["kelvin_voigt"]
     device = law("kelvin_voigt", {"k": (2.0e4, 3.0e3), "c": 800.0})
     extended = extend(device, [(form, numbers(form))])
-    found = fingerprint(extended.law)
-    assert found not in (None, fingerprint(base))
+    digest = fingerprint(extended.law)
+    assert digest not in (None, fingerprint(base))
     others = {fingerprint(extend(device, [(o, numbers(o))]).law)
               for o in FORMS.values() if o is not form and o.parameter_names != ()}  # fmt: skip
-    assert found not in others
+    assert digest not in others
 
 
 def test_current_map_takes_the_extended_device(form, isolator):
     device = extend(isolator, [(form, numbers(form))])
     x, v = 4e-3, 0.03
     states = (2e-3, 1e-3, *(1e-3,) * (len(device.law.states) - 2))
-    wanted = device.force(x, v, states, 1.3)
-    found = CurrentMap(device, 0.0, 3.0)(wanted, x, v, states)
-    assert abs(device.force(x, v, states, found.current) - wanted) < 1e-8 * abs(wanted)
+    target = device.force(x, v, states, 1.3)
+    current = CurrentMap(device, 0.0, 3.0)(target, x, v, states)
+    assert abs(device.force(x, v, states, current.current) - target) < 1e-8 * abs(target)
 
 
 def test_refusals(isolator):

@@ -180,7 +180,7 @@ def test_bad_files_are_refused(csv, refused, text, column, parts):
 
 @given(lost=st.integers(1, 58))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
-def test_a_lost_row_is_found_and_named(tmp_path, refused, lost):
+def test_a_lost_row_is_detected_and_named(tmp_path, refused, lost):
     path = tmp_path / "lost.csv"
     rows = [f"{0.02 * i:.2f},1" for i in range(60) if i != lost]
     path.write_text("\n".join(["time_s,x_g", *rows]))

@@ -108,7 +108,7 @@ def _with(model, name, place, values):
     return with_causes(model, ((cause, values),))
 
 
-def test_noise_is_found_in_every_channel_and_in_the_ground(isolated):
+def test_noise_is_detected_in_every_channel_and_in_the_ground(isolated):
     record = _record(isolated, seed=3)
     floor = noise_floor(building_model(isolated, [record]), record)
     true = NOISE * np.sqrt(np.mean(record.values**2, axis=0))
@@ -347,7 +347,7 @@ def test_a_wall_on_one_side_is_named_with_its_side(isolated, side):
     assert cause.parameters["gap"].value == pytest.approx(gap, rel=0.03)
 
 
-def test_a_dashpot_beside_the_spring_of_a_wall_is_told_from_other_contacts(isolated):
+def test_a_dashpot_beside_the_spring_of_a_wall_is_distinguished_from_other_contacts(isolated):
     quiet = _record(isolated, noise=0.0)
     gap = -0.85 * float(np.abs(quiet.displacement("")).max())
     model = building_model(isolated, [quiet])
@@ -483,9 +483,9 @@ def test_a_simple_cause_takes_the_place_of_one_of_many_numbers(isolated):
     )  # fmt: skip
     space = CauseSearch(compare_records(model, [record]))
     imitated = space.comparison.fit((), ((many, (0.1, 1e-3, 4.0, 10.0)),))
-    found = space.finish(imitated)
-    assert found.causes == ("isolator_force_error",)
-    assert found.cause_values[0][1][0] == pytest.approx(-0.1, abs=5e-3)
+    result = space.finish(imitated)
+    assert result.causes == ("isolator_force_error",)
+    assert result.cause_values[0][1][0] == pytest.approx(-0.1, abs=5e-3)
 
 
 def test_what_the_fitted_part_lacks_is_not_explained(isolated):
@@ -504,10 +504,13 @@ def test_what_the_fitted_part_lacks_is_not_explained(isolated):
         model = building_model(isolated, [record])
         space = CauseSearch(compare_records(model, [record]))
         base = next(c for c in candidates(model, [record]) if c.name == "base_mass_error")
-        found = space.comparison.evaluate(((base, (0.3,)),))
-        assert space.removed_share(found) > 0.95 and excess_error(space.comparison, found) < 0.03
-        assert (excess_error(space.comparison, found, held_out=False) < 0.03) is explained
-        assert space.explains(found, 0.0) is explained
+        evaluation = space.comparison.evaluate(((base, (0.3,)),))
+        assert (
+            space.removed_share(evaluation) > 0.95
+            and excess_error(space.comparison, evaluation) < 0.03
+        )
+        assert (excess_error(space.comparison, evaluation, held_out=False) < 0.03) is explained
+        assert space.explains(evaluation, 0.0) is explained
 
 
 def test_a_biased_sensor_is_named_with_its_channel(isolated):
