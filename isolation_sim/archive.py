@@ -194,7 +194,8 @@ def _object(place: str, state: dict[str, Any]) -> Any:
     kind = getattr(import_module(module), _OLD_CLASSES.get(name, name))
     if not isinstance(kind, type):
         raise InputError(f"contains {place}, which is not a class")
-    state = renamed_keys(state, **_OLD_FIELDS.get(name, {}))
+    for each in kind.__mro__:
+        state = renamed_keys(state, **_OLD_FIELDS.get(each.__name__, {}))
     if hasattr(kind, "_fields"):
         return kind(**state)
     instance: Any = object.__new__(kind)

@@ -11,7 +11,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import isolation_sim as iso
-from isolation_sim.archive import FILE, load_archive, save_archive
+from isolation_sim.archive import FILE, _object, load_archive, save_archive
 from isolation_sim.cli import main
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval, Step, Trace
 from isolation_sim.effects import effect, extend
@@ -268,8 +268,8 @@ def test_suites_and_tunings_are_loaded_too(tmp_path, swept):
 def test_results_of_an_earlier_version_have_an_old_name(tmp_path, diagnosis):
     state = {f.name: getattr(diagnosis, f.name) for f in fields(diagnosis)}
     state["judged"] = state.pop("nominal")
-    earlier = object.__new__(Diagnosis)
-    earlier.__setstate__(state)
+    with pytest.warns(FutureWarning, match="judged is now called nominal"):
+        earlier = _object(f"{Diagnosis.__module__}:{type(diagnosis).__name__}", state)
     assert same(earlier, diagnosis)
     with pytest.warns(FutureWarning, match="judged is now called nominal"):
         assert earlier.judged is diagnosis.nominal

@@ -309,13 +309,6 @@ class Diagnosis(Printed):
 
     judged = renamed_attribute("judged", "nominal")
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Restore a saved diagnosis, of an earlier version too."""
-        if "judged" in state:
-            state = {"nominal": state["judged"]} | state
-            del state["judged"]
-        vars(self).update(state)
-
     @property
     def meaning(self) -> str:
         """The verdict in a sentence."""
