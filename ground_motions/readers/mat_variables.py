@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ground_motions.errors import InputError
 
 
 def mat_variables(path: Path, squeezed: bool = True) -> dict[str, Any]:

@@ -66,7 +66,7 @@ def prepare(
     rule = section.suite_rule
     period = section.isolated_period_s or translational_period(isolated)
     step("reading records")
-    unscaled = section.records() if records is None else records
+    unscaled, left_out = section.records() if records is None else (records, [])
     records, changes = _scale(section, rule, period, unscaled, step, workers)
     records = [_pad(record, section.quiet_after_s) for record in records]
     motions = []
@@ -80,6 +80,7 @@ def prepare(
     index = {
         "inputs": inputs,
         "n_records": len(records),
+        "left_out": left_out,
         "isolated_period_s": period,
         "scaling": section.scaled_by,
         "motions": motions,
@@ -94,7 +95,12 @@ def prepare(
 
 
 def _inputs(section: RecordSuite, isolated: IsolatedStructure) -> dict[str, Any]:
-    digests = {str(p): hashlib.sha256(p.read_bytes()).hexdigest() for p in section.sources()}
+    # a missing file is told by its reader, together with all that cannot be read
+    digests = {
+        str(path): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in section.sources()
+        if path.is_file()
+    }
     return {
         "section": section.model_dump(mode="json"),
         "period_s": section.isolated_period_s or translational_period(isolated),

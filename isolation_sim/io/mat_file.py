@@ -1,0 +1,5 @@
+"""Variables of MATLAB files; the ground motions read them too."""
+
+from ground_motions.readers.mat_variables import mat_variables
+
+__all__ = ["mat_variables"]
