@@ -13,16 +13,17 @@ BETWEEN_LINES = 30.0
 def occasional_lines(steps: int, quiet: bool = False) -> Callable[..., None]:
     """Return ``step(text, done=1)``, to call when a step begins; a line from time to time."""
     started = last = time.monotonic()
-    count = -1
+    count: float = -1
 
-    def step(text: str, done: int = 1) -> None:
+    def step(text: str, done: float = 1) -> None:
         nonlocal last, count
         count += done
         now = time.monotonic()
         if not quiet and now - last >= BETWEEN_LINES:
             last = now
-            # the number of steps may be an estimate
-            share = f"{count} of {steps}, " if 0 <= count <= steps else ""
+            share = f"{count} of {steps}, " if isinstance(count, int) else f"{count / steps:.0%}, "
+            if not 0 <= count <= steps:  # the number of steps may be an estimate
+                share = ""
             print(f"{text}: {share}{now - started:.0f} s", file=sys.stderr)
 
     return step

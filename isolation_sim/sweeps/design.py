@@ -145,7 +145,7 @@ class Design:
 
     def _check_values(self) -> None:
         """Check every value, of a long file only some, and refuse all wrong ones in one message."""
-        wrong: dict[str, InputError] = {}  # by the message: an unknown field gives one for all
+        wrong: dict[str, Exception] = {}  # by the message: an unknown field gives one for all
         for axis in self.axes:
             for k in range(min(len(axis), 1000)):
                 try:

@@ -71,11 +71,19 @@ def prepare(
     records = [_pad(record, section.quiet_after_s) for record in records]
     motions = []
     written: dict[str, Record] = {}
+    errors = []
     for record, change in zip(records, changes, strict=True):
-        for name, components in _shaking(section, isolated, record):
+        try:
+            shaking = _shaking(section, isolated, record)
+        except InputError as error:
+            errors.append(error)
+            continue
+        for name, components in shaking:
             files = [f"{MOTIONS}/{file_name(name)}_{k + 1}.csv" for k in range(len(components))]
             written |= dict(zip(files, components, strict=True))
             motions.append({"name": name, "record": record.name, "files": files, **change[name]})
+    if errors:
+        raise errors[0] if len(errors) == 1 else InputError("; ".join(map(str, errors)))
     step("spectra")
     index = {
         "inputs": inputs,
