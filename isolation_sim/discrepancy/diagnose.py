@@ -13,6 +13,7 @@ from ..effects.serialisation import device_code
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.data_checks import refuse_swapped
+from ..identification.first_use import laws_to_compile
 from ..identification.law_choice import AUTO, choose_law
 from ..identification.long_runs import thin_runs
 from ..identification.measured_runs import hold_out_some, measured_runs
@@ -22,7 +23,7 @@ from ..laws import Device
 from ..laws import law as published
 from ..laws.law import Law
 from ..laws.registry import LAWS
-from ..workers import workers
+from ..workers import Task, run_beside, workers
 from .decisions import MOST_BUILDING_CAUSES, SIGNIFICANCE
 from .diagnosis import BuildingDiagnosis, Diagnosis
 from .inference import gain_interval, verdict
@@ -69,9 +70,13 @@ def diagnose(
         wrong += thinned
     from .adapters.device_tests import DeviceTests
     from .adapters.loop_table import LoopTableTests
+    from .device.first_use import effects_to_compile
 
     report = progress or (lambda text: None)
-    with workers(threads) as pool:
+    uncompiled: list[Task[None]] = []
+    if isinstance(data, Campaign):
+        uncompiled = [*(laws_to_compile() if law == AUTO else ()), *effects_to_compile()]
+    with workers(threads) as pool, run_beside(uncompiled):
         choice = runs = None
         if isinstance(law, str):
             if isinstance(data, LoopTable) or parameters != "fit":
