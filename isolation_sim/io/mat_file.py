@@ -1,5 +1,3 @@
 """Variables of MATLAB files; the ground motions read them too."""
 
-from ground_motions.readers.mat_variables import mat_variables
-
-__all__ = ["mat_variables"]
+from ground_motions.readers.mat_variables import mat_variables as mat_variables
