@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from ground_motions.readers import read_esm as read_esm
     from ground_motions.readers import read_geonet as read_geonet
     from ground_motions.readers import read_knet as read_knet
+    from ground_motions.readers import read_mat as read_mat
     from ground_motions.readers import read_text as read_text
     from ground_motions.readers import read_v2 as read_v2
     from ground_motions.record import Record as Record
@@ -121,6 +122,7 @@ _HOMES = {
     "read_folder": "ground_motions.suites",
     "read_geonet": "ground_motions.readers",
     "read_knet": "ground_motions.readers",
+    "read_mat": "ground_motions.readers",
     "read_peer": "ground_motions.suites",
     "read_text": "ground_motions.readers",
     "read_v2": "ground_motions.readers",

@@ -6,8 +6,9 @@ import csv
 import re
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import TypeAlias
 
@@ -21,7 +22,7 @@ from ground_motions.readers.lines import read_lines, table_cells
 from ground_motions.readers.v2 import channels_of
 from ground_motions.record import Record
 
-_TEXT = {".txt", ".dat"}
+_TEXT = {".txt", ".dat", ".acc"}
 _COMPONENTS = {".v2": channels_of, ".v2c": channels_of, ".v2a": directions_of}
 _KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<sensor>[12]?)", re.IGNORECASE)
 _NAMED = 8  # files in a warning
@@ -74,6 +75,9 @@ class SuiteRecord:
 Columns: TypeAlias = str | Sequence[str] | None
 """One column or channel, or two horizontal ones and the vertical one."""
 
+OnUnreadable: TypeAlias = Callable[[InputError], None] | None
+"""Called with the error of each record that cannot be read."""
+
 
 @checked
 def read_folder(
@@ -82,6 +86,7 @@ def read_folder(
     unit: str | None = None,
     dt: float | None = None,
     column: Columns = None,
+    on_unreadable: OnUnreadable = None,
 ) -> list[SuiteRecord]:
     """Read every record in a folder; warnings name the files that are not used, and the pairs.
 
@@ -96,14 +101,17 @@ def read_folder(
         ``EW``, ``N`` and ``E``, ``X`` and ``Y``, or azimuths at right angles such as ``-000`` and
         ``-090``; with ``-UP`` or ``_V`` for the vertical component.
     unit : str, optional
-        Unit of text files, which are not used without it, and of CSV files whose headings have
+        Unit of text files, which are not used without it, and of CSV and MATLAB files that have
         none.
     dt : float, optional
-        Sampling step of text files of one column, s.
+        Sampling step of text and MATLAB files without times, s.
     column : str or sequence of str, optional
-        Columns of CSV files, channels of V2 files and directions of V2A files, with more than one;
-        needed for more than two, but for V2A. One, or two for the two horizontal components; a
-        third one is the vertical component.
+        Columns of CSV files, variables of MATLAB files, channels of V2 files and directions of
+        V2A files, with more than one; needed for more than two, but for V2A. One, or two for the
+        two horizontal components; a third one is the vertical component.
+    on_unreadable : callable, optional
+        Called with the error of each record that cannot be read, which is left out. Without it
+        all unreadable records are refused in one message.
 
     Returns
     -------
@@ -113,20 +121,21 @@ def read_folder(
     Raises
     ------
     InputError
-        If there is no such folder, no record in it, or a file cannot be used.
+        If there is no such folder, no record in it, or a file cannot be used; with
+        ``on_unreadable``, if none can be used.
     """
     folder = Path(folder)
     if not folder.is_dir():
         value = "a file" if folder.is_file() else "a folder that does not exist"
         raise InputError(str(folder), value, "a folder with files of records")
     if (folder / _SEARCH_RESULTS).is_file():
-        return _search_results(folder / _SEARCH_RESULTS, lambda name: folder / name)
+        return _search_results(folder / _SEARCH_RESULTS, lambda name: folder / name, on_unreadable)
     suffixes = {f".{name}" for name in READERS} - (set() if unit else _TEXT)
     present = sorted(p for p in folder.iterdir() if p.is_file() and not p.name.startswith("."))
     files = [path for path in present if path.suffix.lower() in suffixes]
     others = [path for path in present if path not in files]
     text = any(path.suffix.lower() in _TEXT for path in others)
-    hint = "; .txt and .dat files need unit" if text else ""
+    hint = "; .txt, .dat and .acc files need unit" if text else ""
     if not files:
         expected = f"files {', '.join(sorted(suffixes))}{hint}"
         raise InputError(str(folder), "no file of a record", expected)
@@ -144,7 +153,7 @@ def read_folder(
             f"{', '.join(named[:_NAMED])}{more}; a list of files in [ground] pairs them otherwise",
             UserWarning,
         )
-    return _unique([_record(*each, unit, dt, column) for each in groups])
+    return _unique(_readable(groups, unit, dt, column, on_unreadable))
 
 
 @checked
@@ -154,6 +163,7 @@ def read_files(
     unit: str | None = None,
     dt: float | None = None,
     column: Columns = None,
+    on_unreadable: OnUnreadable = None,
 ) -> list[SuiteRecord]:
     """Read a list of records.
 
@@ -168,6 +178,8 @@ def read_files(
         As in `read_folder`, s.
     column : str or sequence of str, optional
         As in `read_folder`.
+    on_unreadable : callable, optional
+        As in `read_folder`.
 
     Returns
     -------
@@ -178,15 +190,54 @@ def read_files(
     InputError
         If a file cannot be used, or a record has more than three components.
     """
-    records = []
+    groups = []
     for entry in files:
         paths = [Path(entry)] if isinstance(entry, str | Path) else [Path(each) for each in entry]
         if not 1 <= len(paths) <= 3:
             raise InputError("files of a record", f"{len(paths)}", "1 to 3")
         (name, together), *_ = by_recording(paths)
         name = name if len(together) == len(paths) else paths[0].stem
-        records.append(_record(name, paths, unit, dt, column))
-    return _unique(records)
+        groups.append((name, paths))
+    return _unique(_readable(groups, unit, dt, column, on_unreadable))
+
+
+def _readable(
+    groups: list[tuple[str, list[Path]]],
+    unit: str | None,
+    dt: float | None,
+    column: Columns,
+    on_unreadable: OnUnreadable,
+) -> list[SuiteRecord]:
+    """The records of groups of files."""
+    readers = (partial(_record, name, files, unit, dt, column) for name, files in groups)
+    return _all_or_told(readers, on_unreadable)
+
+
+def _all_or_told(
+    readers: Iterable[Callable[[], SuiteRecord]], on_unreadable: OnUnreadable
+) -> list[SuiteRecord]:
+    """Read records; those that cannot be read are told, or all refused in one message."""
+    records, errors = [], []
+    for reader in readers:
+        try:
+            records.append(reader())
+        except InputError as error:
+            errors.append(error)
+    if errors and (on_unreadable is None or not records):
+        total = len(records) + len(errors)
+        if total == 1:
+            raise errors[0]
+        # where none can be read, the reasons are usually alike
+        shown = errors if records else errors[:_NAMED]
+        more = f"; and {total - len(shown)} more" if not records and total > len(shown) else ""
+        hint = "; leave_out_unreadable = true in [ground] runs the others" if records else more
+        raise InputError(
+            f"{len(errors)} of {total} records cannot be read: {'; '.join(map(str, shown))}{hint}"
+        )
+    if on_unreadable is not None:
+        for each in errors:
+            on_unreadable(each)
+    return records
 
 
 def _unique(records: list[SuiteRecord]) -> list[SuiteRecord]:
@@ -218,9 +269,12 @@ def _group_components(files: list[Path]) -> Iterator[tuple[str, list[Path]]]:
 
 
 def _may_have_several(path: Path) -> bool:
-    """Whether a file can have several components."""
+    """Whether a file can have several components; one that cannot be read stands alone."""
     suffix = path.suffix.lower()
-    return suffix in _COMPONENTS or (suffix == ".csv" and len(acceleration_columns(path)) > 1)
+    try:
+        return suffix in _COMPONENTS or (suffix == ".csv" and len(acceleration_columns(path)) > 1)
+    except InputError:
+        return True
 
 
 def _record(
@@ -236,7 +290,7 @@ def _record(
 
 
 @checked
-def read_peer(path: str | Path) -> list[SuiteRecord]:
+def read_peer(path: str | Path, *, on_unreadable: OnUnreadable = None) -> list[SuiteRecord]:
     """Read a download of the PEER NGA-West2 ground motion database.
 
     Parameters
@@ -244,6 +298,8 @@ def read_peer(path: str | Path) -> list[SuiteRecord]:
     path : str or Path
         The zip file: AT2 files and ``_SearchResults.csv``, which pairs the components and gives
         the scale factors of the search.
+    on_unreadable : callable, optional
+        As in `read_folder`.
 
     Returns
     -------
@@ -279,7 +335,7 @@ def read_peer(path: str | Path) -> list[SuiteRecord]:
             file.write_bytes(archive.read(inside[name]))
             return file
 
-        return _search_results(unpacked(_SEARCH_RESULTS), unpacked)
+        return _search_results(unpacked(_SEARCH_RESULTS), unpacked, on_unreadable)
 
 
 def _components(path: Path, unit: str | None, dt: float | None, column: Columns) -> list[Record]:
@@ -290,6 +346,8 @@ def _components(path: Path, unit: str | None, dt: float | None, column: Columns)
     columns: list[str | None] = [column] if isinstance(column, str) else list(column or ())
     if len(columns) > 3:
         raise InputError("column", f"{len(columns)} columns", "1 to 3")
+    if suffix == ".mat":
+        return [read(path, column=each, unit=unit, dt=dt) for each in columns or [None]]
     present: list[str] = []
     if suffix == ".csv":
         present = acceleration_columns(path)
@@ -316,26 +374,28 @@ def _only(components: list[Record], path: Path) -> Record:
     return components[0]
 
 
-def _search_results(path: Path, result: Callable[[str], Path]) -> list[SuiteRecord]:
-    records = []
-    for place, row in _summary(path):
-        names = [row[key] for key in _HORIZONTAL]
+def _search_results(
+    path: Path, result: Callable[[str], Path], on_unreadable: OnUnreadable
+) -> list[SuiteRecord]:
+    """The records of a search; ``result``: unpacks a file by its name."""
+
+    def record(place: str, row: dict[str, str]) -> SuiteRecord:
         vertical = row.get(_VERTICAL, "")
         try:
             factor = float(row[_FACTOR])
         except ValueError:
             raise InputError(f"{place}, {_FACTOR}", repr(row[_FACTOR]), "a number") from None
-        records.append(
-            SuiteRecord(
-                f"RSN{row[_NUMBER]}",
-                tuple(read(result(name)) for name in names if _is_file(name)),
-                read(result(vertical)) if _is_file(vertical) else None,
-                factor,
-            )
+        return SuiteRecord(
+            f"RSN{row[_NUMBER]}",
+            tuple(read(result(row[key])) for key in _HORIZONTAL if _is_file(row[key])),
+            read(result(vertical)) if _is_file(vertical) else None,
+            factor,
         )
-    if not records:
+
+    readers = [partial(record, *each) for each in _summary(path)]
+    if not readers:
         raise InputError(f"{path}", "no record", f"rows below {_SECTION!r}")
-    return records
+    return _all_or_told(readers, on_unreadable)
 
 
 def _is_file(name: str) -> bool:

@@ -19,6 +19,7 @@ import numpy as np
 
 from isolation_sim.fragility import Fragility
 from isolation_sim.structures.reference import ISOLATED_PERIOD
+from isolation_sim.written_names import as_written, capital
 
 from .study import EL_CENTRO, Outcome, Step, along_motions, far_field, published_entry, swept
 
@@ -173,15 +174,16 @@ def _finding(table: list[dict[str, Any]], count: int) -> str:
         rows = [row for row in table if row["limit"] == what]
         best = max(rows, key=lambda row: row["median Sa, g"] or np.inf)
         medians = ", ".join(
-            f"{row['controller']} {_said(row['median Sa, g'])} ({_said(row['from'])} to "
-            f"{_said(row['to'])}; spread {row['spread']:.2f})"
+            f"{as_written(row['controller'])} {_said(row['median Sa, g'])} "
+            f"({_said(row['from'])} to {_said(row['to'])}; spread {row['spread']:.2f})"
             for row in rows
         )
         clear = best["from"] is None or all(
             row["to"] is not None and row["to"] < best["from"] for row in rows if row is not best
         )
         sentences.append(
-            f"Half of the motions reach a {what} at: {medians}. {best['controller']} is "
+            f"Half of the motions reach the limit, {what}, at: {medians}. "
+            f"{capital(as_written(best['controller']))} is "
             f"{'clearly ' if clear else ''}best"
             f"{'' if clear else ', within the bounds of another'}; near-fault pulses alone give it "
             f"{_said(best['near fault'])}, far-field motions {_said(best['far field'])}."
@@ -199,9 +201,8 @@ def _figure(
         panels = figure.subplots(2, 2)
         for (upper, lower), (key, (limit, title)) in zip(panels.T, LIMITS.items(), strict=True):
             _draw_analysis(upper, runs, key, limit, title)
-            _draw_fragility(
-                lower, {name: curves[key, name] for name in CONTROLLERS}, runs["sa_g"].max()
-            )
+            of_all = {name: curves[key, name] for name in CONTROLLERS}
+            _draw_fragility(lower, of_all, runs["sa_g"].max(), title)
         legend(figure, panels[1, 0], "outside lower center")
     return figure
 
@@ -220,12 +221,14 @@ def _draw_analysis(axes: Axes, runs: pandas.DataFrame, key: str, limit: float, t
     axes.plot(factor * demands.median(), demands.columns, color="black", linewidth=1.5)
     axes.axvline(factor * limit, color="black", linewidth=0.8, linestyle=":")
     axes.set(xlabel=f"{title.rsplit(' ', 2)[0]}, {unit}", ylabel="spectral acceleration, g",
-             xlim=(0, 3.5 * factor * limit), title=f"{CONTROLLERS[-1]}, all motions")  # fmt: skip
+             xlim=(0, 3.5 * factor * limit),
+             title=f"{as_written(CONTROLLERS[-1])}, all motions; dashed: near fault")  # fmt: skip
 
 
 def _draw_fragility(
-    axes: Axes, curves: dict[str, tuple[Fragility, list[Fragility]]], highest: float
+    axes: Axes, curves: dict[str, tuple[Fragility, list[Fragility]]], highest: float, title: str
 ) -> None:
+    """Probability of reaching a limit against level, with its bounds, for each controller."""
     from isolation_sim.reports.style import line_styles
 
     levels = np.linspace(0.005, highest, 200)
@@ -233,5 +236,6 @@ def _draw_fragility(
     for (name, (fit, drawn)), look in zip(curves.items(), looks, strict=True):
         bounds = np.percentile([each.probability(levels) for each in drawn], [2.5, 97.5], axis=0)
         axes.fill_between(levels, *bounds, color=look["color"], alpha=0.15, linewidth=0)
-        axes.plot(levels, fit.probability(levels), label=name, **look)
-    axes.set(xlabel="spectral acceleration, g", ylabel="probability of reaching it", ylim=(0, 1))
+        axes.plot(levels, fit.probability(levels), label=as_written(name), **look)
+    axes.set(xlabel="spectral acceleration, g", ylabel="probability of reaching it", ylim=(0, 1),
+             title=title)  # fmt: skip

@@ -4,7 +4,8 @@ import json
 
 import pytest
 
-from isolation_sim.cli import common_options, main
+from isolation_sim import progress_lines
+from isolation_sim.cli import main
 
 PLAN = """
 [scenario.ground]
@@ -84,7 +85,7 @@ def test_options_may_stand_before_the_plan(plan, capsys):
 def test_progress_in_a_log_is_a_line_from_time_to_time(plan, capsys, monkeypatch):
     sweep = "sweep", "plan.toml", "--workers", "1", "--overwrite"
     assert "running" not in command(capsys, *sweep)[2]
-    monkeypatch.setattr(common_options, "BETWEEN_LINES", 0.0)
+    monkeypatch.setattr(progress_lines, "BETWEEN_LINES", 0.0)
     lines = [line for line in command(capsys, *sweep)[2].splitlines() if "running" in line]
     assert lines[-1].startswith("running: 12 of 12, ")
     assert "running" not in command(capsys, *sweep, "--quiet")[2]

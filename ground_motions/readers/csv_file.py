@@ -67,7 +67,7 @@ def read_csv(path: str | Path, column: str | None = None, unit: str | None = Non
     if all(map(is_number, names)):
         raise InputError(place, "numbers", f"a heading such as {_EXAMPLES}")
     time_column = _time_column(names, place, unit)
-    units = {name: own for name in names if (own := _unit_of(name))}
+    units = {name: own for name in names if (own := unit_of(name))}
     if unit is not None:
         to_m_s2(unit, f"{path}, unit")
         units = _with_unit(units, unit, names, time_column, column, place)
@@ -103,14 +103,15 @@ def read_csv(path: str | Path, column: str | None = None, unit: str | None = Non
 
 def acceleration_columns(path: str | Path) -> list[str]:
     """Return the columns of a CSV file whose names have a unit of acceleration."""
-    return [name for name in table_cells(path)[0][1] if _unit_of(name)]
+    return [name for name in table_cells(path)[0][1] if unit_of(name)]
 
 
 def _suffix_of(column: str) -> str:
     return next((suffix for suffix in _SUFFIXES if column.lower().endswith(suffix)), "")
 
 
-def _unit_of(column: str) -> str | None:
+def unit_of(column: str) -> str | None:
+    """Unit of acceleration at the end of a name, or in brackets; None if there is none."""
     brackets = _BRACKETS.fullmatch(column)
     return unit_name(brackets["unit"]) if brackets else _SUFFIXES.get(_suffix_of(column))
 

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from ground_motions.argument_types import checked
-from ground_motions.errors import InputError
+from ground_motions.errors import InputError, warn
 from ground_motions.readers.at2 import read_at2
 from ground_motions.record import Record
 from ground_motions.registry import Registry
+from ground_motions.units import STANDARD_GRAVITY
 
 READERS: Registry[Callable[..., Record]] = Registry(
     "ground_motions.readers",
@@ -20,6 +21,10 @@ READERS: Registry[Callable[..., Record]] = Registry(
     lambda loaded: loaded if callable(loaded) else None,
 )
 """Every reader by the suffix of its files, without the dot."""
+
+WEAKEST, STRONGEST = 1e-4, 3.0
+"""Peaks that a file may have without a warning, g. The strongest horizontal record has 2.75 g
+(Tohoku 2011, MYG004); instruments are triggered by 1e-3 g or more."""
 
 _NO_ACCELERATIONS = {"vt2", "dt2"}  # PEER velocities and displacements: `read_at2` says why not
 
@@ -39,21 +44,24 @@ def read(
     ----------
     path : str or Path
         ``.at2`` (see `read_at2`), ``.asc`` (`read_esm`), ``.csv`` (`read_csv`), ``.ns``, ``.ew`` or
-        ``.ud`` (`read_knet`), ``.txt`` or ``.dat`` (`read_text`), ``.v2`` or ``.v2c`` (`read_v2`),
-        ``.v2a`` (`read_geonet`), or a suffix for which a package brings a reader.
+        ``.ud`` (`read_knet`), ``.txt``, ``.dat`` or ``.acc`` (`read_text`), ``.mat`` (`read_mat`),
+        ``.v2`` or ``.v2c`` (`read_v2`), ``.v2a`` (`read_geonet`), or a suffix for which a package
+        brings a reader.
     column : str, optional
-        Name of the acceleration column (CSV), number of the channel (V2) or direction (V2A).
+        Name of the acceleration column (CSV) or variable (MAT), number of the channel (V2) or
+        direction (V2A).
     unit : str, optional
-        Text only, and needed there: unit of the accelerations.
+        Unit of the accelerations: needed for text, and for CSV and MAT without one.
     dt : float, optional
-        Text only: sampling step, s.
+        Sampling step, s, of text and MAT without times.
     reader : str, optional
         Another reader than the suffix's: its name, or a place such as ``"my_reader.py:read"``.
 
     Returns
     -------
     Record
-        The motion in m/s2.
+        The motion in m/s2. A warning says so if its peak is beyond what instruments record, as
+        with a wrong unit.
 
     Raises
     ------
@@ -98,4 +106,16 @@ def read(
             f"a {type(record).__name__} of {path}",
             "a Record, such as Record(acceleration_m_s2, dt_s)",
         )
+    _warn_of_peak(record, path)
     return record
+
+
+def _warn_of_peak(record: Record, path: str | Path) -> None:
+    """Warn of a peak that is hardly that of an earthquake."""
+    peak = record.pga / STANDARD_GRAVITY
+    if not WEAKEST <= peak <= STRONGEST:
+        warn(
+            f"{path}: the peak is {peak:.3g} g, read in {record.unit_as_given}; earthquakes have "
+            f"{WEAKEST:g} to {STRONGEST:g} g: check the unit",
+            UserWarning,
+        )

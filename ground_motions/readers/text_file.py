@@ -1,4 +1,4 @@
-"""Plain text of one or two columns."""
+"""Plain text: accelerations, or times and accelerations."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ground_motions.units import to_m_s2, unit_name
 def read_text(
     path: str | Path, unit: str, dt: float | None = None, *, skip_lines: int = 0
 ) -> Record:
-    """Read one column of accelerations, or two of times and accelerations.
+    """Read accelerations at a fixed step, or two columns of times and accelerations.
 
     Parameters
     ----------
@@ -38,7 +38,8 @@ def read_text(
         Unit of the accelerations: ``m/s2``, ``g``, ``cm/s2``, ``gal``, ``mm/s2``, ``ft/s2`` or
         ``in/s2``.
     dt : float, optional
-        Sampling step, s; needed for one column, refused for two.
+        Sampling step, s, of accelerations without times: one a line, or several that go on from
+        line to line, as the files of OpenSees have them. Refused beside a column of times.
     skip_lines : int
         Lines to pass over at the top, for a header with lines that begin with a number.
 
@@ -63,41 +64,48 @@ def read_text(
         cells = _cells(line)
         if not rows and not (cells and is_number(cells[0])):
             continue
-        width = len(rows[0]) if rows else len(cells)
-        if len(cells) not in (1, 2) or len(cells) != width:
-            raise InputError(
-                f"{path}, line {number}",
-                counted(len(cells), "column"),
-                f"{width}, as above"
-                if rows
-                else "one column (acceleration) or two (time first); accelerations that go on "
-                "from line to line, written one a line",
-            )
         rows.append(
             [parse_number(cell, f"{path}, line {number}, column {i}")
              for i, cell in enumerate(cells, start=1)]
         )  # fmt: skip
         line_numbers.append(number)
-    require_two(len(rows), str(path))
+    samples = np.array([value for row in rows for value in row])
+    require_two(len(samples), str(path))
 
-    table = np.array(rows)
-    if table.shape[1] == 2:
-        if dt is not None:
+    width = len(rows[0])
+    for number, row in zip(line_numbers, rows, strict=True):
+        last = number == line_numbers[-1] and dt is not None and len(row) < width
+        if len(row) != width and not last:
             raise InputError(
-                f"{path}, dt", f"{dt!r} beside a column of times", "dt for one column only"
-            )
-        dt = uniform_step(table[:, 0].tolist(), line_numbers, f"{path}, column 1")
-    elif dt is None:
-        raise InputError(
-            f"{path}, dt", "one column and no dt", "dt=, the step in s; dt_s in a scenario"
-        )
+                f"{path}, line {number}", counted(len(row), "column"),
+                f"{width}, as above{'' if dt is None else '; fewer in the last line alone'}",
+            )  # fmt: skip
+    if dt is None:
+        if width != 2:
+            raise InputError(
+                f"{path}, dt", f"{'one column' if width == 1 else f'{width} columns'} and no dt",
+                "for accelerations without times: dt=, the step in s; dt_s in a scenario"
+                + ("; or two columns, times first" if width > 2 else ""),
+            )  # fmt: skip
+        require_two(len(rows), str(path))
+        times, samples = np.array(rows).T
+        dt = uniform_step(times.tolist(), line_numbers, f"{path}, column 1")
+    elif width > 1 and _increase([row[0] for row in rows]):
+        given = f"{dt!r} beside a column of times"
+        expected = "dt for accelerations without times; or two columns, times first, and no dt"
+        raise InputError(f"{path}, dt", given, expected)
     return Record(
-        table[:, -1] * factor,
+        samples * factor,
         positive(f"{path}, dt (s)", dt),
         name=Path(path).stem,
         source=f"{path}, {unit}",
         file_unit=unit_name(unit) or unit,
     )
+
+
+def _increase(column: list[float]) -> bool:
+    """Whether a column increases like times; one in ten may be misprinted."""
+    return len(column) > 1 and float(np.mean(np.diff(column) > 0.0)) > 0.9
 
 
 def _cells(line: str) -> list[str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,15 +13,13 @@ from rich.console import Console
 
 from ..errors import InputError
 from ..io.files import check_new_files, json_text, write_text
+from ..progress_lines import occasional_lines
 
 if TYPE_CHECKING:
     from ..scenario import Scenario
 
 TABLE_WIDTH = 100
 """Width of tables in characters if standard output is not a terminal."""
-BETWEEN_LINES = 30.0
-"""Least time between lines of a progress that is not on a terminal, s."""
-
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print only the JSON report on standard output.")
 ]
@@ -199,31 +196,13 @@ def progress(quiet: bool, steps: int, alike: bool = False) -> Iterator[Callable[
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield _occasional_lines(quiet, steps)
+        yield occasional_lines(steps, quiet)
         return
     left = (TextColumn("left"), TimeRemainingColumn()) if alike else ()
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), *left)
     with Progress(*columns, console=console, transient=True, disable=quiet) as shown:
         task = shown.add_task("starting", total=steps, completed=-1)
         yield lambda text, done=1: shown.update(task, description=text, advance=done)
-
-
-def _occasional_lines(quiet: bool, steps: int) -> Callable[..., None]:
-    """Steps of a progress that is not on a terminal: a line from time to time."""
-    started = last = time.monotonic()
-    count = -1
-
-    def step(text: str, done: int = 1) -> None:
-        nonlocal last, count
-        count += done
-        now = time.monotonic()
-        if not quiet and now - last >= BETWEEN_LINES:
-            last = now
-            # the number of steps may be an estimate
-            share = f"{count} of {steps}, " if 0 <= count <= steps else ""
-            print(f"{text}: {share}{now - started:.0f} s", file=sys.stderr)
-
-    return step
 
 
 @contextmanager

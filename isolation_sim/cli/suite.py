@@ -108,6 +108,7 @@ def _json(result: Suite) -> str:
                 "mean_spectrum_over_target": result.mean_ratio,
                 "meets_rule": result.meets_rule,
                 "motions": result.index["motions"],
+                "left_out": result.left_out,
                 "statistics": json.loads(result.statistics.reset_index().to_json(orient="records")),
                 "runs": json.loads(result.table.to_json(orient="records")),
                 "warnings": result.warnings(),

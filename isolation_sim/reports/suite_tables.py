@@ -104,13 +104,14 @@ def records_table(suite: Suite, criterion: str) -> TextTable:
 def motions_text(suite: Suite) -> str:
     """Numbers of motions and records."""
     motions, records = len(suite.index["motions"]), suite.index["n_records"]
-    return f"{motions} motions of {records} record{'s' * (records != 1)}"
+    left_out = f", {len(suite.left_out)} left out" if suite.left_out else ""
+    return f"{motions} motions of {records} record{'s' * (records != 1)}{left_out}"
 
 
 def verdict(suite: Suite) -> list[str]:
     """Whether the suite fulfils its rule, in sentences."""
     rule, statistic = suite.rule, suite.design_statistic
-    sentences = []
+    sentences = [f"A record cannot be read and is left out: {each}." for each in suite.left_out]
     ratio = suite.mean_ratio
     period = suite.index["isolated_period_s"]
     if ratio is not None:

@@ -109,15 +109,21 @@ class RecordFile(_Ground):
     kind: Literal["record_file"] = "record_file"
     file: Annotated[InputPath, Field(description="isolation-sim list readers, or a file of reader")]
     column: Annotated[
-        str | None, Field(description="CSV: column, such as ground_acceleration_m_s2; V2: channel")
+        str | None,
+        Field(
+            description="CSV: column, such as ground_acceleration_m_s2; MAT: variable; V2: channel"
+        ),
     ] = None
     unit: Annotated[
         str | None,
         Field(
-            description="text, CSV headings without one: m/s2, g, cm/s2, gal, mm/s2, ft/s2, in/s2"
+            description="text, CSV and MAT without one: m/s2, g, cm/s2, gal, mm/s2, ft/s2, in/s2"
         ),
     ] = None
-    dt_s: Annotated[Positive | None, Field(description="one-column text: sampling step")] = None
+    dt_s: Annotated[
+        Positive | None,
+        Field(description="sampling step of accelerations without times: text, MAT"),
+    ] = None
     reader: Annotated[
         Registered | None,
         Field(description="isolation-sim list readers, or file.py:FUNCTION; by suffix"),

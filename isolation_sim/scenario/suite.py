@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal, NoReturn, Self
 
@@ -31,17 +32,23 @@ class RecordSuite(Section):
     ] = None
     peer: Annotated[InputPath | None, Field(description="PEER NGA-West2 download, .zip")] = None
     unit: Annotated[
-        str | None, Field(description="of .txt and .dat files, and of CSV headings without one")
+        str | None, Field(description="of text files, and of CSV and MAT files without one")
     ] = None
-    dt_s: Annotated[Positive | None, Field(description="one-column text: sampling step")] = None
+    dt_s: Annotated[
+        Positive | None,
+        Field(description="sampling step of accelerations without times: text, MAT"),
+    ] = None
     column: Annotated[
         str | list[str] | None,
         Field(
             min_length=1,
-            description="CSV or V2 with several: one column or channel, or in brackets two "
+            description="CSV, MAT or V2 with several: one column or channel, or in brackets two "
             "horizontal ones and the vertical one",
         ),
     ] = None
+    leave_out_unreadable: Annotated[
+        bool, Field(description="run without the records that cannot be read, which are named")
+    ] = False
     components: Annotated[
         Literal["both", "first", "second"],
         Field(description="of a pair, for one direction of motion: both, one after the other"),
@@ -112,13 +119,21 @@ class RecordSuite(Section):
         """Requirements of the code on these records."""
         return SUITE_RULES[self.rule].under(self.scaling)
 
-    def records(self) -> list[SuiteRecord]:
-        """Return the unprocessed records."""
+    def records(self) -> tuple[list[SuiteRecord], list[str]]:
+        """Return the unprocessed records, and the reason for each one that is left out."""
+        left_out: list[str] = []
+
+        def leave_out(error: InputError) -> None:
+            left_out.append(str(error))
+
+        told = leave_out if self.leave_out_unreadable else None
         if self.peer is not None:
-            return read_peer(self.peer)
+            return read_peer(self.peer, on_unreadable=told), left_out
+        read = partial(read_files, self.files or [])
         if self.folder is not None:
-            return read_folder(self.folder, unit=self.unit, dt=self.dt_s, column=self.column)
-        return read_files(self.files or [], unit=self.unit, dt=self.dt_s, column=self.column)
+            read = partial(read_folder, self.folder)
+        records = read(unit=self.unit, dt=self.dt_s, column=self.column, on_unreadable=told)
+        return records, left_out
 
     def sources(self) -> list[Path]:
         """Return the input files of the suite."""

@@ -223,10 +223,11 @@ def current_of(controller: Control, t: float, measurement: Any) -> NDArray:
     except Exception as error:
         cause = _missing(error, measurement) or _cause(error)
         raise _failed(controller, f"at t = {t:.4g} s", cause, error) from error
-    if chosen is None:
+    # NumPy reads the text "3" as a number
+    if chosen is None or np.asarray(chosen).dtype.kind in "US":
         raise InputError(
-            f"{controller.name}: current() gave None at t = {t:.4g} s; expected: a current, A, "
-            "after return"
+            f"{controller.name}: current() gave {chosen!r} at t = {t:.4g} s; expected: a current, "
+            f"A, {'after return' if chosen is None else 'as a number'}"
         )
     return currents
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ground_motions import STANDARD_GRAVITY, Record
 
-from ..errors import Diverged, InputError
+from ..errors import Diverged, InputError, unknown_name
 from ..laws.device import Device
 from ..laws.law import Law
 from ..structures import IsolatedStructure
@@ -226,6 +226,11 @@ class Plan:
         self.grid = make_grid(n, dt, measurement_times, decision_times, decision_times + delay)
         self.chosen = np.zeros((len(decision_times), len(lanes), width + 1))
         names = context.outputs[: len(context.outputs) - width]
+        for lane, o in zip(lanes, self.outputs, strict=True):
+            for name in names:
+                if name not in o.names:
+                    place = f"{lane.controller}: measures()"
+                    raise InputError(f"{place}: {unknown_name('output', name, o.names)}")
         motion_rows = [
             measured_motion(lane.isolated, names, o.names, sensors.compensation)
             for lane, o in zip(lanes, self.outputs, strict=True)

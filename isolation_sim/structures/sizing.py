@@ -63,9 +63,16 @@ def scale_to_period(
             f"target_period_s is {target_period:g}; expected: above {period(stiffest):.3g} s, the "
             f"period of {structure.name} on nearly rigid isolators"
         )
+    softest = 0.5 * rigid
+    if period(softest) <= target_period:
+        raise InputError(
+            f"target_period_s is {target_period:g}; expected: below {period(softest):.3g} s, the "
+            f"period of {structure.name} on soft isolators, or a structure that is free without "
+            "them; matrices of a fixed-base building lack the base's row and column"
+        )
     logarithm = brentq(
         lambda at: period(np.exp(at)) - target_period,
-        np.log(0.5 * rigid), np.log(stiffest), xtol=1e-12,
+        np.log(softest), np.log(stiffest), xtol=1e-12,
     )  # fmt: skip
     return device.scaled(force=float(np.exp(logarithm)))
 

@@ -26,6 +26,9 @@ from .axes import MOST_CASES, Axis, axes_of
 from .fields import Change, apply_changes, with_seed
 from .plan import SweepPlan
 
+_NAMED = 8  # wrong values in a message
+_TRIED = 100  # cases that are built to find one that can be
+
 
 @dataclass(frozen=True)
 class CaseSpec:
@@ -68,11 +71,7 @@ class Design:
                     "plans"
                 )
             self._check_values()
-            first = self.case(0)
-            try:
-                scenario_of(first.data(self.base)).build()
-            except InputError as error:
-                raise with_place(error, _listed(first.shown)) from None
+            self._check_cases()
         except InputError as error:
             raise with_place(error, source) from None
 
@@ -145,13 +144,44 @@ class Design:
                     yield from names_in(column, field.rpartition(".")[2])
 
     def _check_values(self) -> None:
-        """Check every value with the first values of the other axes; of a long file only some."""
+        """Check every value, of a long file only some, and refuse all wrong ones in one message."""
+        wrong: dict[str, Exception] = {}  # by the message: an unknown field gives one for all
         for axis in self.axes:
             for k in range(min(len(axis), 1000)):
                 try:
                     self._varied(axis, k)
                 except InputError as error:
-                    raise with_place(error, _listed(axis.shown(k))) from None
+                    # or is it a value of another axis?
+                    if self._fails_alone(axis, k):
+                        wrong.setdefault(str(error), with_place(error, _listed(axis.shown(k))))
+        errors = list(wrong.values())
+        if len(errors) == 1:
+            raise errors[0]
+        if errors:
+            more = f"; and {len(errors) - _NAMED} more" if len(errors) > _NAMED else ""
+            listed = "; ".join(map(str, errors[:_NAMED]))
+            raise InputError(f"{len(errors)} values cannot be used: {listed}{more}")
+
+    def _fails_alone(self, axis: Axis, k: int) -> bool:
+        """Whether a point is wrong with the scenario's own values, too."""
+        try:
+            scenario_of(apply_changes(self.base, axis.changes(k)))
+        except InputError:
+            return True
+        return False
+
+    def _check_cases(self) -> None:
+        """Refuse a plan of which no case can be built, with the error of the first one."""
+        # a case that cannot be built is a row of the table with its reason
+        errors = []
+        for number in range(min(self.n_cases, _TRIED)):
+            case = self.case(number)
+            try:
+                scenario_of(case.data(self.base)).build()
+                return
+            except InputError as error:
+                errors.append(with_place(error, _listed(case.shown)))
+        raise errors[0]
 
     def _varied(self, axis: Axis, k: int) -> Scenario:
         """Scenario of an axis's k-th point and the first points of the other axes."""

@@ -196,6 +196,7 @@ def deciding(value, measured=("base_displacement_m",)):
     ("controller", "message"),
     [
         (deciding(None), r"own: current\(\) gave None at t = 0 s; expected: a current, A, after"),
+        (deciding("3"), r"own: current\(\) gave '3' at t = 0 s; expected: a current, A, as a num"),
         (deciding(np.nan), r"own: current nan A at t = 0 s"),
         (deciding("a"), r"own failed at t = 0 s: ValueError: could not convert"),
         (
@@ -207,6 +208,10 @@ def deciding(value, measured=("base_displacement_m",)):
             deciding(0.0, "base_displacement_m"),
             r"own: measures\(\) gave 'base_displacement_m'; expected: a tuple of names, such as "
             r"\('base_displacement_m',\)",
+        ),
+        (
+            deciding(0.0, ("base_speed",)),
+            r"own: measures\(\): unknown output 'base_speed'; did you",
         ),
         (deciding(0.0, None), r"own: measures\(\) gave None; expected: a tuple of names"),
     ],

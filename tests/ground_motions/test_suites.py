@@ -3,6 +3,7 @@
 import math
 import warnings
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -255,7 +256,7 @@ def test_a_folder_of_several_formats(tmp_path):
     header, rows = "time_s,ew_m_s2,ns_m_s2,ud_m_s2", [f"{0.1 * k},{k},{2 * k},3" for k in range(9)]
     (tmp_path / "a.csv").write_text("\n".join([header, *rows]))
     (tmp_path / "b.csv").write_text(
-        "\n".join(["time_s,acc", *(f"{0.1 * k},{k}" for k in range(9))])
+        "\n".join(["time_s,acc", *(f"{0.1 * k},{0.1 * k}" for k in range(9))])
     )
     np.savetxt(tmp_path / "c.txt", np.column_stack((motion.time, motion.acceleration)))
     (tmp_path / "notes.md").write_text("mine")
@@ -266,14 +267,35 @@ def test_a_folder_of_several_formats(tmp_path):
         a, b, c = read_folder(tmp_path, unit="g", column=named)
     assert [each.name for each in a.components] == ["a_ns", "a_ew"]
     assert a.vertical.acceleration.tolist() == [3.0] * 9
-    assert b.components[0].pga == 8 * G
+    assert b.components[0].pga == pytest.approx(0.8 * G)
     np.testing.assert_allclose(c.components[0].acceleration, motion.acceleration * G)
     # without a unit, text is not read
     (tmp_path / "b.csv").unlink()
-    with pytest.warns(UserWarning, match=r"not used: c\.txt, notes\.md; \.txt and .* need unit"):
+    with pytest.warns(UserWarning, match=r"not used: c\.txt, notes\.md; \.txt, .* need unit"):
         assert [each.name for each in read_folder(tmp_path, column="ew_m_s2")] == ["a"]
     with pytest.raises(InputError, match=r"a\.csv: given 3 components; expected: one"):
         read_files([[tmp_path / "a.csv", tmp_path / "a.csv"]], column=named)
+
+
+def test_unreadable_records_are_told_together_or_left_out(tmp_path):
+    good = "PEER\nan event\nACCELERATION IN UNITS OF G\nNPTS= 3, DT= .01 SEC\n0 .1 0\n"
+    for name, text in (("a", good), ("b", good.replace("UNITS OF G", "")), ("c", ""), ("d", good)):
+        (tmp_path / f"{name}.AT2").write_text(text)
+    (tmp_path / "e.csv").write_text("")
+    told = r"3 of 5 records cannot be read: .*b\.AT2.*no units.*c\.AT2.*empty.*e\.csv.*leave_out"
+    with pytest.raises(InputError, match=told) as caught:
+        read_folder(tmp_path)
+    assert "\n" not in str(caught.value)
+    errors = []
+    assert [r.name for r in read_folder(tmp_path, on_unreadable=errors.append)] == ["a", "d"]
+    assert [Path(error.place.partition(",")[0]).name for error in errors] == [
+        "b.AT2", "c.AT2", "e.csv",
+    ]  # fmt: skip
+    missing = [tmp_path / f"{k}.AT2" for k in range(20)]
+    with pytest.raises(InputError, match=r"20 of 20 .*0\.AT2.*7\.AT2: no such file; and 12 more$"):
+        read_files(missing, on_unreadable=errors.append)
+    with pytest.raises(InputError, match=r"^[^;]*0\.AT2: no such file$"):
+        read_files(missing[:1])
 
 
 def test_components_of_kiknet_are_one_record(tmp_path):

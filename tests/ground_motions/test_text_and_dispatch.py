@@ -22,6 +22,13 @@ def test_one_column(text):
     assert (record.dt, record.name, record.file_unit) == (0.02, "motion", "gal")
 
 
+@pytest.mark.parametrize("content", ["1 2 -3\n0 5 6\n-7\n", "h (g)\n1\n2\n-3\n0\n5\n6\n-7\n",
+                                     "1 2 -3 0 5 6 -7", "1 2\n-3 0\n5 6\n-7\n"])  # fmt: skip
+def test_accelerations_that_go_on_from_line_to_line(text, content):
+    record = read(text(content, "motion.acc"), unit="m/s2", dt=0.01)
+    assert record.acceleration.tolist() == [1, 2, -3, 0, 5, 6, -7]
+
+
 @pytest.mark.parametrize("delimiter", [" ", "\t", ", ", ";", "   "])
 def test_two_columns(text, delimiter):
     path = text("".join(f"{time}{delimiter}{a}\n" for time, a in ((0.1, 1), (0.15, 2), (0.2, 3))))
@@ -81,8 +88,10 @@ def test_written_numbers_are_read_back(text, values, dt):
         ("1\n2\n", {"unit": "cm/s", "dt": 1}, ("unit", "'cm/s'", "cm/s2 (did you mean it?)")),
         ("1\n2\n", {"unit": "g"}, ("dt", "one column and no dt", "the step in s")),
         ("1\n2\n", {"unit": "g", "dt": -1}, ("dt (s)", "-1", "above 0")),
-        ("0 1\n1 2\n", {"unit": "g", "dt": 1}, ("dt", "1 beside a column", "one column only")),
-        ("1 2 3\n", {"unit": "g"}, ("line 1", "3 columns", "one column (acc", "one a line")),
+        ("0 1\n1 2\n", {"unit": "g", "dt": 1}, ("dt", "1 beside a column", "without times")),
+        ("1 2 3\n", {"unit": "g"}, ("dt", "3 columns and no dt", "without times: dt=", "dt_s in")),
+        ("0 1 2\n1 2 3\n2 0\n", {"unit": "g", "dt": 1}, ("dt", "beside a column of times")),
+        ("3 1\n1 2 3\n", {"unit": "g", "dt": 1}, ("line 2", "3 columns", "2, as above; fewer in")),
         ("0 1\n1\n", {"unit": "g"}, ("line 2", "1 column;", "2, as above")),
         ("0 1\n1 b\n", {"unit": "g"}, ("line 2, column 2", "'b'", "a finite number")),
         ("1\n# c\nnan\n", {"unit": "g", "dt": 1}, ("line 3, column 1", "'nan'", "finite")),

@@ -41,6 +41,12 @@ def test_modes_are_those_of_the_eigenvalue_problem():
     np.testing.assert_allclose(np.abs(modes.shapes), np.abs(shapes), atol=1e-9)
 
 
+def test_a_structure_that_stands_on_the_ground_is_refused():
+    fixed = iso.from_matrices(np.eye(2) * 2e5, np.zeros((2, 2)), [[4e8, -2e8], [-2e8, 2e8]])
+    with pytest.raises(InputError, match=r"below 0\.\d+ s, the period of .* lack the base's row"):
+        fixed.on(iso.reference_isolators(), target_period_s=2.0)
+
+
 @pytest.mark.parametrize("target", [1.5, 2.0, 3.2])
 def test_a_target_period_is_met_at_the_middle_current(target):
     isolated = iso.reference_building().on(iso.law("strain_stiffening"), target_period_s=target)

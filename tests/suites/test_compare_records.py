@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940, write_csv
+from isolation_sim import progress_lines
 from isolation_sim.errors import Diverged, InputError
 from isolation_sim.reports.suite_tables import comparison_table, verdict
 from isolation_sim.reports.tables import as_text
@@ -80,6 +81,12 @@ def test_mean_spread_and_in_how_many_motions_it_is_better(suite):
     assert suite.statistics.loc[("held", "J6"), "better"] == 0
     text = str(suite)
     assert "reference building, 3 records" in text and "records or more are required" not in text
+
+
+def test_progress_is_told_from_time_to_time(plant, capsys, monkeypatch):
+    monkeypatch.setattr(progress_lines, "BETWEEN_LINES", 0.0)
+    iso.compare_records(plant, [WHOLE.cut(0.0, 2.0)], ["passive_off"])
+    assert "running: 1 of 1, 0 s" in capsys.readouterr().err
 
 
 def test_it_is_saved_loaded_and_drawn(suite, tmp_path):

@@ -71,6 +71,40 @@ def test_the_tables_are_exported(suite, tmp_path):
     np.testing.assert_allclose(sheets["runs"][peak], suite.table[peak], rtol=1e-12)
 
 
+def test_a_record_that_cannot_be_read_is_told_or_left_out(tmp_path, capsys):
+    (tmp_path / "records").mkdir()
+    motion = el_centro_1940().cut(1.0, 4.0)
+    for name in "ab":
+        write_csv(motion, tmp_path / "records" / f"{name}.csv")
+    (tmp_path / "records" / "bad.AT2").write_text("UNITS OF G\n")
+    text = '[ground]\nfolder = "records"\n[[controller]]\nname = "passive_off"\n'
+    (tmp_path / "s.toml").write_text(text)
+
+    def code(out):
+        with pytest.raises(SystemExit) as ended:
+            main(["suite", str(tmp_path / "s.toml"), "--workers", "1", "--out", str(out)])
+        return ended.value.code
+
+    assert code(tmp_path / "out") == 2
+    told = capsys.readouterr().err
+    assert "1 of 3 records cannot be read" in told and "bad.AT2, line" in told
+    assert not (tmp_path / "out").exists()
+    leave = text.replace('"records"', '"records"\nleave_out_unreadable = true')
+    (tmp_path / "s.toml").write_text(leave)
+    assert code(tmp_path / "out") == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "2 motions of 2 records, 1 left out" in printed
+    assert (
+        "A record cannot be read and is left out:" in printed and "no number of points" in printed
+    )
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "is left out" in page and "bad.AT2" in page
+    assert "bad.AT2" in Suite(tmp_path / "out").left_out[0]
+    (tmp_path / "s.toml").write_text(leave.replace('folder = "records"', 'files = ["x", "y"]'))
+    assert code(tmp_path / "none") == 2
+    assert "2 of 2 records cannot be read" in capsys.readouterr().err
+
+
 def test_warnings_of_single_runs_are_counted(suite):
     assert suite.warnings() == suite.sweep.warnings() and suite.warnings()
     assert all(f"warning: {line}" in str(suite).replace("\n", " ") for line in suite.warnings())

@@ -46,6 +46,23 @@ def test_a_scenario_file_is_read_beside_the_plan(tmp_path):
     assert (design.n_cases, design.base["controller"][0]["settings"]) == (1, {"rule": "skyhook"})
 
 
+def test_wrong_values_are_told_together_and_a_first_case_is_as_any_other(tmp_path):
+    counts = {"field": "isolator.count", "values": [-1, 1, 0]}
+    others = {"field": "ground.scale_factor", "values": [1.0, 2.0]}
+    told = (
+        r"2 values cannot be used: isolator\.count = -1: .*above 0; isolator\.count = 0: .*above 0$"
+    )
+    with pytest.raises(InputError, match=told):
+        design_of(vary=[counts, others])
+    (tmp_path / "there.csv").write_text("time_s,acc_m_s2\n0,0\n0.02,1\n0.04,0\n")
+    missing, there = (str(tmp_path / f"{name}.csv") for name in ("missing", "there"))
+    vary = [{"field": "ground", "values": [{"file": missing}, {"file": there}]}]
+    assert design_of(vary=vary).n_cases == 2
+    vary[0]["values"] = [{"file": missing}, {"file": missing + "2"}]
+    with pytest.raises(InputError, match=r"missing\.csv: no such file"):
+        design_of(vary=vary)
+
+
 def test_controllers_as_values():
     values = ["passive_on", {"name": "constant", "label": "half", "amperes": 1.5}]
     design = design_of(vary=[{"field": "controller", "values": values}])
@@ -104,7 +121,7 @@ def test_seeds_follow_from_the_case_not_from_its_place():
          "did you mean 'isolator.count'?"),
         ({"vary": [{"field": "isolator.count", "values": [1.0, -2.0]}]},
          "isolator.count = -2.0: isolator.count is -2.0; expected: a number above 0"),
-        ({"vary": [{"field": "isolator.target_period_s", "label": "T", "values": [0.4, 2.0]}]},
+        ({"vary": [{"field": "isolator.target_period_s", "label": "T", "values": [0.4, 0.3]}]},
          "T = 0.4: isolator: "),
         ({"vary": [{"field": "isolator.count", "low": 1.0, "high": 2.0}]},
          "count or step, or a [sample]"),

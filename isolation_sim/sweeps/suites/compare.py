@@ -16,6 +16,7 @@ from ground_motions.argument_types import checked
 from ...criterion import Criterion, selected_criteria
 from ...errors import Diverged, InputError
 from ...io.columns import columns_bytes
+from ...progress_lines import occasional_lines
 from ...registry import named_controllers
 from ...scenario.job import Job
 from ...scenario.suite import RecordSuite
@@ -75,7 +76,8 @@ def compare_records(
     threads : int, optional
         Number of threads; one per processor by default.
     progress : callable, optional
-        Called with the number of runs finished since the last call.
+        Called with the number of runs finished since the last call. Without it a line on standard
+        error says every 30 s how many runs are finished; ``lambda done: None`` says nothing.
 
     Returns
     -------
@@ -130,7 +132,7 @@ def _simulated(
             job = Job("", isolated, motions, {label: control}, options)
             case = CaseSpec(number, {MOTION: motion["name"]}, ())
             rows.append(Row(case, label, job, control))
-    side_by_side(rows, threads, progress)
+    side_by_side(rows, threads, progress or _lines(len(rows)))
     failed = [row for row in rows if row.status != "ok"]
     if len(failed) == len(rows):
         diverged = all(row.status == "diverged" for row in failed)
@@ -144,6 +146,13 @@ def _simulated(
     store.put(Finished(0, columns_bytes(columns), len(rows), len(failed)))
     store.close()
     return Suite(folder)
+
+
+def _lines(n_runs: int) -> Callable[[int], None]:
+    """Progress of runs as lines."""
+    step = occasional_lines(n_runs)
+    step("running")  # begins with the first run
+    return lambda done: step("running", done)
 
 
 def _section(

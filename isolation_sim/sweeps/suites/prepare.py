@@ -66,20 +66,29 @@ def prepare(
     rule = section.suite_rule
     period = section.isolated_period_s or translational_period(isolated)
     step("reading records")
-    unscaled = section.records() if records is None else records
+    unscaled, left_out = section.records() if records is None else (records, [])
     records, changes = _scale(section, rule, period, unscaled, step, workers)
     records = [_pad(record, section.quiet_after_s) for record in records]
     motions = []
     written: dict[str, Record] = {}
+    errors = []
     for record, change in zip(records, changes, strict=True):
-        for name, components in _shaking(section, isolated, record):
+        try:
+            shaking = _shaking(section, isolated, record)
+        except InputError as error:
+            errors.append(error)
+            continue
+        for name, components in shaking:
             files = [f"{MOTIONS}/{file_name(name)}_{k + 1}.csv" for k in range(len(components))]
             written |= dict(zip(files, components, strict=True))
             motions.append({"name": name, "record": record.name, "files": files, **change[name]})
+    if errors:
+        raise errors[0] if len(errors) == 1 else InputError("; ".join(map(str, errors)))
     step("spectra")
     index = {
         "inputs": inputs,
         "n_records": len(records),
+        "left_out": left_out,
         "isolated_period_s": period,
         "scaling": section.scaled_by,
         "motions": motions,
@@ -94,7 +103,12 @@ def prepare(
 
 
 def _inputs(section: RecordSuite, isolated: IsolatedStructure) -> dict[str, Any]:
-    digests = {str(p): hashlib.sha256(p.read_bytes()).hexdigest() for p in section.sources()}
+    # a missing file is told by its reader, together with all that cannot be read
+    digests = {
+        str(path): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in section.sources()
+        if path.is_file()
+    }
     return {
         "section": section.model_dump(mode="json"),
         "period_s": section.isolated_period_s or translational_period(isolated),

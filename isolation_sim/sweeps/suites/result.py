@@ -86,6 +86,11 @@ class Suite(Printed):
         return bool(inputs["files"]) or inputs["section"]["target"] is not None
 
     @property
+    def left_out(self) -> list[str]:
+        """Reason for each record that could not be read and is not in the suite."""
+        return list(self.index.get("left_out", ()))
+
+    @property
     def controllers(self) -> tuple[str, ...]:
         """Labels of the controllers."""
         return self.sweep.controllers
