@@ -123,6 +123,7 @@ def _evidence(
         f"{quantity.meaning} {values[quantity.name].value:.3g}"
         + f" {quantity.unit}" * (quantity.unit != "1")
         for quantity in effect.parameters
+        if quantity.strength or values[quantity.name].determined
     )
     samples = f"the {int(np.sum(errors.validation_samples))} samples {where}"
     # a law that depends on the effect may fail without it
