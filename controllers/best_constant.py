@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ground_motions.old_names import renamed_attribute
 from isolation_sim.errors import Diverged, InputError
 from isolation_sim.simulation.control import RunContext
 
@@ -46,7 +47,7 @@ class BestConstant(Held):
 
     Attributes
     ----------
-    found : float, A
+    optimum : float, A
         The current, after ``prepare``.
     score : float
         The criterion's value there.
@@ -69,8 +70,9 @@ class BestConstant(Held):
     grid: int = setting(13, "currents tried before the scalar search", Integer(at_least=3))
     resolution: float = setting(1e-3, "accuracy of the scalar search", Number(above=0), "A")
 
-    found: float | None = None
+    optimum: float | None = None
     score: float = np.nan
+    found = renamed_attribute("found", "optimum")
 
     def prepare(self, context: RunContext, trial: Trial) -> None:
         """Search by trial runs of constant currents."""
@@ -102,16 +104,16 @@ class BestConstant(Held):
         valley = (currents[max(best - 1, 0)], currents[min(best + 1, self.grid - 1)])
         options = {"xatol": self.resolution}
         search = minimize_scalar(score, bounds=valley, method="bounded", options=options)
-        self.found, self.score = float(currents[best]), float(scores[best])
+        self.optimum, self.score = float(currents[best]), float(scores[best])
         if search.fun < self.score:
-            self.found, self.score = float(search.x), float(search.fun)
-        self.report = f"{self.found:.3g} A, found by trial runs of this motion"
+            self.optimum, self.score = float(search.x), float(search.fun)
+        self.report = f"{self.optimum:.3g} A, found by trial runs of this motion"
 
     def held(self, context: RunContext) -> float:
         """Return the best current."""
-        if self.found is None:
+        if self.optimum is None:
             raise InputError(
                 "best_constant has not searched yet: call prepare(context, trial) first, as "
                 "simulate does"
             )
-        return self.found
+        return self.optimum

@@ -147,7 +147,7 @@ def match_spectrum(
     return MatchedRecord(
         Record(
             motion.acceleration, motion.dt, record.name, f"{scaled.source}; {note}",
-            record.unit_as_given,
+            record.file_unit,
         ),
         factor,
         wavelets.periods,

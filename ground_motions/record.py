@@ -15,6 +15,7 @@ from ground_motions.argument_types import checked
 from ground_motions.baseline import correct_baseline
 from ground_motions.checks import FloatArray
 from ground_motions.errors import InputError
+from ground_motions.old_names import renamed_arguments, renamed_attribute
 from ground_motions.resampling import resample
 from ground_motions.units import STANDARD_GRAVITY
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from ground_motions.spectra import ResponseSpectrum
 
 
+@renamed_arguments(unit_as_given="file_unit")
 @checked
 @dataclass(frozen=True, eq=False, repr=False)
 class Record:
@@ -40,7 +42,7 @@ class Record:
         Short name, for tables and figures.
     source : str
         Source and processing of the motion.
-    unit_as_given : str
+    file_unit : str
         Unit of the file that the motion was read from; ``acceleration`` itself is always m/s2.
 
     Raises
@@ -53,7 +55,9 @@ class Record:
     dt: float
     name: str = "unnamed"
     source: str = "given as an array"
-    unit_as_given: str = "m/s2"
+    file_unit: str = "m/s2"
+
+    unit_as_given = renamed_attribute("unit_as_given", "file_unit")
 
     def __post_init__(self) -> None:
         samples = checks.finite_row("acceleration (m/s2)", self.acceleration)
@@ -85,7 +89,7 @@ class Record:
 
     @property
     def _labels(self) -> tuple[float, str, str, str]:
-        return self.dt, self.name, self.source, self.unit_as_given
+        return self.dt, self.name, self.source, self.file_unit
 
     @property
     def time(self) -> FloatArray:

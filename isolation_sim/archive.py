@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ground_motions.old_names import renamed_keys
 from ground_motions.python_source import parse
 from ground_motions.registry import code_files, copied_place, has_changed
 
@@ -53,6 +54,14 @@ _PACKAGES = ("isolation_sim", "ground_motions", "controllers")
 _ERRORS: dict[str, type[Exception]] = {
     each.__name__: each for each in (Diverged, ControllerError, InputError)
 }
+_OLD_CLASSES = {"Reached": "TestComparison"}
+_OLD_FIELDS = {
+    "Cause": {"evidence": "reason"},
+    "Diagnosis": {"judged": "nominal"},
+    "Record": {"unit_as_given": "file_unit"},
+    "Run": {"reached": "accuracy", "reached_of_tests": "test_comparison"},
+}
+"""Names of classes and of their fields in files of older versions."""
 
 
 class _Content(NamedTuple):
@@ -182,9 +191,11 @@ def _object(place: str, state: dict[str, Any]) -> Any:
     module, _, name = place.partition(":")
     if module.partition(".")[0] not in _PACKAGES:
         raise InputError(f"contains {place}, which is not a class of the project")
-    kind = getattr(import_module(module), name)
+    kind = getattr(import_module(module), _OLD_CLASSES.get(name, name))
     if not isinstance(kind, type):
         raise InputError(f"contains {place}, which is not a class")
+    for each in kind.__mro__:
+        state = renamed_keys(state, **_OLD_FIELDS.get(each.__name__, {}))
     if hasattr(kind, "_fields"):
         return kind(**state)
     instance: Any = object.__new__(kind)

@@ -97,6 +97,12 @@ def load_written(kind: str, content: object, write: Callable[[], str]) -> Module
     return _load(name_of_content(kind, content, write), write)
 
 
+def in_cache(name: str, function: str) -> bool:
+    """Whether a function of a module was compiled to the cache folder, or need not be compiled."""
+    folder = cache_folder() / "__pycache__"
+    return not COMPILED or any(folder.glob(f"{name}.{function}-*.nbc"))
+
+
 def module_name(kind: str, text: str) -> str:
     """Python's name of a module that was loaded by its text."""
     return f"{_PREFIX}{name_of_text(kind, text)}"
@@ -107,12 +113,12 @@ def name_of_text(kind: str, text: str) -> str:
     return _name(kind, [text], sorted(_closure(_package_files(text, None))))
 
 
-def name_of_content(kind: str, content: object, write: Callable[[], str]) -> str:
+def name_of_content(kind: str, content: object, write: Callable[..., str]) -> str:
     """Name by the content, all sources of its writer, and the version of CasADi."""
     return _name(kind, [repr(content), version("casadi")], sources_of(write))
 
 
-def sources_of(write: Callable[[], str]) -> tuple[Path, ...]:
+def sources_of(write: Callable[..., str]) -> tuple[Path, ...]:
     """Source files of a writer: its own file and all files of the package that it imports."""
     return _sources_from(Path(write.__code__.co_filename))
 

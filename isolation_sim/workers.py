@@ -14,10 +14,11 @@ import queue
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
-from threading import Lock
+from threading import Lock, Thread
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from ground_motions.registry import hides_packages
@@ -94,6 +95,36 @@ def in_processes(tasks: Iterator[Task[Result]], count: int) -> Iterator[Result]:
     """Run tasks in processes on this machine, which are stopped at the end."""
     with Processes(count) as processes:
         yield from processes.run(tasks)
+
+
+def idle_processors() -> int:
+    """Number of processors without work, beside the one that asks; 0 where that is unknown."""
+    if not hasattr(os, "getloadavg") or not hasattr(os, "sched_getaffinity"):
+        return 0
+    count = len(os.sched_getaffinity(0))
+    return max(min(count - 1, int(count + 0.5 - os.getloadavg()[0])), 0)
+
+
+@contextmanager
+def run_beside(tasks: Sequence[Task[None]]) -> Iterator[None]:
+    """Run tasks on idle processors meanwhile; those that are left at the end are dropped."""
+    count = min(idle_processors(), len(tasks))
+    if not count:
+        yield
+        return
+
+    def run_all() -> None:
+        with suppress(InputError):  # the processes were stopped
+            deque(processes.run(iter(tasks)), maxlen=0)
+
+    with Processes(count) as processes:
+        thread = Thread(target=run_all)
+        thread.start()
+        try:
+            yield
+        finally:
+            processes.stop()
+            thread.join()
 
 
 def processors(workers: int | None) -> int:

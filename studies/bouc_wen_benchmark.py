@@ -109,10 +109,10 @@ def refine(mass: float, device: Device, signal: Training) -> tuple[float, Device
     quantities = [next(q for q in law.parameters if q.name == name) for name in free]
     limits = np.array([(0.0, np.inf), *((q.lower, q.upper) for q in quantities)])
     bounds = np.sort(limits / scale[:, np.newaxis], axis=1).T
-    found = least_squares(
+    solution = least_squares(
         residual, np.ones(len(scale)), diff_step=1e-4, bounds=bounds, ftol=1e-6, xtol=1e-6
     )
-    return model(found.x)
+    return model(solution.x)
 
 
 def campaign(mass: float, signal: Training) -> Campaign:

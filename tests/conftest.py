@@ -95,8 +95,8 @@ def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """Folder of measured data and reference trajectories; skips where it is absent."""
-    given = os.environ.get("ISOLATION_SIM_DATA")
-    folder = Path(given) if given else REPOSITORY.parent / "shared" / "data"
+    place = os.environ.get("ISOLATION_SIM_DATA")
+    folder = Path(place) if place else REPOSITORY.parent / "shared" / "data"
     if not folder.is_dir():
         pytest.skip(f"shared data not found at {folder}; set ISOLATION_SIM_DATA to its folder")
     return folder

@@ -73,9 +73,9 @@ def shake():
 
 def test_simulate_takes_a_name_or_a_controller(isolated, shake):
     by_name = iso.simulate(isolated, shake)
-    given = iso.simulate(isolated, shake, iso.controller("passive_off"))
+    expected = iso.simulate(isolated, shake, iso.controller("passive_off"))
     assert by_name.controller == "passive_off"
-    np.testing.assert_array_equal(by_name.values, given.values)
+    np.testing.assert_array_equal(by_name.values, expected.values)
 
 
 def test_simulate_passes_options_on(isolated, shake):
@@ -133,19 +133,19 @@ name = "passive_on"
 def test_a_controller_that_diverges_leaves_the_others_their_results(tmp_path):
     path = tmp_path / "strong.toml"
     path.write_text(DIVERGING)
-    found = iso.run_scenario(path)
-    assert list(found.runs) == ["passive_on"]
+    result = iso.run_scenario(path)
+    assert list(result.runs) == ["passive_on"]
     reason = r"strong.toml: controller 'passive_off': the run diverged at t = 1\.\d+ s: the devices"
-    assert list(found.diverged) == ["passive_off"]
-    assert isinstance(found.diverged["passive_off"], iso.Diverged)
-    assert re.search(reason, str(found.diverged["passive_off"]))
-    assert re.search(f"passive off has no result: .*{reason}", str(found))
-    run = found.runs["passive_on"]
+    assert list(result.diverged) == ["passive_off"]
+    assert isinstance(result.diverged["passive_off"], iso.Diverged)
+    assert re.search(reason, str(result.diverged["passive_off"]))
+    assert re.search(f"passive off has no result: .*{reason}", str(result))
+    run = result.runs["passive_on"]
     again = iso.compare(run.isolated, run.records[0], ["passive_off", "passive_on"])
     assert (list(again.runs), list(again.diverged)) == (["passive_on"], ["passive_off"])
-    assert again.criteria == found.criteria
-    report = iso.json_report(found)["diverged"]
-    assert report == [{"controller": "passive_off", "reason": str(found.diverged["passive_off"])}]
+    assert again.criteria == result.criteria
+    report = iso.json_report(result)["diverged"]
+    assert report == [{"controller": "passive_off", "reason": str(result.diverged["passive_off"])}]
 
 
 def test_if_every_controller_diverges_there_is_no_comparison():
@@ -157,9 +157,9 @@ def test_if_every_controller_diverges_there_is_no_comparison():
 def test_a_degree_of_the_current_is_refused_where_it_has_no_meaning(tmp_path):
     record = tmp_path / "record.csv"
     record.write_text("time_s,ground_acceleration_m_s2,base_acceleration_m_s2\n0,0,0\n")
-    with pytest.raises(InputError, match="current degree is 1, which has no meaning") as told:
+    with pytest.raises(InputError, match="current degree is 1, which has no meaning") as error:
         iso.diagnose(record, scenario=iso.Scenario(), current_degree=1)
-    assert str(record) in str(told.value) and "\n" not in str(told.value)
+    assert str(record) in str(error.value) and "\n" not in str(error.value)
     with pytest.raises(InputError, match="current degree is 0, which has no meaning"):
         iso.diagnose([record], scenario=iso.Scenario(), current_degree=0)
 
@@ -185,7 +185,7 @@ def test_building_records_are_held_out_by_their_paths(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("degree", "told"),
+    ("degree", "message"),
     [
         (
             2,
@@ -195,10 +195,10 @@ def test_building_records_are_held_out_by_their_paths(tmp_path, monkeypatch):
         (-1, "expected: 0 or more"),
     ],
 )
-def test_a_degree_that_a_loop_table_does_not_determine_is_refused(tmp_path, degree, told):
+def test_a_degree_that_a_loop_table_does_not_determine_is_refused(tmp_path, degree, message):
     table = tmp_path / "loops.csv"
     rows = [f"{2 + k // 2},1,{3 * (k % 2)},{50 + k},0.1" for k in range(8)]
     head = "amplitude_mm,frequency_Hz,current_A,effective_stiffness_N_per_mm,damping_ratio"
     table.write_text("\n".join([head, *rows]) + "\n")
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=message):
         iso.diagnose(table, law="kelvin_voigt", current_degree=degree)

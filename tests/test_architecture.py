@@ -35,11 +35,11 @@ class Import(NamedTuple):
 @cache
 def files() -> dict[str, Path]:
     """Files of the packages by their module's name."""
-    found = {}
+    results = {}
     for path in (path for package in PACKAGES for path in (ROOT / package).rglob("*.py")):
         parts = path.relative_to(ROOT).with_suffix("").parts
-        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    return found
+        results[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return results
 
 
 def imports(name: str) -> set[Import]:
@@ -191,5 +191,5 @@ def test_results_find_their_reports(name):
         assert callable(getattr(reports, function))
 
 
-def test_what_results_render_is_found_in_their_source():
+def test_what_results_render_is_named_in_their_source():
     assert len(RENDERED) >= 14

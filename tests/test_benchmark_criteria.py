@@ -48,11 +48,11 @@ def isolated(**geometry):
     springs[2, 2] += 8e5 * 60.0
     building = replace(building, stiffness=springs)
     device = iso.reference_isolators().scaled(force=0.4)
-    found = building
+    result = building
     for axis, arm in (("x", -1.5), ("y", -8.0)):
         row = building.direction_row(f"base_{axis}") + arm * building.direction_row("base_r")
-        found = found.with_element(device, row, 0, f"isolator_{axis}")
-    return found
+        result = result.with_element(device, row, 0, f"isolator_{axis}")
+    return result
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +113,7 @@ def measures(run):
 
 
 def test_all_nine_against_separate_code(runs):
-    found = criteria(runs["passive_on"], runs["passive_off"])
+    result = criteria(runs["passive_on"], runs["passive_off"])
     on, off = measures(runs["passive_on"]), measures(runs["passive_off"])
     expected = {
         "J1": on["V0"] / off["V0"], "J2": on["V1"] / off["V1"], "J3": on["d"] / off["d"],
@@ -121,7 +121,7 @@ def test_all_nine_against_separate_code(runs):
         "J7": on["rms d"] / off["rms d"], "J8": on["rms a"] / off["rms a"],
         "J9": on["work"] / on["input"],
     }  # fmt: skip
-    assert {name: found[name] for name in expected} == pytest.approx(expected, rel=5e-4)
+    assert {name: result[name] for name in expected} == pytest.approx(expected, rel=5e-4)
     # the building tells every one of them from the variant under a name of its own
     for index, variant in {
         "J3": "normalised_peak_base_displacement",
@@ -131,7 +131,11 @@ def test_all_nine_against_separate_code(runs):
         "J8": "normalised_rms_floor_acceleration",
         "J9": "normalised_device_dissipation",
     }.items():
-        assert abs(found[index] / found[variant] - 1) > 5e-3, (index, found[index], found[variant])
+        assert abs(result[index] / result[variant] - 1) > 5e-3, (
+            index,
+            result[index],
+            result[variant],
+        )
     # the springs carry a part of the shear
     assert expected["J6"] < 0.95
 
@@ -199,16 +203,16 @@ def test_structures_of_different_geometry_side_by_side():
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("value", "said"),
     [
         ({"isolator_positions": [[0.0, 1.0, 2.0]]}, "isolator_positions has shape"),
         ({"isolator_positions": [[0.0, np.nan]]}, r"isolator_positions\[0, 1\] is nan"),
         ({"heights": [3.0] * 5 + [0.0]}, "heights are .* expected: above zero"),
     ],
 )
-def test_geometry_that_cannot_be_used(given, said):
+def test_geometry_that_cannot_be_used(value, said):
     with pytest.raises(InputError, match=said):
-        tower(**given)
+        tower(**value)
 
 
 def test_positions_need_a_slab_that_moves_in_its_plane():
@@ -221,11 +225,11 @@ def test_one_isolator_and_isolators_in_a_line(runs):
     run = runs["passive_on"]
     for places in ([[10.0, 6.0]], [[0.0, 0.0], [1.0, 2.0], [-2.0, -4.0]]):
         plant = isolated(isolator_positions=places)
-        found = iso.simulate(plant, run.records, "passive_on")
-        turn = found.output("base_r_displacement_m")
-        u, v = (found.output(f"base_{axis}_displacement_m") for axis in "xy")
+        result = iso.simulate(plant, run.records, "passive_on")
+        turn = result.output("base_r_displacement_m")
+        u, v = (result.output(f"base_{axis}_displacement_m") for axis in "xy")
         expected = max(np.hypot(u - y * turn, v + x * turn).max() for x, y in places)
-        assert found.criteria["peak_isolator_displacement_m"] == pytest.approx(expected, rel=5e-4)
+        assert result.criteria["peak_isolator_displacement_m"] == pytest.approx(expected, rel=5e-4)
 
 
 def test_geometry_from_a_file(tmp_path):
@@ -236,7 +240,7 @@ def test_geometry_from_a_file(tmp_path):
         influence=building.influence, base=[0, 1, 2], storey_heights_m=np.repeat(HEIGHTS, 3),
         isolator_positions_m=POSITIONS,
     )  # fmt: skip
-    found = iso.read_matrices(path)
-    np.testing.assert_array_equal(found.isolator_positions, POSITIONS)
-    np.testing.assert_array_equal(found.heights, np.repeat(HEIGHTS, 3))
-    assert found.fixed_base().isolator_positions is None
+    loaded = iso.read_matrices(path)
+    np.testing.assert_array_equal(loaded.isolator_positions, POSITIONS)
+    np.testing.assert_array_equal(loaded.heights, np.repeat(HEIGHTS, 3))
+    assert loaded.fixed_base().isolator_positions is None

@@ -153,7 +153,7 @@ def test_a_run_tells_how_the_predictive_controllers_decisions_went(here, call):
     assert "passive off: " not in out
 
 
-def test_deformation_beyond_the_tests_is_told(here, call):
+def test_deformation_beyond_the_tests_is_reported(here, call):
     (here / "strong.toml").write_text(SHORT.replace("stop_s", "scale_factor = 3.0\nstop_s"))
     _, _, err = call("run", "strong.toml", "--quiet", "--no-figures")
     assert re.search(r"warning: isolator deforms further .* 80 mm .* passive off \d+ mm", err)
@@ -205,8 +205,8 @@ def test_an_error_of_a_controller_keeps_the_other_results(here, call):
     assert code == 1 and "Traceback" not in err
     assert "Boom failed at t = 1 s: ZeroDivisionError: division by zero (boom.py:6)" in err
     assert (here / "results" / "job" / "passive_off.nc").exists()
-    kept = isolation_sim.load(here / "results" / "job").diverged
-    assert [type(error) for error in kept.values()] == [isolation_sim.ControllerError]
+    saved = isolation_sim.load(here / "results" / "job").diverged
+    assert [type(error) for error in saved.values()] == [isolation_sim.ControllerError]
 
 
 def test_divergence_of_all_is_one_line_and_exit_code_1(here, call):
@@ -232,7 +232,7 @@ def test_new_then_run(here, call):
     assert (here / "results" / "mine" / "clipped_lqr.nc").exists()
 
 
-def test_new_does_not_overwrite_unless_told(here, call):
+def test_new_does_not_overwrite_without_force(here, call):
     (here / "scenario.toml").write_text("mine")
     line = refused(call, "new")
     assert line == "scenario.toml: exists; expected: a new name, or --force to replace it"
@@ -357,20 +357,20 @@ BAD_INPUT = {
 }
 
 
-@pytest.mark.parametrize(("text", "files", "told"), BAD_INPUT.values(), ids=list(BAD_INPUT))
-def test_bad_input_is_one_line(here, call, text, files, told):
-    given = dict(files)
+@pytest.mark.parametrize(("text", "files", "message"), BAD_INPUT.values(), ids=list(BAD_INPUT))
+def test_bad_input_is_one_line(here, call, text, files, message):
+    settings = dict(files)
     if text is not None:
-        given["job.toml"] = text
-    for name, content in given.items():
+        settings["job.toml"] = text
+    for name, content in settings.items():
         (here / name).write_text(content)
-    assert refused(call, "run", "job.toml").startswith(told.format(here=here))
+    assert refused(call, "run", "job.toml").startswith(message.format(here=here))
     # nothing lost, nothing left behind
-    assert {p.name: p.read_text() for p in here.iterdir()} == given
+    assert {p.name: p.read_text() for p in here.iterdir()} == settings
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ("run --out table.csv", "table.csv: a file; expected: a new folder"),
         ("run folder", "folder: cannot be read (Is a directory)"),
@@ -395,13 +395,13 @@ def test_bad_input_is_one_line(here, call, text, files, told):
         ("study level_and_period --out table.csv/a", "table.csv/a: results cannot be written"),
     ],
 )
-def test_the_wrong_thing_in_a_place_is_told_in_one_line(here, call, arguments, told):
+def test_the_wrong_thing_in_a_place_is_reported_in_one_line(here, call, arguments, message):
     (here / "folder").mkdir()
     (here / "latin.toml").write_bytes(b'name = "caf\xe9"\n')
     (here / "table.csv").write_text("a,b\n1,2\n")
     (here / "plan.toml").write_text('[[vary]]\nfield = "isolator.count"\nvalues = [1.0]\n')
     before = set(here.rglob("*"))
-    assert refused(call, *arguments.split()).startswith(told)
+    assert refused(call, *arguments.split()).startswith(message)
     assert set(here.rglob("*")) == before
 
 
@@ -474,12 +474,12 @@ def test_lists_as_json(call, subject):
 
 
 @pytest.mark.parametrize(
-    ("given", "told"), [(["rnu"], "Did you mean 'run'?"), (["run", "--jsno"], "--json")]
+    ("value", "message"), [(["rnu"], "Did you mean 'run'?"), (["run", "--jsno"], "--json")]
 )
-def test_a_mistyped_word_is_answered_with_the_right_one(call, given, told):
-    code, out, err = call(*given)
+def test_a_mistyped_word_is_answered_with_the_right_one(call, value, message):
+    code, out, err = call(*value)
     assert (code, out) == (2, "")
-    assert told in err
+    assert message in err
 
 
 def test_shells_complete_commands(here):
@@ -528,8 +528,8 @@ def test_a_degree_of_the_current_is_refused_for_a_building_record(here, call):
 
 def test_json_has_no_nan():
     """Every command writes JSON by one helper, which writes null for NaN and infinity."""
-    given = {"a": [1.5, np.nan, (np.inf, np.float64("nan"))], "b": {"c": -np.inf, "d": "NaN"}}
-    read = json.loads(json_text(given), parse_constant=pytest.fail)
+    settings = {"a": [1.5, np.nan, (np.inf, np.float64("nan"))], "b": {"c": -np.inf, "d": "NaN"}}
+    read = json.loads(json_text(settings), parse_constant=pytest.fail)
     assert read == {"a": [1.5, None, [None, None]], "b": {"c": None, "d": "NaN"}}
     commands = [
         *Path(cli.__file__).parent.glob("*.py"),

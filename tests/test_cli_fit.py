@@ -40,27 +40,27 @@ def called(capsys, *arguments):
         main([str(a) for a in arguments])
     except SystemExit as end:
         code = end.code or 0
-    told = capsys.readouterr()
-    return code, told.out, told.err
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
 
 
 def test_fit_gives_the_numbers_back(campaign, capsys):
     code, out, _ = called(capsys, "fit", campaign, "--law", "kelvin_voigt", "--json")
     report = json.loads(out)
     assert code == 0
-    found = {(p["name"], p["current_A"]): p for p in report["parameters"]}
+    results = {(p["name"], p["current_A"]): p for p in report["parameters"]}
     for current, stiffness in STIFFNESS.items():
-        assert found["k", current]["low"] < stiffness < found["k", current]["high"]
-        assert found["c", current]["low"] < DAMPING < found["c", current]["high"]
+        assert results["k", current]["low"] < stiffness < results["k", current]["high"]
+        assert results["c", current]["low"] < DAMPING < results["c", current]["high"]
     assert [r["hold_out"] for r in report["runs"]].count(True) == 2
     assert report["held_out_error"] < 0.03
 
 
 def test_fitted_law_stands_in_a_scenario(campaign, capsys, tmp_path):
     out = tmp_path / "fitted.toml"
-    code, told, _ = called(capsys, "fit", campaign, "--law", "kelvin_voigt", "--out", out)
+    code, output, _ = called(capsys, "fit", campaign, "--law", "kelvin_voigt", "--out", out)
     assert code == 0
-    assert "pooled" in told
+    assert "pooled" in output
     device = Scenario.read(out).build().isolated.elements[0].device
     x, v = np.array([0.001, -0.002]), np.array([0.1, 0.05])
     expected = law("kelvin_voigt", parameters={"k": 5e4, "c": DAMPING}).force(x, v, (), 2.0)
@@ -68,7 +68,7 @@ def test_fitted_law_stands_in_a_scenario(campaign, capsys, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["--law", "kelvin_vogt"], "unknown law 'kelvin_vogt'; did you mean 'kelvin_voigt'?"),
         (["--law", "kelvin_voigt", "--current-degree", "2"], "need 3 currents; the fitted runs"),
@@ -81,16 +81,16 @@ def test_fitted_law_stands_in_a_scenario(campaign, capsys, tmp_path):
         ),
     ],
 )
-def test_bad_input_is_one_line(campaign, capsys, arguments, told):
+def test_bad_input_is_one_line(campaign, capsys, arguments, message):
     code, out, err = called(capsys, "fit", campaign, *arguments)
     assert code == 2
     assert out == ""
-    assert told in err
+    assert message in err
     assert len(err.strip().splitlines()) == 1
 
 
 @pytest.mark.parametrize("option", ["--out", "--report"])
-def test_a_folder_where_a_file_should_go_is_told(campaign, capsys, tmp_path, option):
+def test_a_folder_where_a_file_should_go_is_reported(campaign, capsys, tmp_path, option):
     (tmp_path / "taken").mkdir()
     before = set(tmp_path.rglob("*"))
     arguments = ("--law", "kelvin_voigt", "--starts", 1, "--quiet", option, tmp_path / "taken")
@@ -111,18 +111,18 @@ def test_missing_column_names_file_and_column(campaign, capsys):
 
 def test_a_fit_leads_to_its_report(campaign, capsys, tmp_path):
     out = tmp_path / "fitted.toml"
-    _, told, _ = called(capsys, "fit", campaign, "--law", "kelvin_voigt", "--out", out, "--quiet")
-    assert told == f"fitted law: {out}\nreport: {tmp_path / 'fitted.html'}\n"
+    _, output, _ = called(capsys, "fit", campaign, "--law", "kelvin_voigt", "--out", out, "--quiet")
+    assert output == f"fitted law: {out}\nreport: {tmp_path / 'fitted.html'}\n"
     assert "Kelvin-Voigt" in (tmp_path / "fitted.html").read_text()
 
 
 def test_a_fit_in_a_folder_is_loaded(campaign, capsys, tmp_path):
     folder = tmp_path / "my_fit"
-    given = ("--law", "kelvin_voigt", "--starts", 2, "--out", folder)
-    code, out, _ = called(capsys, "fit", campaign, *given)
+    inputs = ("--law", "kelvin_voigt", "--starts", 2, "--out", folder)
+    code, out, _ = called(capsys, "fit", campaign, *inputs)
     assert code == 0 and "my_fit.html" not in out and (folder / "report.html").is_file()
     assert load(folder).device.law.name == "kelvin_voigt"
-    code, _, err = called(capsys, "fit", campaign, *given)
+    code, _, err = called(capsys, "fit", campaign, *inputs)
     assert code == 2 and err.endswith("my_fit: a folder; expected: a file\n")
 
 
@@ -132,8 +132,8 @@ def test_the_fit_is_exported_and_read_back(campaign, capsys, tmp_path):
 
     words = ["fit", campaign, "--law", "kelvin_voigt", "--quiet"]
     forms = ["--export", "mat", "--export", "xlsx"]
-    code, _, told = called(capsys, *words, *forms)
-    assert code == 2 and "--export mat: needs a file for the law; expected: --out" in told
+    code, _, errors = called(capsys, *words, *forms)
+    assert code == 2 and "--export mat: needs a file for the law; expected: --out" in errors
     out = tmp_path / "fitted.toml"
     assert called(capsys, *words, *forms, "--out", out)[0] == 0
     device = Scenario.read(out).isolator.device()
@@ -166,10 +166,10 @@ def test_files_of_a_machine_are_imported_and_fitted(tmp_path, capsys):
     assert code == 0 and "nothing is written" in out
     code, out, _ = called(capsys, "import", raw, "--current-from-name", "--out", tests)
     assert code == 0 and f"campaign: {tests}" in out and "Weg" in out and "-4 to 4" in out
-    code, _, told = called(capsys, "import", raw, "--out", tests)
-    assert code == 2 and "exists already" in told
-    code, _, told = called(capsys, "import", raw, "--unit", "force")
-    assert code == 2 and "--unit force: expected: a name and a value, such as force=kN" in told
+    code, _, errors = called(capsys, "import", raw, "--out", tests)
+    assert code == 2 and "exists already" in errors
+    code, _, errors = called(capsys, "import", raw, "--unit", "force")
+    assert code == 2 and "--unit force: expected: a name and a value, such as force=kN" in errors
     code, out, _ = called(capsys, "fit", tests, "--law", "kelvin_voigt", "--json")
-    found = {row["name"]: row["value"] for row in json.loads(out)["parameters"]}
-    assert code == 0 and found["k"] in (pytest.approx(2e4), pytest.approx(5e4))
+    loaded = {row["name"]: row["value"] for row in json.loads(out)["parameters"]}
+    assert code == 0 and loaded["k"] in (pytest.approx(2e4), pytest.approx(5e4))

@@ -85,8 +85,8 @@ def test_progress_in_a_log_is_a_line_from_time_to_time(plan, capsys, monkeypatch
     sweep = "sweep", "plan.toml", "--workers", "1", "--overwrite"
     assert "running" not in command(capsys, *sweep)[2]
     monkeypatch.setattr(common_options, "BETWEEN_LINES", 0.0)
-    told = [line for line in command(capsys, *sweep)[2].splitlines() if "running" in line]
-    assert told[-1].startswith("running: 12 of 12, ")
+    lines = [line for line in command(capsys, *sweep)[2].splitlines() if "running" in line]
+    assert lines[-1].startswith("running: 12 of 12, ")
     assert "running" not in command(capsys, *sweep, "--quiet")[2]
 
 
@@ -97,7 +97,7 @@ def test_quiet_says_where_the_results_are(plan, capsys):
     assert "12 of 12 runs still move at the end" in err and len(err.splitlines()) == 2
 
 
-def test_a_failing_case_is_told_and_ends_with_one(plan, capsys):
+def test_a_failing_case_is_reported_and_ends_with_one(plan, capsys):
     plan.write_text(PLAN.format(last=1e4))
     code, _, err = command(capsys, "sweep", "plan.toml", "--workers", "1")
     assert code == 1
@@ -116,7 +116,7 @@ def test_a_failing_case_is_told_and_ends_with_one(plan, capsys):
         (["show", "results/plan", "--criterion", "rms_drft_m"], "did you mean 'rms_drift_m'"),
     ],
 )
-def test_mistakes_are_told_in_one_line(plan, capsys, arguments, said):
+def test_mistakes_are_reported_in_one_line(plan, capsys, arguments, said):
     if "results/plan" in arguments:
         command(capsys, "sweep", "plan.toml", "--workers", "1", "--quiet")
     code, _, err = command(capsys, "sweep", *arguments)

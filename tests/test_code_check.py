@@ -42,18 +42,18 @@ def test_spring_and_dashpot():
     """beta = c omega / (2 k), D_M = S T / (4 pi^2 B): all in closed form."""
     k, c, demand = 5e6, 2.5e5, 6.0
     plant = building().on(law("kelvin_voigt", {"k": k, "c": c}))
-    found = effective_properties(plant, demand)
+    effective = effective_properties(plant, demand)
     omega = np.sqrt(k / WEIGHT_MASS)
     period, damping = 2 * np.pi / omega, c * omega / (2 * k)
     displacement = demand * period / (4 * np.pi**2 * damping_coefficient(damping))
-    assert found.period == pytest.approx(period, rel=1e-5)
-    assert found.damping == pytest.approx(damping, rel=1e-3)
-    assert found.displacement == pytest.approx(displacement, rel=1e-3)
-    assert found.shear == pytest.approx(k * displacement, rel=1e-3)
-    assert found.softening == pytest.approx(1.0, rel=1e-6)
+    assert effective.period == pytest.approx(period, rel=1e-5)
+    assert effective.damping == pytest.approx(damping, rel=1e-3)
+    assert effective.displacement == pytest.approx(displacement, rel=1e-3)
+    assert effective.shear == pytest.approx(k * displacement, rel=1e-3)
+    assert effective.softening == pytest.approx(1.0, rel=1e-6)
     slow_dashpot = c * omega / 50 * displacement * np.sqrt(1 - 0.25)
     restoring = (k * displacement / 2 - slow_dashpot) / (WEIGHT_MASS * GRAVITY)
-    assert found.restoring == pytest.approx(restoring, rel=1e-3)
+    assert effective.restoring == pytest.approx(restoring, rel=1e-3)
 
 
 def test_bilinear_bearing():
@@ -67,13 +67,13 @@ def test_bilinear_bearing():
     area = np.trapezoid(force, x)
     # a rounded corner cuts off a little
     assert area == pytest.approx(4 * strength * (0.2 - u_y), rel=0.01)
-    found = effective_properties(plant, 6.0)
-    d = found.displacement
+    effective = effective_properties(plant, 6.0)
+    d = effective.displacement
     stiffness = k + strength / d
-    assert found.stiffness == pytest.approx(stiffness, rel=1e-4)
+    assert effective.stiffness == pytest.approx(stiffness, rel=1e-4)
     damping = 4 * strength * (d - u_y) / (2 * np.pi * stiffness * d**2)
-    assert found.damping == pytest.approx(damping, rel=0.01)
-    assert found.restoring == pytest.approx(k * d / 2 / (WEIGHT_MASS * GRAVITY), rel=2e-3)
+    assert effective.damping == pytest.approx(damping, rel=0.01)
+    assert effective.restoring == pytest.approx(k * d / 2 / (WEIGHT_MASS * GRAVITY), rel=2e-3)
 
 
 def test_factors_and_p_delta():

@@ -71,12 +71,12 @@ def test_a_missing_ratio_says_what_it_needs(comparison):
 
 
 def test_it_prints_the_verdict_and_the_best_current(isolated):
-    found = iso.compare(isolated, GROUND, ["passive_off", "best_constant"])
-    *sentences, last = found.verdict()
+    comparison = iso.compare(isolated, GROUND, ["passive_off", "best_constant"])
+    *sentences, last = comparison.verdict()
     assert len(sentences) == 2 and "together" in sentences[0]
     assert re.fullmatch(r"best constant: \S+ A, found by trial runs of this motion", last)
-    assert str(found).endswith("\n".join([*sentences, last]))
-    assert str(found.runs["best_constant"]).endswith(last)
+    assert str(comparison).endswith("\n".join([*sentences, last]))
+    assert str(comparison.runs["best_constant"]).endswith(last)
 
 
 def test_refusals(comparison, isolated):

@@ -1,10 +1,19 @@
-"""A second process compiles controllers, and what comes out is what one process alone gives."""
+"""Further processes compile, and what comes out is what one process alone gives."""
+
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import isolation_sim as iso
+from isolation_sim import workers
+from isolation_sim.discrepancy.device.first_use import EffectCompilation, effects_to_compile
 from isolation_sim.errors import InputError
+from isolation_sim.identification.first_use import LawCompilation, laws_to_compile
+from isolation_sim.laws import LAWS
 from isolation_sim.scenario import Scenario, compilation
 from isolation_sim.simulation.control import CompiledDecision
 
@@ -37,7 +46,7 @@ def begun(monkeypatch):
 
     monkeypatch.setattr(compilation, "Worker", Noted)
     monkeypatch.setattr(compilation, "_is_first_use", lambda job: True)
-    monkeypatch.setattr(compilation, "_has_idle_processor", lambda: True)
+    monkeypatch.setattr(compilation, "idle_processors", lambda: 1)
     return labels
 
 
@@ -69,12 +78,66 @@ def test_a_controller_compiles_without_a_run(scenario, monkeypatch):
     loaded = []
     before = CompiledDecision.__init__
 
-    def noted(self, *given, **named):
-        loaded.append(given)
-        before(self, *given, **named)
+    def noted(self, *value, **named):
+        loaded.append(value)
+        before(self, *value, **named)
 
     monkeypatch.setattr(CompiledDecision, "__init__", noted)
     scenario.build().compile("clipped_lqr")
     assert len(loaded) == 1
     with pytest.raises(InputError, match="learns from runs"):
         scenario.build().compile("best_constant")
+
+
+@pytest.fixture
+def empty_cache(monkeypatch, tmp_path):
+    monkeypatch.setenv("ISOLATION_SIM_CACHE", str(tmp_path))
+
+
+@dataclass(frozen=True)
+class Note:
+    """Task that writes the number of its process; with no path it never ends."""
+
+    path: Path | None
+
+    def run(self) -> None:
+        if self.path is None:
+            time.sleep(3600)
+        else:
+            self.path.write_text(str(os.getpid()))
+
+
+def test_tasks_run_beside_a_block_in_another_process(monkeypatch, tmp_path):
+    monkeypatch.setattr(workers, "idle_processors", lambda: 1)
+    notes = [tmp_path / "first", tmp_path / "second"]
+    began = time.monotonic()
+    with workers.run_beside([*map(Note, notes), Note(None)]):
+        while not notes[1].exists() and time.monotonic() < began + 60:
+            time.sleep(0.01)
+    process = int(notes[0].read_text())
+    assert process == int(notes[1].read_text()) != os.getpid()
+    with pytest.raises(ProcessLookupError):  # the task that never ends was stopped
+        os.kill(process, 0)
+
+
+def test_nothing_runs_beside_a_block_without_an_idle_processor(monkeypatch, tmp_path):
+    monkeypatch.setattr(workers, "idle_processors", lambda: 0)
+    with workers.run_beside([Note(tmp_path / "note")]):
+        pass
+    assert not (tmp_path / "note").exists()
+
+
+@pytest.mark.usefixtures("empty_cache")
+def test_another_process_compiles_a_law_and_an_effect():
+    law = LawCompilation("kelvin_voigt")
+    effect = EffectCompilation("cyclic_degradation", 0, False)
+    assert len(laws_to_compile()) == len(LAWS)
+    order = [one.differentiated for one in effects_to_compile()]
+    assert order == sorted(order)
+    worker = workers.Worker()
+    worker.run(law)
+    worker.run(effect)
+    worker.stop()
+    assert law not in laws_to_compile()
+    assert effect not in effects_to_compile()
+    assert laws_to_compile(["linear"]) == [LawCompilation("linear")]

@@ -16,7 +16,7 @@ from .sampled_criteria import Response, response_criteria, response_of
 RATIOS_TO_REFERENCE = ("J1", "J2", "J3", "J4", "J5", "J7", "J8")
 
 
-class Given(SimpleNamespace):
+class StubRun(SimpleNamespace):
     """What the criteria need of a run."""
 
     __class__ = iso.Run
@@ -29,7 +29,7 @@ def runs():
     return {name: iso.simulate(isolated, ground, name) for name in ("passive_off", "passive_on")}
 
 
-def response(time, **given):
+def response(time, **value):
     """Quiet response with one column each, apart from what is given."""
     n = len(time)
     quiet = {
@@ -41,12 +41,12 @@ def response(time, **given):
         "structural_shear": np.zeros(n),
         "isolator_force": np.zeros(n),
     }
-    return Response(time=time, **(quiet | given))
+    return Response(time=time, **(quiet | value))
 
 
 def stub_run(isolated, records, values):
     """What criteria read of a run, with outputs of our own choosing."""
-    return Given(
+    return StubRun(
         isolated=isolated,
         records=records,
         time=records[0].time,
@@ -124,7 +124,7 @@ def test_peak_floor_and_rms_floor_may_differ():
 def test_batches_are_the_single_runs():
     random = np.random.default_rng(3)
     time = np.arange(40) * 0.02
-    given = {
+    settings = {
         "base_displacement": random.normal(size=(2, 3, 40, 1)),
         "floor_acceleration": random.normal(size=(2, 3, 40, 6)),
         "superstructure_acceleration": random.normal(size=(2, 3, 40, 5)),
@@ -133,9 +133,9 @@ def test_batches_are_the_single_runs():
         "structural_shear": random.normal(size=(2, 3, 40)),
         "isolator_force": random.normal(size=(2, 3, 40)),
     }
-    batch = response_criteria(Response(time=time, **given))
+    batch = response_criteria(Response(time=time, **settings))
     for place in np.ndindex(2, 3):
-        single = response_criteria(Response(time, **{k: v[place] for k, v in given.items()}))
+        single = response_criteria(Response(time, **{k: v[place] for k, v in settings.items()}))
         for key, value in single.items():
             assert batch[key].shape == (2, 3)
             assert batch[key][place] == pytest.approx(value, rel=1e-14)
@@ -247,19 +247,19 @@ def test_ratios_and_energies_of_a_run(runs):
 
 def test_shear_by_two_routes(runs):
     run = runs["passive_on"]
-    found = response_of(run)
+    result = response_of(run)
     history, mass = run.history, np.diag(run.isolated.structure.mass)
     inertia = -(history.acceleration.values * mass).sum(axis=1)
     peak = np.abs(inertia).max()
-    assert found.base_shear == pytest.approx(inertia, abs=1e-9 * peak)
+    assert result.base_shear == pytest.approx(inertia, abs=1e-9 * peak)
     # the isolator is all that the ground holds the building by
-    assert found.base_shear == pytest.approx(history.force.values[:, 0], abs=1e-9 * peak)
+    assert result.base_shear == pytest.approx(history.force.values[:, 0], abs=1e-9 * peak)
     # and the first storey carries what the floors above it weigh in
     storey = run.isolated.structure
     spring = storey.stiffness[1, 0] * -history.drift.values[:, 0]
     above = -(history.acceleration.values * mass)[:, 1:].sum(axis=1)
-    assert found.structural_shear == pytest.approx(above, abs=1e-9 * peak)
-    assert np.abs(spring - found.structural_shear).max() < 0.05 * peak  # without its damping
+    assert result.structural_shear == pytest.approx(above, abs=1e-9 * peak)
+    assert np.abs(spring - result.structural_shear).max() < 0.05 * peak  # without its damping
 
 
 def test_input_of_the_absolute_motion_is_the_shears_work_on_the_ground(runs):
@@ -275,8 +275,8 @@ def test_input_of_the_absolute_motion_is_the_shears_work_on_the_ground(runs):
 
 def test_work_on_the_devices_is_what_they_lost_and_store(runs):
     energy = runs["passive_on"].energy
-    kept = energy.device_stored_J - energy.device_stored_J[0]
-    expected = energy.device_dissipation_J + kept - energy.field_work_J
+    stored = energy.device_stored_J - energy.device_stored_J[0]
+    expected = energy.device_dissipation_J + stored - energy.field_work_J
     assert energy.control_device_work_J == pytest.approx(expected, abs=1e-6 * energy.input_J.max())
 
 
@@ -289,29 +289,29 @@ def test_vectors_over_two_directions():
     values = np.random.default_rng(5).normal(size=(8, len(names)))
     run = stub_run(isolated, records, values)
     column = {name: values[:, k] for k, name in enumerate(names)}
-    found = response_of(run)
-    assert found.base_displacement == pytest.approx(
+    result = response_of(run)
+    assert result.base_displacement == pytest.approx(
         np.hypot(column["base_x_displacement_m"], column["base_y_displacement_m"])[:, None]
     )
     for level, name in enumerate(("base", "floor1")):
-        assert found.floor_acceleration[:, level] == pytest.approx(
+        assert result.floor_acceleration[:, level] == pytest.approx(
             np.hypot(column[f"{name}_x_acceleration_m_s2"], column[f"{name}_y_acceleration_m_s2"])
         )
-    assert found.drift == pytest.approx(
+    assert result.drift == pytest.approx(
         np.hypot(column["storey1_x_drift_m"], column["storey1_y_drift_m"])[:, None]
     )
     shear = [
         3e3 * column[f"base_{d}_acceleration_m_s2"] + 2e3 * column[f"floor1_{d}_acceleration_m_s2"]
         for d in "xy"
     ]
-    assert found.base_shear == pytest.approx(np.hypot(*shear))
-    assert found.structural_shear == pytest.approx(
+    assert result.base_shear == pytest.approx(np.hypot(*shear))
+    assert result.structural_shear == pytest.approx(
         2e3 * np.hypot(column["floor1_x_acceleration_m_s2"], column["floor1_y_acceleration_m_s2"])
     )
-    assert found.isolator_force == pytest.approx(
+    assert result.isolator_force == pytest.approx(
         np.hypot(column["isolator_x_force_N"], column["isolator_y_force_N"])
     )
-    assert response_criteria(found)["peak_base_shear_N"] == pytest.approx(np.hypot(*shear).max())
+    assert response_criteria(result)["peak_base_shear_N"] == pytest.approx(np.hypot(*shear).max())
 
 
 def test_rotations_are_no_levels_and_no_storeys():
@@ -336,8 +336,8 @@ def test_isolator_force_leaves_out_what_no_coil_drives():
     record = Record(np.zeros(6), dt=0.1)
     names = output_names(with_more)
     values = np.random.default_rng(7).normal(size=(6, len(names)))
-    found = response_of(stub_run(with_more, (record,), values)).isolator_force
-    assert found == pytest.approx(values[:, names.index("isolator_force_N")])
+    result = response_of(stub_run(with_more, (record,), values)).isolator_force
+    assert result == pytest.approx(values[:, names.index("isolator_force_N")])
 
 
 @pytest.mark.parametrize(("lag", "error"), [(0.0, 0.0075), (0.01, 0.018)])
@@ -393,6 +393,6 @@ def test_the_isolation_layer_has_bearings_and_the_wall_has_its_own_force():
 
 def test_a_reference_under_another_ground_motion_is_refused(runs):
     run = runs["passive_off"]
-    other = Given(records=(el_centro_1940().cut(0, 5),), controller="other")
+    other = StubRun(records=(el_centro_1940().cut(0, 5),), controller="other")
     with pytest.raises(iso.InputError, match="the reference 'other' has another ground motion"):
         criteria(run, other)

@@ -146,7 +146,7 @@ def _fails(run):
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (lambda: [iso.Criterion("f_m", "f", _fails)], "criterion f_m, run passive_off: ZeroDiv"),
         (lambda: [iso.Criterion("f_m", "f", lambda run: "x")], "f_m of run passive_off is 'x'; ex"),
@@ -161,7 +161,7 @@ def _fails(run):
         (lambda: [3], "criteria[0] is 3; expected: text or a Criterion"),
     ],
 )
-def test_what_cannot_be_used_is_refused(plant, make, told):
+def test_what_cannot_be_used_is_refused(plant, make, message):
     with pytest.raises(iso.InputError) as caught:
         iso.simulate(plant, GROUND, criteria=make())
-    assert told in str(caught.value)
+    assert message in str(caught.value)

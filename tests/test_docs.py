@@ -45,9 +45,11 @@ NEEDS_A_CLUSTER = "--scheduler tcp://"
 
 
 def _blocks(text: str, *languages: str) -> list[str]:
-    found = re.findall(rf"^```(?:{'|'.join(languages)})\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    assert all(isinstance(block, str) for block in found)
-    return found
+    matches = re.findall(
+        rf"^```(?:{'|'.join(languages)})\n(.*?)^```", text, re.MULTILINE | re.DOTALL
+    )
+    assert all(isinstance(block, str) for block in matches)
+    return matches
 
 
 def _commands(text: str) -> list[str]:
@@ -209,7 +211,7 @@ def test_the_example_law_is_evaluated_alike_and_fitted(example, tests_of_a_devic
     assert fitted.held_out_error < 0.05
 
 
-def test_the_example_effect_without_strength_leaves_the_law(example):
+def test_the_example_effect_with_magnitude_zero_leaves_the_law(example):
     (form,) = example("slack").FORMS
     plain = iso.law("standard_solid")
     x, v = 1e-3, -0.02
@@ -248,14 +250,14 @@ def test_examples_run_as_they_are_printed(name, example, capsys):
 
 
 def test_the_example_study_finds_the_trade(tmp_path):
-    found, path = perform(str(EXAMPLES / "soft.py"), tmp_path / "soft", short=True)
+    outcome, path = perform(str(EXAMPLES / "soft.py"), tmp_path / "soft", short=True)
     for name in ("report.html", "table.csv", "finding.txt", "figures/trade.svg"):
         assert (path / name).is_file(), name
-    firm_off, firm_on, medium_off, medium_on = found.table
+    firm_off, firm_on, medium_off, medium_on = outcome.table
     for off, on in ((firm_off, firm_on), (medium_off, medium_on)):
         assert off["peak_base_displacement_m"] > on["peak_base_displacement_m"]
         assert off["peak_floor_acceleration_m_s2"] < on["peak_floor_acceleration_m_s2"]
-    assert found.finding.count("On ") == 2
+    assert outcome.finding.count("On ") == 2
 
 
 def test_every_example_is_shown_whole():
@@ -359,14 +361,14 @@ def test_what_packages_offer_is_in_the_api_reference(extension):
     offering = set()
     for package in ("isolation_sim", "controllers", "ground_motions"):
         root = importlib.import_module(package)
-        for found in pkgutil.walk_packages(root.__path__, f"{package}."):
-            spec = find_spec(found.name)
+        for result in pkgutil.walk_packages(root.__path__, f"{package}."):
+            spec = find_spec(result.name)
             if (
                 spec is not None
                 and spec.origin
                 and "\n__all__ =" in Path(spec.origin).read_text(encoding="utf-8")
             ):
-                offering.add(found.name)
+                offering.add(result.name)
     assert offering
     assert offering <= set(api.PACKAGES)
 
@@ -395,7 +397,7 @@ def test_pages_of_the_api_name_everything_once(extension, tmp_path):
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_notebooks_are_kept_without_outputs(path):
+def test_notebooks_are_stored_without_outputs(path):
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     code = [cell for cell in cells if cell["cell_type"] == "code"]
     assert code

@@ -98,17 +98,17 @@ def _sections(thing: griffe.Object, kind: str) -> list:
 
 def _documented(thing: griffe.Object, kind: str) -> dict[str, str]:
     """Names in a section, with their type and description as text."""
-    found = {}
+    results = {}
     for section in _sections(thing, kind):
         for item in section.value:
             text = f"{item.annotation} {item.description}"
-            found.update({name.strip().lstrip("*"): text for name in item.name.split(",")})
-    return found
+            results.update({name.strip().lstrip("*"): text for name in item.name.split(",")})
+    return results
 
 
 def _noted(kind: griffe.Class) -> dict[str, str]:
     """Fields of a class that is not exported, with the comment beside or above them."""
-    found, above = {}, ""
+    results, above = {}, ""
     for line in kind.source.splitlines():
         if comment := re.fullmatch(r"    # (.*)", line):
             above += comment[1] + " "
@@ -117,9 +117,9 @@ def _noted(kind: griffe.Class) -> dict[str, str]:
             names = re.match(r"(\w+(?:, \w+)*): ", above)
             for name in {field[1], *(names[1].split(", ") if names else ())}:
                 if text := field[3] or above:
-                    found.setdefault(name, f"{field[2]} {text}")
+                    results.setdefault(name, f"{field[2]} {text}")
             above = ""
-    return found
+    return results
 
 
 def _taken(function: griffe.Function) -> dict[str, str]:
@@ -165,17 +165,17 @@ def test_parameters_are_those_of_the_signature():
         assert list(_documented(function, "parameters")) == list(_taken(function)), path
 
 
-def test_what_is_returned_is_told():
+def test_what_is_returned_is_documented():
     for path, function in detailed().items():
         if function.returns is None:  # compiled functions have no annotations
             continue
         returned = str(function.returns)
         generator = returned.startswith(("Iterator", "Generator"))
-        told = _sections(function, "yields" if generator else "returns")
-        assert bool(told) == (returned != "None"), path
+        documented = _sections(function, "yields" if generator else "returns")
+        assert bool(documented) == (returned != "None"), path
 
 
-def test_what_is_raised_is_told():
+def test_what_is_raised_is_documented():
     for path, function in detailed().items():
         # a private helper's errors are its caller's; what a function itself raises is seen here
         errors = r"(InputError|Diverged)\b"
@@ -203,11 +203,11 @@ def test_fields_of_dataclasses_are_documented():
         made = kind.all_members["__init__"]
         assert isinstance(made, griffe.Function)
         # a class tells of its own fields; what it inherits is told where it is declared
-        told = [name for one in (kind, *kind.mro()) for what in ("parameters", "attributes")
+        lines = [name for one in (kind, *kind.mro()) for what in ("parameters", "attributes")
                 for name in _documented(one, what)]  # fmt: skip
         if path not in _offered_classes():
-            told += [name for one in (kind, *kind.mro()) for name in _noted(one)]
-        assert set(_taken(made)) <= set(told), path
+            lines += [name for one in (kind, *kind.mro()) for name in _noted(one)]
+        assert set(_taken(made)) <= set(lines), path
 
 
 def test_parameters_of_classes_are_those_of_their_constructor():
@@ -222,10 +222,10 @@ def test_parameters_of_classes_are_those_of_their_constructor():
 def test_physical_numbers_have_units():
     for path in sorted({*detailed(), *classes()}):
         thing = detailed().get(path) or classes()[path]
-        told = [_documented(thing, kind) for kind in ("parameters", "attributes")]
+        lines = [_documented(thing, kind) for kind in ("parameters", "attributes")]
         if isinstance(thing, griffe.Class):
-            told.append(_noted(thing))
-        for texts in told:
+            lines.append(_noted(thing))
+        for texts in lines:
             for name, text in texts.items():
                 if PHYSICAL.search(name) and re.search(r"float|array|NDArray", text):
                     assert UNITS.search(text), f"{path}: {name}: {text}"
@@ -256,11 +256,11 @@ IMPORTED_BY_PAGES = {
 
 def test_what_is_not_exported_has_no_sections():
     """Its docstring is a line, and its types say the rest."""
-    kinds, told = _offered_classes(), set(exported())
+    kinds, documented = _offered_classes(), set(exported())
     assert [
         path
         for path, function in detailed().items()
-        if path not in told | IMPORTED_BY_PAGES
+        if path not in documented | IMPORTED_BY_PAGES
         and function.parent is not None
         and function.parent.path not in kinds
     ] == []

@@ -25,7 +25,7 @@ def test_the_curve_solves_the_likelihood_equations_of_a_probit():
     assert again == pytest.approx(curve, rel=1e-5)
 
 
-def test_a_known_curve_is_found():
+def test_a_known_curve_is_estimated():
     rng, im = np.random.default_rng(0), np.linspace(0.2, 3.0, 15)
     drawn = rng.binomial(20_000, iso.Fragility(1.2, 0.5).probability(im))
     assert iso.fit_fragility(im, drawn, 20_000) == pytest.approx((1.2, 0.5), rel=0.01)

@@ -73,9 +73,9 @@ def changed(monkeypatch, path, old, new):
     content = generated._content
 
     def read(file):
-        found = content(file)
-        assert file != path or old in found
-        return found.replace(old, new, 1) if file == path else found
+        result = content(file)
+        assert file != path or old in result
+        return result.replace(old, new, 1) if file == path else result
 
     monkeypatch.setattr(generated, "_content", read)
     monkeypatch.setattr(generated, "_digest", generated._digest.__wrapped__)
@@ -92,7 +92,7 @@ def test_another_byte_of_the_emitter_gives_another_name(kind, name, monkeypatch)
 
 
 @pytest.mark.parametrize("kind", ["kernel", "law", "tables", "device", "effect"])
-def test_modules_found_without_their_text_are_named_by_every_byte_of_their_sources(
+def test_modules_loaded_without_their_text_are_named_by_every_byte_of_their_sources(
     kind, name, monkeypatch
 ):
     before = name(kind)
@@ -120,7 +120,7 @@ def test_every_file_that_runs_or_is_read_while_a_text_is_written_is_a_source(kin
 
     real_open = io.open
     monkeypatch.setattr(io, "open", read)
-    sys.setprofile(lambda frame, event, given: used.add(frame.f_code.co_filename))
+    sys.setprofile(lambda frame, event, value: used.add(frame.f_code.co_filename))
     try:
         text = write()
     finally:
@@ -160,8 +160,8 @@ import numpy as np
 def f():
     from . import grid
 '''
-    found = generated._package_files(text, path)
-    assert {str(p.relative_to(PACKAGE)) for p in found} == {
+    result = generated._package_files(text, path)
+    assert {str(p.relative_to(PACKAGE)) for p in result} == {
         "laws/emit.py", "laws/law.py", "errors.py", "simulation/kernel/intrinsics.py",
         "criteria.py", "simulation/grid.py",
     }  # fmt: skip
@@ -237,9 +237,9 @@ def test_a_module_removed_by_another_process_just_before_it_is_read_is_written_a
     mark = generated._mark_used
 
     def then_removed(path):
-        found = mark(path)
+        result = mark(path)
         path.unlink()
-        return found
+        return result
 
     monkeypatch.setattr(generated, "_mark_used", then_removed)
     assert generated.load_text("kernel", "VALUE = 5\n").VALUE == 5

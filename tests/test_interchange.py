@@ -48,11 +48,11 @@ def test_matlab_has_each_table_and_history(results):
     for name in table.columns[1:]:
         np.testing.assert_array_equal(tree["criteria"][name], table[name])
     for name in ("passive_off", "on_off"):
-        history, found = read_netcdf(results / f"{name}.nc"), tree[name]
+        history, result = read_netcdf(results / f"{name}.nc"), tree[name]
         for key, array in history.variables.items():
-            np.testing.assert_array_equal(found[key], np.squeeze(array.values))
-        assert found["units"]["displacement"] == "m"
-        assert found["attributes"]["controller"] == name
+            np.testing.assert_array_equal(result[key], np.squeeze(array.values))
+        assert result["units"]["displacement"] == "m"
+        assert result["attributes"]["controller"] == name
 
 
 def test_a_workbook_has_each_table_and_history(results):
@@ -121,9 +121,9 @@ def test_any_folder_of_results(results, tmp_path, capsys):
         columns_bytes({name: np.array(list(rows[name])) for name in rows})
     )
     assert command("export", "mat", tmp_path) == 0
-    found = loadmat(tmp_path / "results.mat", simplify_cells=True)["table"]
-    np.testing.assert_array_equal(found["level__m_s_2"], rows["level, m/s^2"])
-    assert list(found["x9_lives"]) == ["a", "b"]
+    loaded = loadmat(tmp_path / "results.mat", simplify_cells=True)["table"]
+    np.testing.assert_array_equal(loaded["level__m_s_2"], rows["level, m/s^2"])
+    assert list(loaded["x9_lives"]) == ["a", "b"]
     out = tmp_path / "book.xlsx"
     assert iso.export_results(tmp_path, "xlsx", out) == out
     pandas.testing.assert_frame_equal(pandas.read_excel(out), rows)
@@ -167,7 +167,7 @@ def test_the_folder_of_a_fit_is_exported_as_fit_exports_it(tmp_path):
 
 def test_engineering_units_are_those_of_printed_tables(results, tmp_path):
     iso.export_results(results, "csv", tmp_path / "csv", "engineering")
-    si, found = (
+    si, loaded = (
         pandas.read_csv(results / "criteria.csv"),
         pandas.read_csv(tmp_path / "csv/criteria.csv"),
     )
@@ -178,8 +178,8 @@ def test_engineering_units_are_those_of_printed_tables(results, tmp_path):
         ("peak_floor_acceleration_m_s2", "peak_floor_acceleration_m_s2", 1.0),
         ("J3", "J3", 1.0),
     ):
-        np.testing.assert_allclose(found[shown], factor * si[name], rtol=1e-9)
-        assert factor == 1 or name not in found
+        np.testing.assert_allclose(loaded[shown], factor * si[name], rtol=1e-9)
+        assert factor == 1 or name not in loaded
     history = pandas.read_csv(tmp_path / "csv/on_off.csv")
     moved = read_netcdf(results / "on_off.nc")["displacement"].sel(dof="base").values.ravel()
     np.testing.assert_allclose(history["displacement base (mm)"], 1e3 * moved, rtol=1e-9)

@@ -40,7 +40,7 @@ def isolated():
     return iso.reference_building().on(iso.reference_isolators())
 
 
-def told(kind, call):
+def warnings_of(kind, call):
     """Warnings of a kind that a call gives, and what it returns."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -57,32 +57,34 @@ def command(capsys, *arguments):
     return code, *capsys.readouterr()
 
 
-def test_deformation_beyond_the_tests_is_told_once_in_python(shake, isolated):
+def test_deformation_beyond_the_tests_is_reported_once_in_python(shake, isolated):
     strong = shake.scaled(3.0).padded(after=10.0)
-    lines, run = told(TestedRangeWarning, lambda: iso.simulate(isolated, strong))
+    lines, run = warnings_of(TestedRangeWarning, lambda: iso.simulate(isolated, strong))
     peak = 1e3 * run.criteria["peak_base_displacement_m"]
     assert lines == run.warnings()
     assert lines == [
         f"isolator deforms further than its law was tested, 80 mm at this scale: "
         f"passive off {peak:.0f} mm"
     ]
-    lines, _ = told(
+    lines, _ = warnings_of(
         TestedRangeWarning, lambda: iso.compare(isolated, strong, ["passive_off", "passive_on"])
     )
     assert len(lines) == 1
     # a weak motion and a controller's own trials are silent
-    assert told(TestedRangeWarning, lambda: iso.simulate(isolated, shake.scaled(0.2)))[0] == []
+    assert (
+        warnings_of(TestedRangeWarning, lambda: iso.simulate(isolated, shake.scaled(0.2)))[0] == []
+    )
 
 
-def test_current_beyond_the_tests_is_told(shake, isolated):
-    lines, run = told(
+def test_current_beyond_the_tests_is_reported(shake, isolated):
+    lines, run = warnings_of(
         TestedRangeWarning,
         lambda: iso.simulate(isolated, shake.scaled(0.2), iso.controller("constant", amperes=4.0)),
     )
     assert lines == [
         "coil 0 carries more current than its devices were tested with, 3 A: constant 4 A"
     ]
-    assert run.reached_of_tests.current_ratio == pytest.approx(4 / 3)
+    assert run.test_comparison.current_ratio == pytest.approx(4 / 3)
 
 
 def test_a_batch_says_how_many_runs_leave_the_tests(shake, isolated):
@@ -95,19 +97,19 @@ def test_a_batch_says_how_many_runs_leave_the_tests(shake, isolated):
         for factor in (0.1, 1.0, 2.0, 3.0)
         for plant in (isolated, braced)
     ] * 2
-    lines, batch = told(TestedRangeWarning, lambda: iso.simulate_many(cases))
+    lines, batch = warnings_of(TestedRangeWarning, lambda: iso.simulate_many(cases))
     assert len(lines) == 1 and " of 16 runs deform an isolator or element further" in lines[0]
     for k in (0, 3, 6, 7):
         case = cases[k]
-        _, run = told(
+        _, run = warnings_of(
             TestedRangeWarning,
             lambda case=case: iso.simulate(case.isolated, case.ground, case.controller),
         )
         assert batch.deformation_over_tested[k] == pytest.approx(
-            run.reached_of_tests.deformation_ratio, rel=1e-6
+            run.test_comparison.deformation_ratio, rel=1e-6
         )
         deformed = np.abs(run.history["deformation"]).max(axis=0)
-        assert run.reached_of_tests.deformation == pytest.approx(deformed, rel=2e-3)
+        assert run.test_comparison.deformation == pytest.approx(deformed, rel=2e-3)
 
 
 def test_the_deformation_of_an_isolator_in_plan_is_the_vector(shake):
@@ -115,13 +117,15 @@ def test_the_deformation_of_an_isolator_in_plan_is_the_vector(shake):
     stiffness = [3e8, 3e8]
     structure = plan_building([3e5] * 2, stiffness, stiffness, base_mass=3e5, plan=(20.0, 12.0))
     plan = structure.on(iso.law("improved_bouc_wen").scaled(2.0, 3e3), biaxial=True)
-    lines, run = told(TestedRangeWarning, lambda: iso.simulate(plan, (shake, shake.scaled(0.8))))
+    lines, run = warnings_of(
+        TestedRangeWarning, lambda: iso.simulate(plan, (shake, shake.scaled(0.8)))
+    )
     along = np.asarray(run.history["deformation"])[:, :2]
-    reached = np.sqrt(np.max(np.sum(along**2, axis=1)))
-    assert reached > 1.1 * np.abs(along).max()
-    assert run.reached_of_tests.deformation.max() == pytest.approx(reached, rel=2e-3)
-    tested = run.reached_of_tests.tested_deformation[0]
-    assert any(f"{1e3 * reached:.0f} mm" in line for line in lines) == (reached > tested)
+    peaks = np.sqrt(np.max(np.sum(along**2, axis=1)))
+    assert peaks > 1.1 * np.abs(along).max()
+    assert run.test_comparison.deformation.max() == pytest.approx(peaks, rel=2e-3)
+    tested = run.test_comparison.tested_deformation[0]
+    assert any(f"{1e3 * peaks:.0f} mm" in line for line in lines) == (peaks > tested)
 
 
 def test_many_runs_say_what_single_runs_say(shake, tmp_path):
@@ -132,15 +136,17 @@ def test_many_runs_say_what_single_runs_say(shake, tmp_path):
     cases = [
         Case(plant, motion, iso.controller("passive_off")) for plant in plants for motion in motions
     ] * 2
-    lines, batch = told(PlausibilityWarning, lambda: iso.simulate_many(cases))
-    single = [told(PlausibilityWarning, lambda c=c: iso.simulate(*case_of(c)))[0] for c in cases]
+    lines, batch = warnings_of(PlausibilityWarning, lambda: iso.simulate_many(cases))
+    single = [
+        warnings_of(PlausibilityWarning, lambda c=c: iso.simulate(*case_of(c)))[0] for c in cases
+    ]
     for part in ("no restoring stiffness", "3.13 g", "still move", "displaced"):
         number = sum(any(part in line for line in alone) for alone in single)
         (line,) = (line for line in lines if part in line)
         assert 0 < number < 12 and line.startswith(f"{number} of 12 runs")
     assert set(lines) <= set(batch.warnings())
     # fewer runs are computed one by one, and say the same
-    few = told(PlausibilityWarning, lambda: iso.simulate_many(cases[:6]))[1]
+    few = warnings_of(PlausibilityWarning, lambda: iso.simulate_many(cases[:6]))[1]
     for name in ("moving_at_end", "displacement_at_end", "implausible"):
         assert np.array_equal(getattr(few, name), getattr(batch, name)[:6])
 
@@ -179,9 +185,9 @@ def test_a_motion_out_of_scale_is_blamed_and_not_the_controller(shake, isolated)
         iso.simulate(isolated, shake.scaled(100.0))
 
 
-def test_a_wrong_unit_of_masses_is_told_with_the_period(shake):
+def test_a_wrong_unit_of_masses_is_reported_with_the_period(shake):
     building = iso.shear_building([250.0] * 3, [5e8] * 3, base_mass=300.0)
-    lines, run = told(
+    lines, run = warnings_of(
         PlausibilityWarning,
         lambda: iso.simulate(
             building.on(iso.reference_isolators()), shake.scaled(0.1).padded(after=10.0)
@@ -244,9 +250,9 @@ def test_fit_refuses_its_output_place_before_the_work(tmp_path, capsys):
     """Before the campaign is looked at, which is not there."""
     for name, options in (("a.toml", ["--out"]), ("a.html", ["--report"]), ("a.svg", ["--figure"])):
         (tmp_path / name).write_text("mine")
-        given = tmp_path / ("a" if options == ["--figure"] else name)
+        inputs = tmp_path / ("a" if options == ["--figure"] else name)
         code, out, err = command(
-            capsys, "fit", tmp_path / "none", "--law", "bouc_wen", *options, given
+            capsys, "fit", tmp_path / "none", "--law", "bouc_wen", *options, inputs
         )
         assert (code, out) == (2, "")
         assert "exists; expected: a new name, or --force" in err and len(err.splitlines()) == 1
@@ -268,10 +274,10 @@ def test_fit_refuses_its_output_place_before_the_work(tmp_path, capsys):
 def test_results_are_replaced_on_request_alone(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("job.toml").write_text(SHORT)
-    for expected, told in ((0, "warning"), (2, "out: is not empty; expected: a new folder, or")):
+    for expected, text in ((0, "warning"), (2, "out: is not empty; expected: a new folder, or")):
         words = ("run", "job.toml", "--out", "out", "--quiet", "--no-figures")
         code, _, err = command(capsys, *words)
-        assert code == expected and told in err
+        assert code == expected and text in err
     Path("out/mine.txt").write_text("mine")
     code, out, _ = command(
         capsys, "run", "job.toml", "--out", "out", "--quiet", "--no-figures", "--overwrite"
@@ -345,7 +351,7 @@ def test_a_signal_while_a_law_compiles_ends_the_command():
     assert (done.returncode, done.stdout, done.stderr) == (143, "", "")
 
 
-def test_a_name_of_ones_own_that_hides_a_package_is_told(tmp_path):
+def test_a_name_of_ones_own_that_hides_a_package_is_reported(tmp_path):
     """A controllers.py beside a script, and a ground_motions.py."""
     code = "import isolation_sim as iso; iso.controller('passive_off')"
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -383,8 +389,8 @@ def test_a_home_that_cannot_be_written_is_replaced(tmp_path, monkeypatch, capsys
     monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
     monkeypatch.setattr(generated.tempfile, "gettempdir", lambda: str(tmp_path))
     generated._writable.cache_clear()
-    found = generated.cache_folder()
-    assert found.parent == tmp_path and found.is_dir()
+    result = generated.cache_folder()
+    assert result.parent == tmp_path and result.is_dir()
     assert "set ISOLATION_SIM_CACHE" in capsys.readouterr().err
     generated.cache_folder()
     assert capsys.readouterr().err == ""  # once
@@ -410,7 +416,7 @@ def test_a_fixed_base_stands_beside_the_runs(shake, isolated):
     """Its response is that of SciPy's integration of the building alone."""
     from scipy.integrate import solve_ivp
 
-    _, found = told(
+    _, comparison = warnings_of(
         TestedRangeWarning,
         lambda: iso.compare(isolated, shake, ["passive_off", "passive_on"], fixed_base=True),
     )
@@ -433,12 +439,17 @@ def test_a_fixed_base_stands_beside_the_runs(shake, isolated):
         max_step=0.02,
     )
     drift = np.abs(building.drift_rows @ exact.y[:n]).max()
-    assert found.fixed_base.criteria["peak_drift_m"] == pytest.approx(drift, rel=2e-3)
-    text = str(found)
-    assert "fixed" in text and f"{1e3 * found.fixed_base.criteria['peak_drift_m']:#.4g}" in text
-    assert "J1" in str(iso.Comparison(found.runs)) and "fixed base" not in found.criteria
-    assert found.to_pandas().peak_drift_m.iloc[-1] == found.fixed_base.criteria["peak_drift_m"]
-    assert iso.json_report(found)["fixed_base"] == found.fixed_base.criteria
+    assert comparison.fixed_base.criteria["peak_drift_m"] == pytest.approx(drift, rel=2e-3)
+    text = str(comparison)
+    assert (
+        "fixed" in text and f"{1e3 * comparison.fixed_base.criteria['peak_drift_m']:#.4g}" in text
+    )
+    assert "J1" in str(iso.Comparison(comparison.runs)) and "fixed base" not in comparison.criteria
+    assert (
+        comparison.to_pandas().peak_drift_m.iloc[-1]
+        == comparison.fixed_base.criteria["peak_drift_m"]
+    )
+    assert iso.json_report(comparison)["fixed_base"] == comparison.fixed_base.criteria
 
 
 @pytest.mark.parametrize(
@@ -451,15 +462,15 @@ def test_a_fixed_base_stands_beside_the_runs(shake, isolated):
         (lambda record: replace(record, dt=2.0), "a step of 2 s; records have 0.1 s at most"),
     ],
 )
-def test_an_implausible_motion_is_told(shake, change, part):
+def test_an_implausible_motion_is_reported(shake, change, part):
     rigid = iso.reference_building().on(iso.law("linear", {"k": 6e7}))
     record = change(shake)
-    lines, run = told(PlausibilityWarning, lambda: iso.simulate(rigid, record))
+    lines, run = warnings_of(PlausibilityWarning, lambda: iso.simulate(rigid, record))
     (line,) = (each for each in lines if "ground motion" in each)
     assert part in line and line in run.warnings()
 
 
-def test_units_that_agree_with_each_other_alone_are_told(shake):
+def test_units_that_agree_with_each_other_alone_are_reported(shake):
     """Masses in t and stiffnesses in kN/m beside isolators in N/m; bearings that are too stiff."""
     masses, storeys = [320.0, 300.0, 180.0], [420e3, 380e3, 190e3]
     sizes = {"base_mass": 350.0, "heights": [4.5, 3.5, 3.5]}
@@ -473,10 +484,14 @@ def test_units_that_agree_with_each_other_alone_are_told(shake):
         (small, 8e3, "383 kg per storey of 3.83 m; floors have 2000 kg or more"),
     ):
         isolated = building.on(iso.law("kelvin_voigt", {"k": stiffness, "c": 0.02 * stiffness}))
-        lines, _ = told(PlausibilityWarning, lambda plant=isolated: iso.simulate(plant, shake))
+        lines, _ = warnings_of(
+            PlausibilityWarning, lambda plant=isolated: iso.simulate(plant, shake)
+        )
         assert any(part in line for line in lines)
     right = large.on(iso.law("kelvin_voigt", {"k": 8e6, "c": 2e5}))
-    lines, _ = told(PlausibilityWarning, lambda: iso.simulate(right, shake.padded(after=20.0)))
+    lines, _ = warnings_of(
+        PlausibilityWarning, lambda: iso.simulate(right, shake.padded(after=20.0))
+    )
     assert lines == []
 
 
@@ -486,46 +501,50 @@ def friction(stiffness):
     return iso.law("bouc_wen", numbers | {"n": 1.0, "F0": 0.0})
 
 
-def test_isolators_that_do_not_return_the_base_are_told(shake):
+def test_isolators_that_do_not_return_the_base_are_reported(shake):
     building = iso.reference_building()
     quiet = shake.padded(after=8.0)
-    lines, run = told(PlausibilityWarning, lambda: iso.simulate(building.on(friction(0.0)), quiet))
+    lines, run = warnings_of(
+        PlausibilityWarning, lambda: iso.simulate(building.on(friction(0.0)), quiet)
+    )
     assert "no restoring stiffness along x" in lines[0] and "isolated period at rest" in lines[0]
     assert "the base does not return: it ends displaced" in lines[1]
     assert "passive off" in lines[1] and len(lines) == 2
     assert lines == iso.Comparison({"passive_off": run}).warnings()
     # a bearing beside the damper returns it
     together = building.on(friction(0.0)).with_element(iso.law("linear", {"k": 1.5e7}), "base")
-    assert told(PlausibilityWarning, lambda: iso.simulate(together, quiet))[0] == []
+    assert warnings_of(PlausibilityWarning, lambda: iso.simulate(together, quiet))[0] == []
     assert "isolated period at rest" in repr(together)
 
 
-def test_isolators_that_return_the_base_at_some_currents_alone_are_told(shake):
+def test_isolators_that_return_the_base_at_some_currents_alone_are_reported(shake):
     spring = iso.law("linear", {"k": [2e7, -2e7]}, current_range=(0.0, 1.0))
     held = iso.reference_building().on(friction(0.0)).with_element(spring, "base", channel=0)
-    lines, _ = told(PlausibilityWarning, lambda: iso.simulate(held, shake, "passive_off"))
+    lines, _ = warnings_of(PlausibilityWarning, lambda: iso.simulate(held, shake, "passive_off"))
     assert [" at 1 A: " in line for line in lines if "no restoring" in line] == [True]
 
 
-def test_a_building_that_still_moves_at_the_end_is_told(isolated, tmp_path):
+def test_a_building_that_still_moves_at_the_end_is_reported(isolated, tmp_path):
     pulse = near_fault.ricker_pulse(0.3, 1.5, dt=0.01, before=0.5, after=0.5)
-    lines, run = told(PlausibilityWarning, lambda: iso.simulate(isolated, pulse))
+    lines, run = warnings_of(PlausibilityWarning, lambda: iso.simulate(isolated, pulse))
     assert len(lines) == 1 and lines[0].startswith("the building still moves at the end")
     assert lines[0].endswith("quiet_after_s: passive off")
     assert lines[0] in run.warnings()
     assert iso.load(run.save(tmp_path / "run")).warnings() == run.warnings()
     quiet = pulse.padded(after=10.0)
-    assert told(PlausibilityWarning, lambda: iso.simulate(isolated, quiet))[0] == []
+    assert warnings_of(PlausibilityWarning, lambda: iso.simulate(isolated, quiet))[0] == []
 
 
-def test_contacts_with_walls_and_end_stops_are_told(isolated, shake, tmp_path):
+def test_contacts_with_walls_and_end_stops_are_reported(isolated, shake, tmp_path):
     """In one run, in a comparison, in many runs, and after loading."""
     wall = MoatWall(gap_m=0.1, stiffness_N_per_m=1e8).add_to(isolated)
     stop = {"gap": 0.004, "stiffness": 1e6, "exponent": 1.0}
     device = extend(iso.reference_isolators(), [(effect("end_stop", "power"), stop)])
     stopped = iso.reference_building().on(device)
     for plant, name in ((wall, "moat_wall"), (stopped, "isolator")):
-        lines, run = told(PlausibilityWarning, lambda plant=plant: iso.simulate(plant, shake))
+        lines, run = warnings_of(
+            PlausibilityWarning, lambda plant=plant: iso.simulate(plant, shake)
+        )
         (line,) = (each for each in lines if "touched" in each)
         beyond = abs(run.output(f"{name}_deformation_m")) > (0.1 if name == "moat_wall" else 0.04)
         assert run.contacts == {name: np.count_nonzero(np.diff(beyond.astype(int)) == 1)}
@@ -533,7 +552,7 @@ def test_contacts_with_walls_and_end_stops_are_told(isolated, shake, tmp_path):
     loaded = iso.load(run.save(tmp_path / "run"))
     assert loaded.contacts == run.contacts and loaded.warnings() == run.warnings()
     cases = [Case(wall, shake.scaled(0.1 * k), iso.controller("passive_off")) for k in range(1, 11)]
-    lines, batch = told(PlausibilityWarning, lambda: iso.simulate_many(cases))
+    lines, batch = warnings_of(PlausibilityWarning, lambda: iso.simulate_many(cases))
     touching = np.count_nonzero(batch.contacts)
     assert any(line.startswith(f"{touching} of 10 runs touch") for line in lines)
     assert batch.contacts[-1] == iso.simulate(wall, shake).contacts["moat_wall"]
@@ -541,5 +560,7 @@ def test_contacts_with_walls_and_end_stops_are_told(isolated, shake, tmp_path):
 
 def test_el_centro_in_the_main_job_is_not_implausible(isolated):
     names = ["passive_off", "passive_on", "on_off", "clipped_lqr"]
-    lines, _ = told(PlausibilityWarning, lambda: iso.compare(isolated, el_centro_1940(), names))
+    lines, _ = warnings_of(
+        PlausibilityWarning, lambda: iso.compare(isolated, el_centro_1940(), names)
+    )
     assert lines == []

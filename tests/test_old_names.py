@@ -5,8 +5,12 @@ from __future__ import annotations
 import pytest
 
 import isolation_sim as iso
+from ground_motions import Record
+from ground_motions.old_names import renamed_arguments
+from isolation_sim.archive import _object
+from isolation_sim.discrepancy.diagnosis import Cause
+from isolation_sim.effects.effect import EffectParameter
 from isolation_sim.errors import InputError
-from isolation_sim.old_names import renamed_arguments
 from isolation_sim.scenario import Scenario
 from isolation_sim.sweeps.fields import steps_of
 
@@ -40,3 +44,24 @@ def test_a_function_takes_the_old_argument():
         assert twice(old=3) == 6
     assert twice(new=3) == twice(3) == 6
     assert "nominal" in iso.simulate.__doc__
+
+
+def test_classes_take_old_arguments_and_attributes():
+    with pytest.warns(FutureWarning, match="unit_as_given is now called file_unit"):
+        record = Record([0.0, 1.0], 0.01, unit_as_given="g")
+    with pytest.warns(FutureWarning, match="file_unit"):
+        assert record.unit_as_given == record.file_unit == "g"
+    with pytest.warns(FutureWarning, match="strength is now called magnitude"):
+        assert EffectParameter("mass", "kg", "moving mass", strength=True).magnitude
+
+
+def test_saved_results_have_old_classes_and_fields():
+    state = {"name": "end_stop", "share": 1.0, "p_value": 0.0, "parameters": {}}
+    with pytest.warns(FutureWarning, match="evidence is now called reason"):
+        cause = _object(
+            "isolation_sim.discrepancy.diagnosis:Cause", state | {"evidence": "it hits"}
+        )
+    assert isinstance(cause, Cause) and cause.reason == "it hits"
+    names = ("deformation", "tested_deformation", "current", "tested_current")
+    peaks = _object("isolation_sim.simulation.tested_range:Reached", dict.fromkeys(names, 1.0))
+    assert peaks.deformation_ratio == 1.0

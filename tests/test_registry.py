@@ -271,11 +271,11 @@ def test_run_report_and_cite(way, desk, capsys):
     run = iso.simulate(isolated, record, own["outwards"](full_speed=0.2))
     np.testing.assert_array_equal(run.history["displacement"], history["displacement"])
     # the results say which code was run, and run again from anywhere
-    kept, page = Path("out/scenario.toml").read_text(), Path("out/report.html").read_text()
+    saved, page = Path("out/scenario.toml").read_text(), Path("out/report.html").read_text()
     for part in ("cubic", "slack", "outwards", "effort", "reader"):
-        for text in (kept, page):
+        for text in (saved, page):
             assert (digest_line(desk, part).rpartition(" ")[2] in text) == (way == "file")
-    assert iso.Scenario.from_toml(kept) == iso.Scenario.read(desk / f"{way}.toml")
+    assert iso.Scenario.from_toml(saved) == iso.Scenario.read(desk / f"{way}.toml")
     for subject in ("out", str(desk / f"{way}.toml")):
         capsys.readouterr()
         command(["cite", subject, "--json"])
@@ -289,9 +289,9 @@ def test_tune_takes_a_controller_of_one_s_own(way, desk):
     command(["tune", name, "--scenario", str(desk / f"{way}.toml"), "--motions", "scenario",
              "--unseen", "mixture:1", "--evaluations", "2", "--workers", "1", "--out", "tuned",
              "--quiet", "--export", "mat", "--export", "xlsx"])  # fmt: skip
-    kept = Path("tuned/controller.toml").read_text()
-    assert f'name = "{name}"' in kept
-    assert (digest_line(desk, "outwards").rpartition(" ")[2] in kept) == (way == "file")
+    saved = Path("tuned/controller.toml").read_text()
+    assert f'name = "{name}"' in saved
+    assert (digest_line(desk, "outwards").rpartition(" ")[2] in saved) == (way == "file")
     state = Path("tuned/tuning.json").read_text()
     for part in ("cubic", "slack", "outwards", "effort", "reader"):
         assert (digest_line(desk, part).rpartition(" ")[2] in state) == (way == "file")
@@ -319,8 +319,8 @@ def test_list_shows_what_has_a_name(way, capsys):
                           ("readers", "mg"), ("studies", "still")):  # fmt: skip
         command(["list", subject, "--json"])
         rows = json.loads(capsys.readouterr().out)
-        found = [each for each in rows if part in each.values()]
-        assert len(found) == (way in ("package", "registered"))
+        results = [each for each in rows if part in each.values()]
+        assert len(results) == (way in ("package", "registered"))
 
 
 def test_sweep_takes_all_of_them(way, desk):
@@ -334,10 +334,10 @@ def test_sweep_takes_all_of_them(way, desk):
     assert result.table["status"].tolist() == ["ok", "ok"]
     assert (result.table["command_changes"] > 0).all()
     assert "command_changes" in result.criteria
-    kept = (result.folder / "manifest.json").read_text()
+    saved = (result.folder / "manifest.json").read_text()
     for part in ("cubic", "slack", "outwards", "effort", "reader"):
         digest = digest_line(desk, part).rpartition(" ")[2]
-        assert (digest in kept) == (way == "file")
+        assert (digest in saved) == (way == "file")
 
 
 def test_the_verbs_in_python_take_places(desk):
@@ -398,10 +398,10 @@ def test_fit_diagnose_and_evaluate_take_a_law_of_one_s_own(way, desk, loops, cap
     command(["diagnose", str(desk / "tests"), *words, "--parameters", "fitted.toml", "--json",
              "--out", "diagnosis", "--no-consequence", "--export", "mat"])  # fmt: skip
     assert json.loads(capsys.readouterr().out)["verdict"] == "adequate"
-    kept = [path.read_text() for path in Path("diagnosis").iterdir() if path.is_file()
+    saved = [path.read_text() for path in Path("diagnosis").iterdir() if path.is_file()
             and path.suffix in (".json", ".html")]  # fmt: skip
     digest = digest_line(desk, "bearing").rpartition(" ")[2]
-    assert any(digest in text for text in kept) == (way == "file")
+    assert any(digest in text for text in saved) == (way == "file")
     exported = loadmat("diagnosis/results.mat", simplify_cells=True)["errors"]
     errors = pandas.read_csv("diagnosis/errors.csv")
     np.testing.assert_array_equal(exported["error_before"], errors["error_before"])
@@ -412,14 +412,14 @@ def test_fit_diagnose_and_evaluate_take_a_law_of_one_s_own(way, desk, loops, cap
 
 
 def test_the_list_shows_an_installed_package_s_parts(package, capsys):
-    for subject, name, told in (
+    for subject, name, text in (
         ("laws", "cubic", "k3 (N/m^3)"), ("effects", "slack", "gap (m)"),
         ("controllers", "outwards", "full_speed (m/s)"), ("readers", "mg", "mg, one per line"),
         ("studies", "soft", "How soft may isolation be?"),
     ):  # fmt: skip
         command(["list", subject, "--json"])
         (row,) = [e for e in json.loads(capsys.readouterr().out) if name in e.values()]
-        assert told in " ".join(row.values())
+        assert text in " ".join(row.values())
     command(["study", "--help"])
     assert "How soft may isolation be?" in capsys.readouterr().out
 
@@ -433,7 +433,7 @@ def law_file(folder: Path, text: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         (None, r"cannot be read \(No such file or directory\)"),
         ("LAV = 1\n", "unknown name .*did you mean 'LAV'"),
@@ -443,9 +443,9 @@ def law_file(folder: Path, text: str) -> str:
         ("raise RuntimeError('two\\nlines')\n", "cannot be loaded: RuntimeError: two lines"),
     ],
 )
-def test_a_file_that_cannot_be_used_is_refused_in_a_line(tmp_path, text, told):
+def test_a_file_that_cannot_be_used_is_refused_in_a_line(tmp_path, text, message):
     place = f"{tmp_path / 'mine.py'}:LAW" if text is None else law_file(tmp_path, text)
-    with pytest.raises(iso.InputError, match=told) as refused:
+    with pytest.raises(iso.InputError, match=message) as refused:
         iso.law(place)
     assert str(place) in str(refused.value) and "\n" not in str(refused.value)
 
@@ -497,7 +497,7 @@ def test_a_name_of_two_packages_is_an_error_that_names_both(package, site):
         iso.law("cubic")
 
 
-def test_a_package_s_fault_is_told_with_its_name(package, site, capsys):
+def test_a_package_s_fault_is_reported_with_its_name(package, site, capsys):
     install(site, "broken", "[isolation_sim.controllers]\nlost = guide_parts.nowhere:Lost\n"
                             "alias = guide_parts.outwards:Outwards\n")  # fmt: skip
     forget()
@@ -518,20 +518,20 @@ def test_a_package_s_fault_is_told_with_its_name(package, site, capsys):
     assert shown.err.count("warning: controller ") == 2 and "Traceback" not in shown.err
 
 
-def test_without_an_installation_the_reason_is_told(monkeypatch):
+def test_without_an_installation_the_reason_is_reported(monkeypatch):
     monkeypatch.setattr(mechanism, "checkout_entries", dict)
     monkeypatch.setattr(mechanism, "entry_points", lambda group: EntryPoints())
-    empty = Registry("isolation_sim.laws", "law", "a law", lambda found: found)
+    empty = Registry("isolation_sim.laws", "law", "a law", lambda result: result)
     with pytest.raises(iso.InputError, match=r"isolation-sim is not installed.*pip install"):
         empty["linear"]
 
 
-def test_an_installed_copy_is_found_by_its_metadata(site, monkeypatch):
+def test_an_installed_copy_is_recognised_by_its_metadata(site, monkeypatch):
     """Without pyproject.toml beside it, as in site-packages; no real copy has this group."""
     group = "isolation_sim.installed_laws"
     install(site, "isolation-sim", f"[{group}]\nmaxwell=isolation_sim.laws.maxwell:LAW\n")
     monkeypatch.setattr(mechanism, "checkout_entries", dict)
-    installed = Registry(group, "law", "a law", lambda found: found)
+    installed = Registry(group, "law", "a law", lambda result: result)
     assert list(installed) == ["maxwell"] and installed["maxwell"] is LAWS["maxwell"]
 
 
@@ -573,7 +573,7 @@ def test_no_file_waits_for_its_line(group, folder, holds):
 
 def imported(path: Path) -> set[str]:
     """Packages that a file imports anywhere, but for the type checker alone."""
-    found: set[str] = set()
+    results: set[str] = set()
 
     def visit(node: ast.AST) -> None:
         if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
@@ -581,17 +581,17 @@ def imported(path: Path) -> set[str]:
                 visit(each)
             return
         if isinstance(node, ast.Import):
-            found.update(alias.name.partition(".")[0] for alias in node.names)
+            results.update(alias.name.partition(".")[0] for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and not node.level:
-            found.add((node.module or "").partition(".")[0])
+            results.add((node.module or "").partition(".")[0])
         elif isinstance(node, ast.Call) and "import_module" in ast.unparse(node.func):
-            found.update(each.value.partition(".")[0] for each in node.args[:1]
+            results.update(each.value.partition(".")[0] for each in node.args[:1]
                          if isinstance(each, ast.Constant))  # fmt: skip
         for each in ast.iter_child_nodes(node):
             visit(each)
 
     visit(ast.parse(path.read_text(encoding="utf-8")))
-    return found
+    return results
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -616,7 +616,7 @@ def test_a_law_loads_no_other_law_and_no_controller():
     assert done.stdout == "\nFalse\n"
 
 
-def test_code_that_has_changed_since_a_file_was_written_is_told(desk, loops, capsys):
+def test_code_that_has_changed_since_a_file_was_written_is_reported(desk, loops, capsys):
     """In the scenario of a run and in the file of a fit; a file without digests is accepted."""
     write_campaign(loops, desk / "tests")
     law = str(desk / "parts/bearing.py:LAW")
@@ -636,8 +636,8 @@ def test_code_that_has_changed_since_a_file_was_written_is_told(desk, loops, cap
             capsys.readouterr()
             command(words)
             line = f"{code} has changed since {file} was written: results may differ"
-            told = " ".join(capsys.readouterr().err.split())
-            assert (line in told) == changed
+            captured = " ".join(capsys.readouterr().err.split())
+            assert (line in captured) == changed
     text = Path("fitted.toml").read_text()
     without = text.partition("[code]")[0]
     assert iso.Scenario.from_toml(without) == iso.Scenario.from_toml(text)

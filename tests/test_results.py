@@ -81,11 +81,11 @@ class Broken:
 @pytest.mark.usefixtures("no_drawing")
 def test_everything_of_a_comparison(comparison, tmp_path):
     write_comparison(comparison, tmp_path, "# scenario\n")
-    found = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
+    results = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
     figures = {
         "time_histories", "floor_envelopes", "energy", "loops", "currents", "structure",
     }  # fmt: skip
-    assert found == {
+    assert results == {
         "passive_off.nc", "passive_on.nc", "criteria.csv", "criteria.json", "table.txt",
         "scenario.toml", "report.html", "README.txt", "result.npz",
     } | {f"figures/{name}.{kind}" for name in figures for kind in ("svg", "png")}  # fmt: skip
@@ -112,21 +112,21 @@ def test_file_names(name, file):
 
 
 def test_a_results_folder_appears_whole(tmp_path):
-    wanted = tmp_path / "deep" / "results"
-    with ResultsFolder(wanted) as folder:
+    target_folder = tmp_path / "deep" / "results"
+    with ResultsFolder(target_folder) as folder:
         (folder.unfinished / "a").write_text("")
-        assert not wanted.exists()
-    assert folder.path == wanted
-    assert [p.name for p in wanted.iterdir()] == ["a"]
+        assert not target_folder.exists()
+    assert folder.path == target_folder
+    assert [p.name for p in target_folder.iterdir()] == ["a"]
 
 
 def test_a_results_folder_never_replaces_another(tmp_path):
-    wanted = tmp_path / "results"
+    target_folder = tmp_path / "results"
     for expected in ("results", "results-2", "results-3"):
-        with ResultsFolder(wanted) as folder:
+        with ResultsFolder(target_folder) as folder:
             (folder.unfinished / "a").write_text(expected)
         assert folder.path.name == expected
-    assert (wanted / "a").read_text() == "results"
+    assert (target_folder / "a").read_text() == "results"
 
 
 def test_an_empty_folder_is_used(tmp_path):
@@ -153,6 +153,6 @@ def test_a_folder_says_what_is_in_it(comparison, tmp_path):
     write_comparison(comparison, tmp_path, "# scenario\n")
     title, _, *lines = (tmp_path / "README.txt").read_text().splitlines()
     assert title.startswith(comparison.title)
-    told = {line.split()[0].rstrip("/") for line in lines}
-    assert told == {path.name for path in tmp_path.iterdir()} - {"README.txt"}
+    text = {line.split()[0].rstrip("/") for line in lines}
+    assert text == {path.name for path in tmp_path.iterdir()} - {"README.txt"}
     assert all(len(line.split()) > 3 for line in lines)

@@ -239,7 +239,7 @@ def test_other_buildings_must_give_their_scales():
         Scenario.from_toml(text).build()
 
 
-def test_belief_differs_from_the_truth_only_where_it_says():
+def test_nominal_model_differs_from_the_truth_only_where_it_says():
     text = """
     [nominal]
     force_factor = 1.5
@@ -248,12 +248,11 @@ def test_belief_differs_from_the_truth_only_where_it_says():
     """
     job = Scenario.from_toml(text).build()
     true = job.isolated.elements[0].device
-    believed = job.options["nominal"].elements[0].device
-    assert believed.force_scale == 1.5 * true.force_scale
-    assert believed.length == true.length
+    nominal = job.options["nominal"].elements[0].device
+    assert nominal.force_scale == 1.5 * true.force_scale
+    assert nominal.length == true.length
     ours, theirs = (
-        dict(zip(d.law.parameter_names, d.parameters_at(1.0), strict=True))
-        for d in (true, believed)
+        dict(zip(d.law.parameter_names, d.parameters_at(1.0), strict=True)) for d in (true, nominal)
     )
     assert theirs.pop("alpha") == 1e8 != ours.pop("alpha")
     assert theirs == ours
@@ -379,12 +378,12 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize(("text", "told"), REFUSED.values(), ids=list(REFUSED))
-def test_refused_when_read(text, told):
+@pytest.mark.parametrize(("text", "expected_message"), REFUSED.values(), ids=list(REFUSED))
+def test_refused_when_read(text, expected_message):
     with pytest.raises(InputError) as caught:
         Scenario.from_toml(text, source="job.toml")
     message = str(caught.value)
-    assert message.startswith(f"job.toml: {told}")
+    assert message.startswith(f"job.toml: {expected_message}")
     assert "\n" not in message
 
 
@@ -408,12 +407,12 @@ REFUSED_WHEN_BUILT = {
 
 
 @pytest.mark.parametrize(
-    ("text", "told"), REFUSED_WHEN_BUILT.values(), ids=list(REFUSED_WHEN_BUILT)
+    ("text", "message"), REFUSED_WHEN_BUILT.values(), ids=list(REFUSED_WHEN_BUILT)
 )
-def test_refused_when_built(text, told):
+def test_refused_when_built(text, message):
     with pytest.raises(InputError) as caught:
         Scenario.from_toml(text, source="job.toml").build()
-    assert str(caught.value).startswith(f"job.toml: {told}")
+    assert str(caught.value).startswith(f"job.toml: {message}")
     assert "\n" not in str(caught.value)
 
 

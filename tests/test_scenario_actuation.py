@@ -55,9 +55,9 @@ def test_scenario_is_the_same_run_in_python():
 def test_nominal_isolators_switch_instantaneously_by_default():
     for text, passive in (("", False), ('switching = "passive"\n', True)):
         job = Scenario.from_toml(f"{TEXT}[nominal]\nforce_factor = 1.2\n{text}").build()
-        believed = job.options["nominal"].elements[0].device
-        assert believed.force_scale == pytest.approx(1.2 * iso.reference_isolators().force_scale)
-        assert (instantaneous(believed) is not believed) == passive
+        nominal = job.options["nominal"].elements[0].device
+        assert nominal.force_scale == pytest.approx(1.2 * iso.reference_isolators().force_scale)
+        assert (instantaneous(nominal) is not nominal) == passive
 
 
 MISTAKES = {

@@ -270,7 +270,7 @@ def halved(signals, states, parameters):
 
 HALVED = Effect(
     "halved", "one_side", "Halved",
-    (EffectParameter("part", "1", "part", strength=True, starts=(0.1,)),), motion=halved,
+    (EffectParameter("part", "1", "part", magnitude=True, starts=(0.1,)),), motion=halved,
 )  # fmt: skip
 
 
@@ -548,49 +548,49 @@ def answer(files, monkeypatch, capsys):
         before = {path: path.read_bytes() for path in files.rglob("*") if path.is_file()}
         with pytest.raises(SystemExit) as ended:
             main([str(each) for each in arguments])
-        told = capsys.readouterr()
-        assert ended.value.code == 2, told.err
-        assert told.out == ""
-        assert told.err.startswith("isolation-sim: ") and told.err.count("\n") == 1
+        captured = capsys.readouterr()
+        assert ended.value.code == 2, captured.err
+        assert captured.out == ""
+        assert captured.err.startswith("isolation-sim: ") and captured.err.count("\n") == 1
         after = {path: path.read_bytes() for path in files.rglob("*") if path.is_file()}
         assert after == before
-        return told.err
+        return captured.err
 
     return run
 
 
-@pytest.mark.parametrize(("text", "told"), SCENARIOS)
-def test_a_scenario(answer, files, text, told):
+@pytest.mark.parametrize(("text", "message"), SCENARIOS)
+def test_a_scenario(answer, files, text, message):
     (files / "job.toml").write_text(text)
     line = answer("run", "job.toml", "--no-figures")
-    assert "job.toml" in line and told in line
+    assert "job.toml" in line and message in line
 
 
-@pytest.mark.parametrize(("text", "told"), PLANS)
-def test_a_plan(answer, files, text, told):
+@pytest.mark.parametrize(("text", "message"), PLANS)
+def test_a_plan(answer, files, text, message):
     (files / "varied.toml").write_text(text)
-    assert told in answer("sweep", "varied.toml", "--workers", "1")
+    assert message in answer("sweep", "varied.toml", "--workers", "1")
 
 
-@pytest.mark.parametrize(("command", "told"), COMMANDS)
-def test_a_command(answer, command, told):
-    assert told in answer(*command.split())
+@pytest.mark.parametrize(("command", "message"), COMMANDS)
+def test_a_command(answer, command, message):
+    assert message in answer(*command.split())
 
 
-@pytest.mark.parametrize(("call", "told"), CALLS, ids=range(len(CALLS)))
-def test_a_call(tmp_path, monkeypatch, call, told):
+@pytest.mark.parametrize(("call", "message"), CALLS, ids=range(len(CALLS)))
+def test_a_call(tmp_path, monkeypatch, call, message):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError) as caught:
         call()
-    assert told in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(("name", "argument", "told"), TYPES)
-def test_a_type(name, argument, told):
+@pytest.mark.parametrize(("name", "argument", "message"), TYPES)
+def test_a_type(name, argument, message):
     with pytest.raises(InputError) as caught:
         getattr(iso, name)(**argument)
-    assert told in str(caught.value) and "\n" not in str(caught.value)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("function", OFFERED, ids=OFFERED.values())

@@ -15,7 +15,7 @@ def motion(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     return beyond * touches * np.sign(signals.x), signals.v * touches
 
 
-GAP = EffectParameter("gap", "m", "play to either side", lower=0.0, strength=True, starts=(0.1,))
+GAP = EffectParameter("gap", "m", "play to either side", lower=0.0, magnitude=True, starts=(0.1,))
 FORMS = (
     Effect(
         cause="slack",

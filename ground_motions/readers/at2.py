@@ -78,7 +78,7 @@ def read_at2(path: str | Path) -> Record:
         dt,
         name=Path(path).stem,
         source=f"{path}, {' '.join(lines[min(1, after - 1)].split())}",
-        unit_as_given=unit,
+        file_unit=unit,
     )
 
 

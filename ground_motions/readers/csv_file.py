@@ -97,7 +97,7 @@ def read_csv(path: str | Path, column: str | None = None, unit: str | None = Non
         dt,
         name=f"{stem}_{_quantity_of(column)}" if len(units) > 1 else stem,
         source=f"{path}, column {column}",
-        unit_as_given=units[column],
+        file_unit=units[column],
     )
 
 

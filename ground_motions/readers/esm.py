@@ -83,5 +83,5 @@ def read_esm(path: str | Path) -> Record:
         step,
         name=Path(path).stem,
         source=", ".join([str(path), *words]),
-        unit_as_given=unit_name(unit) or unit,
+        file_unit=unit_name(unit) or unit,
     )

@@ -90,7 +90,7 @@ def read_geonet(path: str | Path, column: str | None = None) -> Record:
         chosen.step,
         name=stem if len(names) == 1 else f"{stem}_{chosen.direction}",
         source=f"{path}, component {chosen.direction}",
-        unit_as_given="mm/s2",
+        file_unit="mm/s2",
     )
 
 

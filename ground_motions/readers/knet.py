@@ -85,7 +85,7 @@ def read_knet(path: str | Path) -> Record:
         1.0 / frequency,
         name=f"{Path(path).stem}_{Path(path).suffix.removeprefix('.')}",
         source=f"{path}, station {station}, direction {direction}; less its mean",
-        unit_as_given="gal",
+        file_unit="gal",
     )
 
 

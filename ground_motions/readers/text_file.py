@@ -96,7 +96,7 @@ def read_text(
         positive(f"{path}, dt (s)", dt),
         name=Path(path).stem,
         source=f"{path}, {unit}",
-        unit_as_given=unit_name(unit) or unit,
+        file_unit=unit_name(unit) or unit,
     )
 
 

@@ -113,7 +113,7 @@ def read_v2(path: str | Path, column: str | None = None) -> Record:
         chosen.dt,
         name=stem if len(series) == 1 else f"{stem}_{chosen.channel}",
         source=f"{path}, channel {chosen.channel}",
-        unit_as_given=chosen.unit,
+        file_unit=chosen.unit,
     )
 
 

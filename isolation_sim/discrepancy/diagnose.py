@@ -13,6 +13,7 @@ from ..effects.serialisation import device_code
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.data_checks import refuse_swapped
+from ..identification.first_use import laws_to_compile
 from ..identification.law_choice import AUTO, choose_law
 from ..identification.long_runs import thin_runs
 from ..identification.measured_runs import hold_out_some, measured_runs
@@ -22,7 +23,7 @@ from ..laws import Device
 from ..laws import law as published
 from ..laws.law import Law
 from ..laws.registry import LAWS
-from ..workers import workers
+from ..workers import Task, run_beside, workers
 from .decisions import MOST_BUILDING_CAUSES, SIGNIFICANCE
 from .diagnosis import BuildingDiagnosis, Diagnosis
 from .inference import gain_interval, verdict
@@ -69,9 +70,13 @@ def diagnose(
         wrong += thinned
     from .adapters.device_tests import DeviceTests
     from .adapters.loop_table import LoopTableTests
+    from .device.first_use import effects_to_compile
 
     report = progress or (lambda text: None)
-    with workers(threads) as pool:
+    uncompiled: list[Task[None]] = []
+    if isinstance(data, Campaign):
+        uncompiled = [*(laws_to_compile() if law == AUTO else ()), *effects_to_compile()]
+    with workers(threads) as pool, run_beside(uncompiled):
         choice = runs = None
         if isinstance(law, str):
             if isinstance(data, LoopTable) or parameters != "fit":
@@ -153,7 +158,9 @@ def diagnose_problem(
     causes = tuple(sorted(problem.causes(result, evaluation), key=lambda cause: -cause.share))
     judgement = verdict(causes, evaluation.adequate, evaluation.explained)
     plan = problem.test_plan(result, causes)
-    told = [test.sentence for test in plan.tests if test.tells] if plan is not None else []
+    distinguishing = (
+        [test.sentence for test in plan.tests if test.tells] if plan is not None else []
+    )
     evaluated, extended = problem.devices(result)
     code: dict[str, str] = {}
     for device in (*devices, *([evaluated] if evaluated else [])):
@@ -169,7 +176,7 @@ def diagnose_problem(
         causes=causes,
         unexplained_share=0.0 if evaluation.adequate else min(evaluation.unexplained, 1.0),
         depends_on=problem.depends_on(dependences, causes, evaluation),
-        next_test=told[0] if told else problem.next_test(result, causes),
+        next_test=distinguishing[0] if distinguishing else problem.next_test(result, causes),
         test_plan=plan,
         steps=report_steps(problem, result, dependences, evaluation, causes, judgement),
         nominal=evaluated,

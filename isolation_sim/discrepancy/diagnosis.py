@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions.argument_types import checked
+from ground_motions.old_names import renamed_attribute
 
 from ..errors import InputError
-from ..old_names import note_old_name
 from ..rendering import Printed, render
 from .interval import Interval, number
 from .verdict import Verdict, meaning
@@ -45,8 +45,8 @@ class Cause:
         Chance of such an improvement if the cause were absent.
     parameters : mapping of str to Interval
         Its numbers.
-    evidence : str
-        One sentence.
+    reason : str
+        Why it is named, in one sentence.
     confusable_with : tuple of str
         Causes that the data do not distinguish from it.
     form : str
@@ -66,12 +66,14 @@ class Cause:
     share: float
     p_value: float
     parameters: Mapping[str, Interval]
-    evidence: str
+    reason: str
     confusable_with: tuple[str, ...] = ()
     form: str = ""
     stability: Mapping[str, float] = field(default_factory=dict)
     place: str = ""
     doubtful: bool = False
+
+    evidence = renamed_attribute("evidence", "reason")
 
     @property
     def acts_like(self) -> bool:
@@ -305,18 +307,7 @@ class Diagnosis(Printed):
     held_out_noise_floor: float = float("nan")
     test_plan: TestPlan | None = None
 
-    @property
-    def judged(self) -> Device | None:
-        """Old name of ``nominal``."""
-        note_old_name("judged", "nominal")
-        return self.nominal
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Restore a saved diagnosis, of an earlier version too."""
-        if "judged" in state:
-            state = {"nominal": state["judged"]} | state
-            del state["judged"]
-        vars(self).update(state)
+    judged = renamed_attribute("judged", "nominal")
 
     @property
     def meaning(self) -> str:
@@ -370,7 +361,7 @@ class Diagnosis(Printed):
                     },
                     "confusable_with": list(cause.confusable_with),
                     "stability": {k: number(share) for k, share in cause.stability.items()},
-                    "evidence": cause.evidence,
+                    "reason": cause.reason,
                 }
                 for cause in self.causes
             ],

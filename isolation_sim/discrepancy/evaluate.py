@@ -77,8 +77,8 @@ def _forces(model: Model, values: NDArray, scale: float) -> tuple[NDArray, str]:
     if not misfits[0] < _LESS * misfits[1]:
         return force, ""
     names = ", ".join(in_sentence(one.cause) for one in going_on)
-    found = " (after rests as each run's forces suggest)" * any(map(has_unknown_starts, effects))
-    return other, f"{names}: goes on from run to run{found}, which is nearer to the forces"
+    rests = " (after rests as each run's forces suggest)" * any(map(has_unknown_starts, effects))
+    return other, f"{names}: goes on from run to run{rests}, which is nearer to the forces"
 
 
 def _averaged(

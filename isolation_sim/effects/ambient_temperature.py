@@ -50,11 +50,11 @@ def fluid(signals: Signals, states: tuple, parameters: tuple) -> Any:
 
 SOFTENING = EffectParameter(
     "softening", "1/degC", "relative loss of force with temperature", lower=-0.1, upper=0.1,
-    strength=True, starts=(0.005,),
+    magnitude=True, starts=(0.005,),
 )  # fmt: skip
 ACTIVATION = EffectParameter(
     "activation", "K", "activation energy over gas constant", lower=-1e4, upper=1e4,
-    strength=True, starts=(500.0,),
+    magnitude=True, starts=(500.0,),
 )  # fmt: skip
 
 FORMS = (
@@ -63,12 +63,12 @@ FORMS = (
             cause="ambient_temperature",
             form=factor.__name__,
             title=title,
-            parameters=(strength,),
+            parameters=(magnitude,),
             factor=factor,
             needs=frozenset({"temperature"}),
             source=source,
         )
-        for factor, title, strength, source in (
+        for factor, title, magnitude, source in (
             (exponential, "Ambient temperature", SOFTENING, "exponential softening of elastomers"),
             (linear, "Ambient temperature, linear", SOFTENING, "first order in the temperature"),
             (arrhenius, "Ambient temperature, Arrhenius", ACTIVATION, "Arrhenius (1889)"),

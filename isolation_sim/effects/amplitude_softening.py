@@ -96,7 +96,7 @@ def start_mean(signals: Signals, parameters: tuple) -> tuple:
 
 
 LOSS = EffectParameter(
-    "loss", "1", "largest fraction of the force lost", lower=0.0, upper=0.95, strength=True,
+    "loss", "1", "largest fraction of the force lost", lower=0.0, upper=0.95, magnitude=True,
     starts=(0.3, 0.6),
 )  # fmt: skip
 HALF = EffectParameter(
@@ -107,7 +107,7 @@ EXPONENT = EffectParameter(
     "exponent", "1", "of the amplitude; Kraus' 2 m", lower=0.5, upper=4.0, starts=(1.2,)
 )
 POWER = EffectParameter(
-    "exponent", "1", "exponent of the amplitude", lower=0.0, upper=2.0, strength=True,
+    "exponent", "1", "exponent of the amplitude", lower=0.0, upper=2.0, magnitude=True,
     starts=(0.2, 0.5),
 )  # fmt: skip
 KNEE = EffectParameter(

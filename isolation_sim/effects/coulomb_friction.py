@@ -67,7 +67,7 @@ def stored_energy_dahl(x: Any, states: tuple, parameters: tuple) -> Any:
     return level * length * states[0] ** 2 / 2
 
 
-LEVEL = EffectParameter("level", "N", "sliding friction", lower=0.0, strength=True, starts=(0.1,))
+LEVEL = EffectParameter("level", "N", "sliding friction", lower=0.0, magnitude=True, starts=(0.1,))
 VELOCITY = EffectParameter(
     "velocity", "m/s", "range over which friction develops", lower=1e-6, divides=True,
     starts=(0.002, 0.02, 0.2),

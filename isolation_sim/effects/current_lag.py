@@ -93,7 +93,7 @@ def rates_slew(signals: Signals, states: tuple, parameters: tuple) -> tuple:
 
 LAG = EffectParameter(
     "lag", "s", "time constant of the field, of both stages together", lower=0.0, upper=5.0,
-    strength=True, starts=(0.02, 0.1, 0.5),
+    magnitude=True, starts=(0.02, 0.1, 0.5),
 )  # fmt: skip
 FIELD = Quantity("field", "A", "current whose field is there")
 
@@ -186,7 +186,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "per_ampere", "s/A", "time in which the supply changes the current by 1 A",
-                lower=0.0, strength=True, starts=(0.3, 1.0, 3.0),
+                lower=0.0, magnitude=True, starts=(0.3, 1.0, 3.0),
             ),
         ),
         states=(FIELD,),

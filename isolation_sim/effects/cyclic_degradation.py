@@ -101,12 +101,12 @@ def carried_inelastic(past: Past, parameters: tuple) -> tuple:
 
 def core(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Loss of force of the yielding part."""
-    return (_strength(states, parameters) - 1) * of_core(signals, parameters[1])
+    return (_remaining_fraction(states, parameters) - 1) * of_core(signals, parameters[1])
 
 
 def rates_core(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Work of the yielding part, by the force that is left."""
-    return (_strength(states, parameters) * of_core(signals, parameters[1]) * signals.v,)
+    return (_remaining_fraction(states, parameters) * of_core(signals, parameters[1]) * signals.v,)
 
 
 def core_limited(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -121,7 +121,7 @@ def rates_core_limited(signals: Signals, states: tuple, parameters: tuple) -> tu
     return (left * of_core(signals, parameters[2]) * signals.v,)
 
 
-def _strength(states: tuple, parameters: tuple) -> Any:
+def _remaining_fraction(states: tuple, parameters: tuple) -> Any:
     """Share of the yield force that is left."""
     return 1 / (1 + parameters[0] * positive(states[0]))
 
@@ -129,10 +129,10 @@ def _strength(states: tuple, parameters: tuple) -> Any:
 TRAVEL = Quantity("travel", "m", "way travelled")
 DISSIPATED = Quantity("dissipated", "J", "work done on the device and not given back")
 PER_ENERGY = EffectParameter(
-    "loss", "1/J", "loss of force for energy dissipated", lower=0.0, strength=True, starts=(0.02,)
+    "loss", "1/J", "loss of force for energy dissipated", lower=0.0, magnitude=True, starts=(0.02,)
 )
 LOSS = EffectParameter(
-    "loss", "1", "final fraction of the force lost", lower=0.0, upper=0.95, strength=True,
+    "loss", "1", "final fraction of the force lost", lower=0.0, upper=0.95, magnitude=True,
     starts=(0.2, 0.5),
 )  # fmt: skip
 
@@ -162,8 +162,8 @@ FORMS = (
         title="Cyclic degradation, logarithmic",
         parameters=(
             EffectParameter(
-                "loss", "1", "loss for an e-fold path length", lower=0.0, upper=10.0, strength=True,
-                starts=(0.1,),
+                "loss", "1", "loss for an e-fold path length", lower=0.0, upper=10.0,
+                magnitude=True, starts=(0.1,),
             ),
             _scale("m", "path length after which it begins"),
         ),

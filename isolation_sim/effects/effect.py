@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from ground_motions.argument_types import checked
+from ground_motions.old_names import renamed_arguments, renamed_attribute
 
 from ..laws.law import Quantity
 
@@ -71,6 +72,7 @@ class Past(NamedTuple):
     dissipated: Any
 
 
+@renamed_arguments(strength="magnitude")
 @checked
 @dataclass(frozen=True)
 class EffectParameter(Quantity):
@@ -78,7 +80,7 @@ class EffectParameter(Quantity):
 
     Attributes
     ----------
-    strength : bool
+    magnitude : bool
         Whether the law is left as it is where this parameter is zero; every effect has one such.
     starts : tuple of float
         Values from which a fit may start: in the unit itself for times (s) and pure numbers, else
@@ -101,13 +103,15 @@ class EffectParameter(Quantity):
         ``most``.
     """
 
-    strength: bool = False
+    magnitude: bool = False
     starts: tuple[float, ...] = (1.0,)
     least: float = 0.0
     most: float = float("inf")
     difference: float = 1e-4
     plain: tuple[float, ...] = ()
     other: tuple[float, ...] = ()
+
+    strength = renamed_attribute("strength", "magnitude")
 
 
 class EffectInPlan(NamedTuple):
@@ -152,7 +156,7 @@ class Effect:
     title : str
         Name to print.
     parameters : tuple of EffectParameter
-        One of them its strength.
+        One of them its magnitude.
     states : tuple of Quantity
         Internal states; zero at rest without current.
     start : callable or None
@@ -230,7 +234,9 @@ class Effect:
         """Names of the parameters, in order."""
         return tuple(quantity.name for quantity in self.parameters)
 
+    strength = renamed_attribute("strength", "magnitude")
+
     @property
-    def strength(self) -> int:
-        """Place of the strength among the parameters."""
-        return next(k for k, q in enumerate(self.parameters) if q.strength)
+    def magnitude(self) -> int:
+        """Place of the magnitude among the parameters."""
+        return next(k for k, q in enumerate(self.parameters) if q.magnitude)

@@ -88,7 +88,7 @@ def stored_energy_exponential(x: Any, states: tuple, parameters: tuple) -> Any:
 
 
 def _stiffness(meaning: str) -> EffectParameter:
-    return EffectParameter("stiffness", "N/m", meaning, lower=0.0, strength=True, starts=(1.0,))
+    return EffectParameter("stiffness", "N/m", meaning, lower=0.0, magnitude=True, starts=(1.0,))
 
 
 def _gap(name: str, meaning: str, *starts: float) -> EffectParameter:

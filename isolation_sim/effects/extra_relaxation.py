@@ -61,7 +61,7 @@ def rates_eyring(signals: Signals, states: tuple, parameters: tuple) -> tuple:
 
 
 STIFFNESS = EffectParameter(
-    "stiffness", "N/m", "total stiffness of the springs", lower=0.0, strength=True, starts=(0.2,)
+    "stiffness", "N/m", "total stiffness of the springs", lower=0.0, magnitude=True, starts=(0.2,)
 )
 
 

@@ -38,7 +38,7 @@ def whole_force(signals: Signals, states: tuple, parameters: tuple) -> Any:
 
 
 LOSS = EffectParameter(
-    "loss", "1/m", "loss of field with deformation", lower=0.0, upper=1e4, strength=True,
+    "loss", "1/m", "loss of field with deformation", lower=0.0, upper=1e4, magnitude=True,
     starts=(0.1, 0.4),
 )  # fmt: skip
 

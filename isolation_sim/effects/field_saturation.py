@@ -17,7 +17,7 @@ import numpy as np
 from .effect import Effect, EffectParameter, Signals
 
 TINY = 1e-9
-"""Keeps the forms' derivatives finite at zero current and zero strength."""
+"""Keeps the forms' derivatives finite at zero current and zero magnitude."""
 
 
 def knee(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -42,7 +42,7 @@ def slope(signals: Signals, states: tuple, parameters: tuple) -> Any:
 
 SATURATION = EffectParameter(
     "saturation", "1/A", "inverse of the saturation current", lower=0.0, upper=100.0,
-    strength=True, starts=(0.5, 1.5),
+    magnitude=True, starts=(0.5, 1.5),
 )  # fmt: skip
 
 EXPONENT = EffectParameter(
@@ -75,7 +75,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "decrease", "1", "decrease of the slope beyond the knee", lower=0.0, upper=1.0,
-                strength=True, starts=(0.5,), plain=(1.0,),
+                magnitude=True, starts=(0.5,), plain=(1.0,),
             ),
             EffectParameter(
                 "current", "A", "current at the knee", lower=1e-3, upper=1e3, divides=True,

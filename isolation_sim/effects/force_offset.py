@@ -32,7 +32,7 @@ FORMS = (
         cause="force_offset",
         form="constant",
         title="Force offset",
-        parameters=(EffectParameter("level", "N", "the force", strength=True, starts=(0.1,)),),
+        parameters=(EffectParameter("level", "N", "the force", magnitude=True, starts=(0.1,)),),
         force=force,
         stored_energy=stored_energy,
         source="preload F0 of the Bouc-Wen dampers' models: Spencer et al. (1997)",
@@ -44,7 +44,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "offset", "m", "displacement recorded where the device is not deformed",
-                strength=True, starts=(0.05,),
+                magnitude=True, starts=(0.05,),
             ),
         ),
         motion=motion,

@@ -20,7 +20,7 @@ FORMS = (
         cause="inertia_force",
         form="mass",
         title="Inertia force",
-        parameters=(EffectParameter("mass", "kg", "moving mass", strength=True, starts=(0.05,)),),
+        parameters=(EffectParameter("mass", "kg", "moving mass", magnitude=True, starts=(0.05,)),),
         force=force,
         needs=frozenset({"acceleration"}),
         source="Newton (1687)",

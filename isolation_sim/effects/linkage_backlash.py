@@ -52,7 +52,7 @@ def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     return (_contact(signals.x - states[0], parameters[0])[0] / RISE,)
 
 
-def kept_back(signals: Signals, states: tuple, parameters: tuple) -> Any:
+def open_linkage_force(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """What an open linkage keeps back: at each end of the gap it pushes and does not pull."""
     (gap,) = parameters
     away, force = signals.x - states[0], signals.force
@@ -74,7 +74,7 @@ def motion_dead_zone(signals: Signals, states: tuple, parameters: tuple) -> tupl
 
 
 GAP = EffectParameter(
-    "gap", "m", "half of the free play", lower=0.0, strength=True, starts=(0.01, 0.03, 0.1),
+    "gap", "m", "half of the free play", lower=0.0, magnitude=True, starts=(0.01, 0.03, 0.1),
     difference=0.05,
 )  # fmt: skip
 KEEP = Quantity("keep", "m", "deformation from which the play is measured")
@@ -100,7 +100,7 @@ FORMS = (
         start=start,
         rates=rates,
         motion=motion,
-        force=kept_back,
+        force=open_linkage_force,
         needs=frozenset({"force"}),
         source="Nordin & Gutman (2002), physical model of backlash",
     ),

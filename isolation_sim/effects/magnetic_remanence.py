@@ -97,7 +97,7 @@ def carried_largest(past: Past, parameters: tuple) -> tuple:
 PARTS = (0.125, 0.375, 0.625, 0.875)
 """Half-widths of the plays that stand for all relays, as shares of the widest."""
 SHARE = EffectParameter(
-    "share", "1", "fraction of the remanent field", lower=0.0, upper=1.0, strength=True,
+    "share", "1", "fraction of the remanent field", lower=0.0, upper=1.0, magnitude=True,
     starts=(0.1, 0.4), plain=(1.0,),
 )  # fmt: skip
 

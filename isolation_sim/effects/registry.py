@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from ground_motions.argument_types import checked
+from ground_motions.old_names import renamed_value
 from ground_motions.registry import Registry
 
 from ..errors import check_name
-from ..old_names import renamed_value
 from .effect import Effect
 
 

@@ -95,7 +95,7 @@ def rates_dissipation(signals: Signals, states: tuple, parameters: tuple) -> tup
 
 PARAMETERS = (
     EffectParameter(
-        "gain", "1/J", "loss of force for work done", lower=0.0, strength=True, starts=(0.02, 0.1),
+        "gain", "1/J", "loss of force for work done", lower=0.0, magnitude=True, starts=(0.02, 0.1),
     ),
     EffectParameter(
         "cooling", "s", "time constant of cooling", lower=1.0, upper=1e5, divides=True, starts=(5.0,

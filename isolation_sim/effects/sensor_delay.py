@@ -83,7 +83,7 @@ def _late(parameters: tuple) -> Any:
 
 
 LATENESS = EffectParameter(
-    "delay", "s", "delay of the force to the displacement", lower=0.0, upper=0.2, strength=True,
+    "delay", "s", "delay of the force to the displacement", lower=0.0, upper=0.2, magnitude=True,
     starts=(0.003,),
 )  # fmt: skip
 
@@ -95,7 +95,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "delay", "s", "delay of the force to the displacement", lower=-0.1, upper=0.1,
-                strength=True, starts=(0.003,),
+                magnitude=True, starts=(0.003,),
             ),
         ),
         motion=motion,

@@ -77,7 +77,7 @@ def carried(past: Past, parameters: tuple) -> tuple:
 
 LARGEST = Quantity("largest", "m", "largest deformation so far")
 LOSS = EffectParameter(
-    "loss", "1", "largest fraction of the force lost", lower=0.0, upper=0.95, strength=True,
+    "loss", "1", "largest fraction of the force lost", lower=0.0, upper=0.95, magnitude=True,
     starts=(0.2, 0.5),
 )  # fmt: skip
 
@@ -126,7 +126,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "loss", "1/m", "loss per largest deformation", lower=0.0, upper=1e4,
-                strength=True, starts=(0.2, 1.0),
+                magnitude=True, starts=(0.2, 1.0),
             ),
         ),
         factor=hyperbolic,
@@ -148,7 +148,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "exponent", "1", "exponent of the largest deformation", lower=0.0, upper=2.0,
-                strength=True, starts=(0.2, 0.5),
+                magnitude=True, starts=(0.2, 0.5),
             ),
             _length("largest deformation above which the power law holds"),
         ),

@@ -64,7 +64,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "asymmetry", "1", "half of the difference between both directions", lower=-0.95,
-                upper=0.95, strength=True, starts=(0.1,),
+                upper=0.95, magnitude=True, starts=(0.1,),
             ),
             EffectParameter(
                 "width", "m", "deformation over which it develops", lower=1e-7, upper=10.0,
@@ -81,7 +81,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "asymmetry", "1/m", "relative change of force with deformation", lower=-1e5,
-                upper=1e5, strength=True, starts=(0.1,),
+                upper=1e5, magnitude=True, starts=(0.1,),
             ),
         ),
         factor=proportional,
@@ -94,7 +94,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "asymmetry", "1/m", "relative loss of stiffness with deformation", lower=-1e5,
-                upper=1e5, strength=True, starts=(0.2,),
+                upper=1e5, magnitude=True, starts=(0.2,),
             ),
         ),
         factor=one_sided,
@@ -107,7 +107,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "asymmetry", "1", "half of the difference between both directions", lower=-0.95,
-                upper=0.95, strength=True, starts=(0.1,),
+                upper=0.95, magnitude=True, starts=(0.1,),
             ),
             EffectParameter(
                 "velocity", "m/s", "velocity over which it develops", lower=1e-6, divides=True,
@@ -129,7 +129,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "stiffness", "N/m", "half of the difference between both directions",
-                strength=True, starts=(0.1,),
+                magnitude=True, starts=(0.1,),
             ),
             EffectParameter(
                 "width", "m", "deformation over which it develops", lower=1e-7, upper=10.0,

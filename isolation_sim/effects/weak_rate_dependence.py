@@ -92,7 +92,7 @@ FORMS = (
         title="Weak rate dependence",
         parameters=(
             EffectParameter(
-                "stiffness", _K.unit, _K.meaning, lower=0.0, strength=True, starts=(0.3,)
+                "stiffness", _K.unit, _K.meaning, lower=0.0, magnitude=True, starts=(0.3,)
             ),
             EffectParameter(
                 "exponent", _A.unit, _A.meaning, _A.lower, _A.upper, divides=True,
@@ -111,7 +111,7 @@ FORMS = (
         title="Weak dependence on frequency",
         parameters=(
             EffectParameter(
-                "exponent", "1", "power of the frequency", lower=-0.5, upper=1.0, strength=True,
+                "exponent", "1", "power of the frequency", lower=-0.5, upper=1.0, magnitude=True,
                 starts=(0.05,),
             ),
             WINDOW,
@@ -130,7 +130,7 @@ FORMS = (
         title="Weak rate dependence, power of the velocity",
         parameters=(
             EffectParameter(
-                "exponent", "1", "power of the velocity", lower=-0.9, upper=1.0, strength=True,
+                "exponent", "1", "power of the velocity", lower=-0.9, upper=1.0, magnitude=True,
                 starts=(0.05,),
             ),
             VELOCITY,
@@ -145,7 +145,7 @@ FORMS = (
         parameters=(
             # with a negative one it would be a softening by amplitude
             EffectParameter(
-                "exponent", "1", "power of the RMS velocity", lower=0.0, upper=1.0, strength=True,
+                "exponent", "1", "power of the RMS velocity", lower=0.0, upper=1.0, magnitude=True,
                 starts=(0.05,),
             ),
             VELOCITY,
@@ -163,7 +163,7 @@ FORMS = (
         parameters=(
             EffectParameter(
                 "rise", "1", "growth of the force for an e-fold velocity", lower=-0.2, upper=1.0,
-                strength=True, starts=(0.05,),
+                magnitude=True, starts=(0.05,),
             ),
             VELOCITY,
         ),
@@ -176,7 +176,7 @@ FORMS = (
         title="Weak rate dependence, thinning viscosity",
         parameters=(
             EffectParameter(
-                "viscosity", "N s/m", "at low velocity", lower=0.0, strength=True, starts=(0.2,)
+                "viscosity", "N s/m", "at low velocity", lower=0.0, magnitude=True, starts=(0.2,)
             ),
             # far above the fastest test nothing thins, and the effect is a dashpot
             EffectParameter(

@@ -15,9 +15,10 @@ from ..errors import InputError
 from ..laws import Device
 from ..laws.law import Law
 from ..laws.registry import LAWS
-from ..workers import workers
+from ..workers import run_beside, workers
 from .campaign import Campaign, read_campaign
 from .data_checks import data_notes, divergence_note, outlier_note, refuse_swapped
+from .first_use import laws_to_compile
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
 from .law_choice import AUTO, choose_law
 from .law_fit import LARGEST_DERIVATIVE, STARTS, LawModel, fit_law, from_off, parameterise
@@ -106,7 +107,7 @@ def fit(
     data = measured_runs(campaign.runs)
     choice = None
     if law == AUTO:
-        with workers(threads) as pool:
+        with workers(threads) as pool, run_beside(laws_to_compile()):
             some = hold_out_some(data, campaign.runs)
             choice = choose_law(campaign, some, current_degree, pool, seed=seed)
         law = LAWS[choice.best.law]

@@ -165,10 +165,10 @@ def _steady(signal: NDArray, lines: NDArray) -> bool:
     # a force that turns sharply at reversals has a plateau too, but its power lies at these times
     window = np.hanning(len(signal))
     spectrum = np.fft.rfft((signal - np.linspace(signal[0], signal[-1], len(signal))) * window)
-    kept = np.zeros_like(spectrum)
-    kept[lines] = spectrum[lines]
+    filtered = np.zeros_like(spectrum)
+    filtered[lines] = spectrum[lines]
     middle = window > 0.5
-    part = np.fft.irfft(kept, len(signal))[middle] / window[middle]
+    part = np.fft.irfft(filtered, len(signal))[middle] / window[middle]
     return bool(np.median(np.abs(part)) / 0.6745 > _STEADY * np.sqrt(np.mean(part**2)))
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..compilation.kernel_text import assigned, kernel_text
 from ..errors import InputError
-from ..generated import load_written
+from ..generated import in_cache, load_written, name_of_content
 from ..laws.emit import function_text, straight_line, symbols
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
@@ -195,6 +195,20 @@ def compiled(law: Law, stiff: bool = False) -> ModuleType:
         )
     kind = "stiff" if stiff else "device"
     return load_written(kind, fingerprint(law), lambda: _text(law, stiff))
+
+
+def is_compiled(law: Law) -> bool:
+    """Whether the simulation of a law is in the cache folder."""
+    content = fingerprint(law)
+    return content is not None and in_cache(name_of_content("device", content, _text), "simulate")
+
+
+def compile_law(law: Law) -> None:
+    """Compile the simulation of a law to the cache folder."""
+    n, time = len(law.parameters), np.linspace(0.0, 1.0, 8)
+    motion = Motion(np.array([0, 8]), time, time, time, np.array([0.1]))
+    with np.errstate(all="ignore"):
+        Simulator(law, motion, range(n), np.zeros(n)).run(np.ones(n))
 
 
 def _begin(law: Law, names: list[str], parameters: list, unpack: list[str]) -> list[str]:

@@ -216,7 +216,7 @@ def _stability(cause: Cause) -> dict[str, str]:
 def cause_text(cause: Cause) -> str:
     """Evidence for a cause, and the share of repeated fits with the same cause."""
     again = " and ".join(f"{share} % of {words}" for words, share in _stability(cause).items())
-    return f"{cause.evidence} Named again in {again}." if again else cause.evidence
+    return f"{cause.reason} Named again in {again}." if again else cause.reason
 
 
 def _chance(p: float) -> str:

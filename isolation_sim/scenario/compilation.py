@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, redirect_stderr, suppress
@@ -11,7 +10,7 @@ from io import StringIO
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
-from ..workers import Worker
+from ..workers import Worker, idle_processors
 from .job import Job
 from .scenario import Scenario
 
@@ -37,7 +36,7 @@ def compile_in_parallel(scenario: Scenario, job: Job) -> Iterator[Callable[[str]
     """Yield ``job.run``; on first use a second process compiles the last controllers."""
     # It starts with the last controller and the first process with the first, so that neither waits
     # long; only if the machine has an idle processor.
-    if not _is_first_use(job) or not _has_idle_processor():
+    if not _is_first_use(job) or not idle_processors():
         yield job.run
         return
     worker, pool = Worker(), ThreadPoolExecutor(1)
@@ -74,9 +73,3 @@ def _is_first_use(job: Job) -> bool:
         traceable(isolated)
         return unit_element(isolated) is None and not is_compiled(kernel_for(isolated, 1, True))
     return False
-
-
-def _has_idle_processor() -> bool:
-    if not hasattr(os, "getloadavg") or not hasattr(os, "sched_getaffinity"):
-        return False
-    return os.getloadavg()[0] < len(os.sched_getaffinity(0)) - 0.5

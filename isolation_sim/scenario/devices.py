@@ -7,10 +7,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from ground_motions.old_names import renamed_value
+
 from ..effects import Effect, effect, extend
 from ..errors import InputError
 from ..laws import Device, law, passive
-from ..old_names import renamed_value
 from ..structures import (
     IsolatedStructure,
     Structure,

@@ -10,13 +10,13 @@ from typing import Annotated, Any, Self, TypeVar
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
 
 from ground_motions import Record
+from ground_motions.old_names import renamed_keys
 from ground_motions.registry import has_changed
 
 from ..code_check import CheckRow, check_building
 from ..criterion import selected_criteria
 from ..errors import InputError, warn
 from ..io.files import parse_toml, read_toml
-from ..old_names import renamed_keys
 from ..structures import IsolatedStructure, Structure
 from .building import Building, PlanBuilding, ReferenceBuilding
 from .check import Check, simulator

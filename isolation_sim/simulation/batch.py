@@ -314,7 +314,7 @@ def run_cases(
 
 def validity_of(run: Run) -> Validity:
     """Quantities and warnings on the validity of a run."""
-    peaks = run.reached_of_tests
+    peaks = run.test_comparison
     return Validity(
         run.clamped,
         peaks.deformation_ratio,

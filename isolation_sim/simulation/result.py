@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ground_motions import Record, ResponseSpectrum
 from ground_motions.argument_types import checked
+from ground_motions.old_names import renamed_attribute
 
 from ..archive import FILE, save_archive
 from ..criterion import Criteria, saved_criterion
@@ -29,7 +30,7 @@ from ..written_names import as_written
 from .contact import contact_warnings, contacts_of_outputs, stops
 from .outputs import level_dofs
 from .plausibility import end_state, end_warnings, input_warnings, saved_end_state
-from .tested_range import Reached, compare_with_tests, peak_currents, tested_range_warnings
+from .tested_range import TestComparison, compare_with_tests, peak_currents, tested_range_warnings
 from .trajectory import Trajectory, dataset
 
 if TYPE_CHECKING:
@@ -42,9 +43,9 @@ if TYPE_CHECKING:
 
 
 _SAVED = (
-    "isolated", "records", "controller", "source", "clamped", "steps", "unresolved", "reached",
+    "isolated", "records", "controller", "source", "clamped", "steps", "unresolved", "accuracy",
     "outputs", "values", "states", "current", "command", "criteria", "energy", "peaks",
-    "reached_of_tests", "implausible", "decisions", "cautions", "end", "contacts",
+    "test_comparison", "implausible", "decisions", "cautions", "end", "contacts",
     "refined_accelerations",
 )  # fmt: skip
 """Saved and pickled attributes of a run."""
@@ -110,7 +111,7 @@ class Run(Printed, Trajectory):
     unresolved : int
         Number of steps that missed the tolerance at the smallest step size, or at the largest
         number of steps in a segment, as with a force that jumps repeatedly.
-    reached : float
+    accuracy : float
         Tolerance met by all steps: the target, or a larger value if some are unresolved.
     """
 
@@ -119,6 +120,8 @@ class Run(Printed, Trajectory):
     source = ""
     decisions = ""
     cautions: tuple[str, ...] = ()
+    reached = renamed_attribute("reached", "accuracy")
+    reached_of_tests = renamed_attribute("reached_of_tests", "test_comparison")
 
     def __getstate__(self) -> dict[str, Any]:
         """Data for all reports, without the simulation's working memory."""
@@ -234,7 +237,7 @@ class Run(Printed, Trajectory):
         return item_peaks(self.isolated, self.work)
 
     @cached_property
-    def reached_of_tests(self) -> Reached:
+    def test_comparison(self) -> TestComparison:
         """Peak deformations and currents, with those of the device tests."""
         currents = peak_currents(self.work)
         return compare_with_tests(self.isolated, self.modes, self.work, self.criteria, currents)

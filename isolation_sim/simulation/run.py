@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions import Record
+from ground_motions.old_names import renamed_arguments
 
 from ..criterion import Criterion, selected_criteria
 from ..errors import AccuracyWarning, InputError, warn
 from ..generated import COMPILED
 from ..laws.passive_switching import instantaneous
 from ..laws.trace_check import check_traceable
-from ..old_names import renamed_arguments
 from ..structures import IsolatedStructure
 from .control import CoilDriver, Control, RunContext, Schedule, Sensors, calling, current_of
 from .kernel.loading import compiling
@@ -91,9 +91,9 @@ def simulate(
     if run.unresolved:
         warn(
             f"{run.unresolved} integration steps missed the tolerance {tolerance:.3g}; all of them "
-            f"meet {run.reached:.2g}. A force that jumps, or that changes sign many times within a "
-            "sample, cannot be followed more accurately: give it a smoothing velocity or a contact "
-            "stiffness",
+            f"meet {run.accuracy:.2g}. A force that jumps, or that changes sign many times within "
+            "a sample, cannot be followed more accurately: give it a smoothing velocity or a "
+            "contact stiffness",
             AccuracyWarning,
         )
     return run

@@ -18,7 +18,7 @@ OVER_TESTED = ("deformation_over_tested", "current_over_tested")
 """Names of the ratios of peaks to tested values, in ``Batch`` and in a sweep's table."""
 
 
-class Reached(NamedTuple):
+class TestComparison(NamedTuple):
     """Peaks of one run and tested values, in the structure's scale."""
 
     # deformation, tested_deformation: of each element, m; that of a biaxial device is the vector's
@@ -48,11 +48,11 @@ def compare_with_tests(
     criteria: Mapping[str, ArrayLike],
     currents: NDArray,
     lane: int = 0,
-) -> Reached:
+) -> TestComparison:
     """Compare one lane of a finished block with the tests."""
     # ``criteria`` and ``currents`` (from `peak_currents`) are those of the whole block.
     tested_deformation, tested_current = _tested(isolated)
-    return Reached(
+    return TestComparison(
         _peak_deformations(isolated, modes, work, criteria, lane),
         tested_deformation,
         currents[: len(tested_current), lane],
@@ -115,7 +115,7 @@ def _at_base(isolated: IsolatedStructure) -> tuple[bool, ...]:
 
 def tested_range_warnings(runs: Mapping[str, Any]) -> list[str]:
     """Warnings about deformations and currents beyond the tests, of several runs of one plant."""
-    peaks: dict[str, Reached] = {name: run.reached_of_tests for name, run in runs.items()}
+    peaks: dict[str, TestComparison] = {name: run.test_comparison for name, run in runs.items()}
     first, isolated = next(iter(peaks.values())), next(iter(runs.values())).isolated
     sentences = []
     for name, (e, *_) in zip(isolated.device_names, isolated.groups, strict=True):

@@ -44,7 +44,7 @@ class Trajectory:
         self.clamped = int(work.counts[0].sum())
         self.steps = int(work.counts[1, 0])
         self.unresolved = int(work.counts[4, 0])
-        self.reached = max(work.tolerance, float(work.missed[0]) / ERROR_FACTOR)
+        self.accuracy = max(work.tolerance, float(work.missed[0]) / ERROR_FACTOR)
 
     @cached_property
     def time(self) -> NDArray:

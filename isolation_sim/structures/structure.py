@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from ground_motions.argument_types import checked
+from ground_motions.old_names import renamed_attribute
 
 from ..errors import InputError, unknown_name
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
 from ..laws.law import Law
 from ..laws.linear import LAW as LINEAR
-from ..old_names import note_old_name
 from .checks import check_matrices, matrix, read_only
 from .element import (
     Element,
@@ -707,21 +707,7 @@ class IsolatedStructure:
         """
         return float(self.modes(currents).damping_ratios[0])
 
-    def effective_damping(self, currents: float | Sequence[float] = 0.0) -> float:
-        """Old name of `damping_ratio`, with a warning.
-
-        Parameters
-        ----------
-        currents : float or sequence of float, shape (n_channels,), A
-            Current of each channel, or one for all.
-
-        Returns
-        -------
-        float
-            Dimensionless.
-        """
-        note_old_name("effective_damping", "damping_ratio")
-        return self.damping_ratio(currents)
+    effective_damping = renamed_attribute("effective_damping", "damping_ratio")
 
     @checked
     def effective(self, displacement: float, currents: float | Sequence[float] = 0.0) -> Effective:

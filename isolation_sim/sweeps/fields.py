@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.old_names import renamed_value
 from ground_motions.registry import absolute_place
 
 from ..errors import InputError, unknown_name
-from ..old_names import renamed_value
 
 _STEP = re.compile(r"([^.\[\]]+)((?:\[\d+\])*)")
 

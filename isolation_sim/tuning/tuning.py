@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ground_motions.old_names import renamed_attribute, renamed_keys
+
 from ..errors import InputError
 from ..io.csv_table import write_table
 from ..io.files import json_text, write_text
 from ..io.results_folder import check_free, files_into, write_contents
-from ..old_names import note_old_name, renamed_keys
 from ..rendering import Printed, render
 from ..search_range import SearchRange
 from .intervals import MARGIN, MeanInterval, mean_interval
@@ -77,11 +78,7 @@ class Tuning(Printed):
     sensitivity: dict[str, tuple[list[float], list[float]]] = field(default_factory=dict)
     outcomes: list[Evaluation] = field(default_factory=list)
 
-    @property
-    def judged(self) -> list[Evaluation]:
-        """Old name of ``outcomes``."""
-        note_old_name("judged", "outcomes")
-        return self.outcomes
+    judged = renamed_attribute("judged", "outcomes")
 
     @property
     def controller(self) -> str:

@@ -117,8 +117,8 @@ def refit(degree: int, softening: bool = False) -> Refit:
         if softening:
             e0, e1 = (numbers[..., k, None, None, None] for k in (count, count + 1))
             parameters = parameters * amplitudes ** -(e0 + e1 * currents)
-        found = loops(*np.moveaxis(parameters, -3, 0))
-        return np.moveaxis(found, 0, -3).reshape(*shape, -1) / measured.ravel() - 1
+        simulated = loops(*np.moveaxis(parameters, -3, 0))
+        return np.moveaxis(simulated, 0, -3).reshape(*shape, -1) / measured.ravel() - 1
 
     def slopes(numbers: NDArray) -> NDArray:
         """Forward differences, all columns at once."""

@@ -57,7 +57,7 @@ def diagnosis(*causes, verdict="explained", storey=None):
     return {"verdict": verdict, "causes": [{"name": name, "parameters": at} for name in causes]}
 
 
-def reached(after, offered):
+def ladder_at(after, offered):
     errors = {"error_before": {"held_out": 0.1}, "error_after": {"held_out": after}}
     return errors | {"ladder": {"offered": offered}}
 
@@ -76,14 +76,14 @@ def test_rates_of_diagnoses_written_by_hand():
         BuildingScored(heavy, diagnosis("soil_flexibility", "base_mass_error")),
         BuildingScored(pair, diagnosis("base_mass_error")),
         BuildingScored(pair, diagnosis("base_mass_error", "storey_stiffness_loss", storey=storey)),
-        BuildingScored(outside, diagnosis() | reached(0.02, "equation")),
-        BuildingScored(outside, diagnosis("coulomb_friction") | reached(0.06, "causes")),
+        BuildingScored(outside, diagnosis() | ladder_at(0.02, "equation")),
+        BuildingScored(outside, diagnosis("coulomb_friction") | ladder_at(0.06, "causes")),
         BuildingScored(nothing, diagnosis(verdict="adequate")),
         BuildingScored(nothing, diagnosis(verdict="unexplained")),
         BuildingScored(nothing, diagnosis("sensor_bias")),
     ]  # fmt: skip
-    found = {name: (rate.hits, rate.cases) for name, rate in rates(results).items()}
-    assert found == {
+    values = {name: (rate.hits, rate.cases) for name, rate in rates(results).items()}
+    assert values == {
         "single named first": (2, 3),
         "single named with nothing beside it": (1, 3),
         "storey right where one lost stiffness": (2, 3),

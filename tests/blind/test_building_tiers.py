@@ -47,12 +47,12 @@ def test_an_equation_describes_a_squeeze_film_of_the_isolators(tmp_path):
     hidden = make_record(SEED, [film], SIZE, nominal=nominal)
     record = read_building_record(hidden.write(tmp_path / "case") / "record.csv")
     # without the search for causes, to save time
-    found = diagnose_building(record, engineers(nominal), most_causes=0, tiers="equation")
-    (term,) = found.ladder.terms
-    assert term.text == "x^2 v" and found.ladder.offered == "equation"
+    diagnosis = diagnose_building(record, engineers(nominal), most_causes=0, tiers="equation")
+    (term,) = diagnosis.ladder.terms
+    assert term.text == "x^2 v" and diagnosis.ladder.offered == "equation"
     (coefficient,) = term.numbers.values()
     assert coefficient.unit == "N s/m^3"
     assert coefficient.value == pytest.approx(hidden.severities[0], rel=0.03)
-    law, equation = found.ladder.rungs[0], found.ladder.rungs[-1]
+    law, equation = diagnosis.ladder.rungs[0], diagnosis.ladder.rungs[-1]
     assert equation.held_out < 0.25 * law.held_out
-    assert found.verdict == "explained"
+    assert diagnosis.verdict == "explained"

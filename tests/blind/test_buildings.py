@@ -152,6 +152,6 @@ def test_files(tmp_path):
     assert header[2:-1] == list(CHANNELS)
     data = np.loadtxt(folder / "record.csv", delimiter=",", skiprows=1)
     np.testing.assert_allclose(data[:, 2:-1].T, record.channels, rtol=1e-6, atol=1e-9)
-    told = tomllib.loads((folder / "building.toml").read_text())
-    assert told["building"]["base_mass_kg"] == record.nominal.base_mass
-    assert told["isolation_layer"]["parameters"]["A"] == [1.0]
+    content = tomllib.loads((folder / "building.toml").read_text())
+    assert content["building"]["base_mass_kg"] == record.nominal.base_mass
+    assert content["isolation_layer"]["parameters"]["A"] == [1.0]

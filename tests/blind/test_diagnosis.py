@@ -21,30 +21,30 @@ def written(case, tmp_path):
 def test_a_single_effect_is_named_first(tmp_path):
     name = "coulomb_friction"
     case = Case("single", "kelvin_voigt", "kelvin_voigt", ((name, "bristles"),), 31)
-    found = diagnose(written(case, tmp_path), case.law, tiers="causes")
-    assert found.causes[0].name == name
-    assert found.error_after.held_out < 0.6 * found.error_before.held_out
-    assert found.causes[0].p_value < 1e-6
+    diagnosis = diagnose(written(case, tmp_path), case.law, tiers="causes")
+    assert diagnosis.causes[0].name == name
+    assert diagnosis.error_after.held_out < 0.6 * diagnosis.error_before.held_out
+    assert diagnosis.causes[0].p_value < 1e-6
 
 
 def test_nothing_is_named_where_nothing_is_hidden(tmp_path):
     (case,) = clean(1, bases=("strain_stiffening",), seed=77)
-    found = diagnose(written(case, tmp_path), case.law, tiers="causes")
-    assert found.verdict == "adequate" and not found.causes
+    diagnosis = diagnose(written(case, tmp_path), case.law, tiers="causes")
+    assert diagnosis.verdict == "adequate" and not diagnosis.causes
 
 
 def test_both_of_a_pair_are_named(tmp_path):
     case = next(several(2, 1))
-    found = diagnose(written(case, tmp_path), case.law, tiers="causes")
-    assert {effect for effect, _ in case.effects} <= {cause.name for cause in found.causes}
+    diagnosis = diagnose(written(case, tmp_path), case.law, tiers="causes")
+    assert {effect for effect, _ in case.effects} <= {cause.name for cause in diagnosis.causes}
 
 
 def test_what_is_outside_the_catalogue_is_not_blamed_on_it(tmp_path):
     case = next(c for c in outside() if "pump" in c.name)
-    found = diagnose(written(case, tmp_path), case.law, tiers="causes")
-    assert found.verdict == "explained"  # as interference, beside which there is noise alone
-    assert not {cause.name for cause in found.causes} & set(CATALOGUE)
-    assert "frequency" in found.depends_on
+    diagnosis = diagnose(written(case, tmp_path), case.law, tiers="causes")
+    assert diagnosis.verdict == "explained"  # as interference, beside which there is noise alone
+    assert not {cause.name for cause in diagnosis.causes} & set(CATALOGUE)
+    assert "frequency" in diagnosis.depends_on
 
 
 @pytest.mark.usefixtures("few_effects")

@@ -116,7 +116,7 @@ FIRST = [(effect, next(iter(FORMS[effect]))) for effect in FORMS][::2]
     ("effect", "form"),
     [pytest.param(*case, marks=[] if case in FIRST else [pytest.mark.slow]) for case in ALL],
 )
-def test_severity_zero_is_clean_and_the_size_is_reached(effect, form):
+def test_severity_zero_is_clean_and_the_size_is_attained(effect, form):
     base = "hybrid" if effect == "weak_rate_dependence" else "strain_stiffening"
     gauge = gauge_of(base)
     blank = Hidden.draw(effect, np.random.default_rng(10), form)

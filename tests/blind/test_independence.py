@@ -26,19 +26,19 @@ GENERATOR = sorted(
 
 def imported(path: Path) -> set[str]:
     """Names of all that a file imports, wherever in it; relative names with their dots."""
-    found = set()
+    results = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            results |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             origin = "." * node.level + (node.module or "")
             joint = "" if node.module is None else "."
-            found |= {origin, *(f"{origin}{joint}{alias.name}" for alias in node.names)}
+            results |= {origin, *(f"{origin}{joint}{alias.name}" for alias in node.names)}
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name | ast.Attribute):
             called = node.func.id if isinstance(node.func, ast.Name) else node.func.attr
             if called in ("import_module", "__import__"):
-                found |= {a.value for a in node.args if isinstance(a, ast.Constant)}
-    return found
+                results |= {a.value for a in node.args if isinstance(a, ast.Constant)}
+    return results
 
 
 @pytest.mark.parametrize("name", GENERATOR)
@@ -101,6 +101,6 @@ def test_a_share_that_cannot_be_taken_is_refused(share, monkeypatch, capsys):
 
 
 def test_a_share_is_read_and_is_1_by_default(monkeypatch):
-    for given, expected in (([], 1.0), (["0.25"], 0.25)):
-        monkeypatch.setattr(sys, "argv", ["blind", *given])
+    for inputs, expected in (([], 1.0), (["0.25"], 0.25)):
+        monkeypatch.setattr(sys, "argv", ["blind", *inputs])
         assert share_from("studies.blind", "Diagnose.") == expected

@@ -48,7 +48,7 @@ def test_nothing_is_named_where_nothing_is_hidden(tmp_path):
     assert len(diagnosis.traces) == 2 * 11
 
 
-def found(form, severity, folder):
+def only_cause(form, severity, folder):
     """The only cause named, its numbers, and its sentence."""
     diagnosis = diagnosed(blind.faulty(nominal(), form, severity, SEED), folder)
     assert diagnosis.verdict == "explained" and len(diagnosis.causes) == 1
@@ -57,23 +57,23 @@ def found(form, severity, folder):
 
 
 def test_the_storey_and_the_direction_that_lost_stiffness_are_named(tmp_path):
-    cause, numbers = found("along_y", 0.1, tmp_path)
+    cause, numbers = only_cause("along_y", 0.1, tmp_path)
     storey = blind.storey_of(SEED)
     assert cause.name == "storey_stiffness_loss" and numbers["storey"] == storey
-    assert f"storey{storey}_y has lost" in cause.evidence
+    assert f"storey{storey}_y has lost" in cause.reason
     assert numbers["loss"] == pytest.approx(0.1, abs=0.01)
 
 
 @pytest.mark.slow
 def test_friction_of_all_bearings_is_named(tmp_path):
-    cause, numbers = found("smooth", 0.1, tmp_path)
+    cause, numbers = only_cause("smooth", 0.1, tmp_path)
     assert cause.name == "coulomb_friction"
     assert numbers["level"] == pytest.approx(0.1 * nominal().bearing["q"], rel=0.1)
 
 
 @pytest.mark.slow
 def test_a_mass_beside_the_centre_of_the_base_is_named(tmp_path):
-    cause, numbers = found("eccentric", 0.15, tmp_path)
+    cause, numbers = only_cause("eccentric", 0.15, tmp_path)
     assert cause.name == "base_mass_error" and cause.form == "eccentric"
     assert numbers["relative_error"] == pytest.approx(0.15, abs=0.01)
     # the centre of both masses
@@ -85,7 +85,7 @@ def test_a_mass_beside_the_centre_of_the_base_is_named(tmp_path):
 def test_a_biased_sensor_is_named_with_its_direction(tmp_path):
     diagnosis = diagnosed(nominal(), tmp_path, bias=0.05)
     assert [cause.name for cause in diagnosis.causes] == ["sensor_bias"]
-    assert f"{blind.BIASED} is off by" in diagnosis.causes[0].evidence
+    assert f"{blind.BIASED} is off by" in diagnosis.causes[0].reason
 
 
 @pytest.mark.parametrize("rocking", [False, True])
@@ -97,7 +97,7 @@ def test_a_very_stiff_soil_changes_nothing_in_either_direction(rocking, tmp_path
     np.testing.assert_allclose(stiff / size, rigid / size, atol=1e-3)
 
 
-def test_a_frame_that_lost_stiffness_is_found_beside_the_centre(tmp_path):
+def test_a_frame_that_lost_stiffness_is_detected_beside_the_centre(tmp_path):
     """One fit, without a search."""
     record, model = read(blind.faulty(nominal(), "one_frame", 0.1, SEED), tmp_path)
     comparison = compare_records(model, [record])

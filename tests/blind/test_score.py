@@ -25,8 +25,8 @@ def diagnosis(*causes, verdict="explained", depends_on=(), held_out=0.012, **par
     }
 
 
-def scored(kind, hidden, found):
-    return Scored(kind, hidden, found, 0.010)
+def scored(kind, hidden, result):
+    return Scored(kind, hidden, result, 0.010)
 
 
 SINGLE = truth("end_stop")
@@ -45,8 +45,8 @@ def test_rates_by_kind():
         scored("clean", truth(), diagnosis(verdict="unexplained")),
         scored("wrong_law", truth(), diagnosis(verdict="unexplained")),
     ]
-    found = {name: (rate.hits, rate.cases) for name, rate in rates(results).items()}
-    assert found == {
+    values = {name: (rate.hits, rate.cases) for name, rate in rates(results).items()}
+    assert values == {
         "single named first": (1, 3),
         "single named, nothing beside it": (0, 3),
         "pair both named": (1, 2),
@@ -61,7 +61,7 @@ def test_rates_by_kind():
 
 
 @pytest.mark.parametrize(
-    ("found", "not_blamed", "named"),
+    ("computed", "not_blamed", "named"),
     [
         (diagnosis(verdict="unexplained", depends_on=["current", "velocity"]), 1, 1),
         (diagnosis(verdict="unexplained", depends_on=["I", "v", "x"]), 1, 1),
@@ -72,25 +72,25 @@ def test_rates_by_kind():
         (diagnosis(verdict="adequate"), 0, 0),
     ],
 )
-def test_outside(found, not_blamed, named):
+def test_outside(computed, not_blamed, named):
     hidden = truth("outside:current_velocity_squared", depends_on="Iv")
-    result = rates([scored("outside", hidden, found)])
+    result = rates([scored("outside", hidden, computed)])
     assert result["outside not blamed on the catalogue"].hits == not_blamed
     assert result["outside's variables named"].hits == named
 
 
 def test_tolerated_variables_are_no_strangers():
     hidden = truth("outside:wandering_stiffness", depends_on="t", tolerated="xvI")
-    found = diagnosis(verdict="unexplained", depends_on=["t", "x", "v", "I"])
-    assert rates([scored("outside", hidden, found)])["outside's variables named"].hits == 1
+    result = diagnosis(verdict="unexplained", depends_on=["t", "x", "v", "I"])
+    assert rates([scored("outside", hidden, result)])["outside's variables named"].hits == 1
 
 
 @pytest.mark.parametrize(("low", "high", "hit"), [(1.8, 2.3, 1), (-2.3, -1.8, 1), (2.1, 3.0, 0)])
 def test_intervals(low, high, hit):
     parameter = {"value": (low + high) / 2, "low": low, "high": high, "unit": "N"}
     hidden = truth("force_offset", forms=("same_everywhere",), severities=(2.0,))
-    found = diagnosis("force_offset", offset=parameter)
-    rate = rates([scored("single", hidden, found)])["intervals that cover"]
+    result = diagnosis("force_offset", offset=parameter)
+    rate = rates([scored("single", hidden, result)])["intervals that cover"]
     assert (rate.hits, rate.cases) == (hit, 1)
 
 

@@ -44,8 +44,8 @@ def test_the_force_is_that_of_scipy_on_the_printed_equations(law):
         expected = p[0] * x(at) + p[1] * v(at) + p[2] * y + p[7]
     else:
         expected = p[3] * y + p[4] * z**3
-    given = device.respond(motion, Effects())[:2001:40]
-    assert np.max(np.abs(given - expected)) < 1e-5 * np.max(np.abs(expected))
+    inputs = device.respond(motion, Effects())[:2001:40]
+    assert np.max(np.abs(inputs - expected)) < 1e-5 * np.max(np.abs(expected))
 
 
 def test_core_and_plates_warm_as_scipy_says():

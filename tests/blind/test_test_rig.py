@@ -62,33 +62,35 @@ def loose(x):
 
 
 def test_a_butterworth_filter_is_named_with_its_delay():
-    found = diagnose(rig(filtered, as_it_is), "hyperbolic_tangent", threads=1)
-    assert [(cause.name, cause.form) for cause in found.causes] == [("sensor_delay", "butterworth")]
+    diagnosis = diagnose(rig(filtered, as_it_is), "hyperbolic_tangent", threads=1)
+    assert [(cause.name, cause.form) for cause in diagnosis.causes] == [
+        ("sensor_delay", "butterworth")
+    ]
     # the effect's shortest time is part of the delay
-    delay = found.causes[0].parameters["delay"].value + 5e-4
+    delay = diagnosis.causes[0].parameters["delay"].value + 5e-4
     assert delay == pytest.approx(np.sqrt(2) / (2 * np.pi * 10.0), rel=0.03)
-    assert found.error_after.held_out < 0.02 < found.error_before.held_out
+    assert diagnosis.error_after.held_out < 0.02 < diagnosis.error_before.held_out
 
 
 def test_backlash_is_named_first_with_its_gap():
-    found = diagnose(rig(as_it_is, loose), "hyperbolic_tangent", tiers="causes", threads=1)
-    assert found.causes[0].name == "linkage_backlash"
-    assert found.causes[0].parameters["gap"].value == pytest.approx(5e-4, rel=0.15)
-    assert found.error_after.held_out < 0.5 * found.error_before.held_out
+    diagnosis = diagnose(rig(as_it_is, loose), "hyperbolic_tangent", tiers="causes", threads=1)
+    assert diagnosis.causes[0].name == "linkage_backlash"
+    assert diagnosis.causes[0].parameters["gap"].value == pytest.approx(5e-4, rel=0.15)
+    assert diagnosis.error_after.held_out < 0.5 * diagnosis.error_before.held_out
 
 
-def test_a_displacement_off_zero_is_told_from_a_force_off_zero():
+def test_a_displacement_off_zero_is_distinguished_from_a_force_off_zero():
     tests = rig(as_it_is, as_it_is, friction=0.0, zero=8e-4, growth=0.5)
-    found = diagnose(tests, "kelvin_voigt", threads=1)
-    (cause,) = found.causes
+    diagnosis = diagnose(tests, "kelvin_voigt", threads=1)
+    (cause,) = diagnosis.causes
     assert (cause.name, cause.form) == ("force_offset", "displacement")
     assert cause.parameters["offset"].value == pytest.approx(8e-4, rel=0.05)
-    assert found.error_after.held_out < 0.01 < found.error_before.held_out
+    assert diagnosis.error_after.held_out < 0.01 < diagnosis.error_before.held_out
 
 
 def test_nothing_is_named_where_the_rig_is_right():
-    found = diagnose(rig(as_it_is, as_it_is), "hyperbolic_tangent", threads=1)
-    assert found.verdict == "adequate" and not found.causes
+    diagnosis = diagnose(rig(as_it_is, as_it_is), "hyperbolic_tangent", threads=1)
+    assert diagnosis.verdict == "adequate" and not diagnosis.causes
 
 
 def warming(behind, velocity, step):
@@ -115,12 +117,12 @@ def test_heat_of_the_core_is_named_with_its_gain_and_the_stiffness_around_it():
         time, x, v = fine[::10], x[::10], v[::10]
         runs.append(TestRun(f"run{k}", time, x, v, force, 0 * time, hold_out=held))
     campaign = Campaign("bearing", "NumPy", tuple(runs))
-    found = diagnose(campaign, "hyperbolic_tangent", threads=1)
-    assert [(cause.name, cause.form) for cause in found.causes] == [("self_heating", "core")]
-    numbers = found.causes[0].parameters
+    diagnosis = diagnose(campaign, "hyperbolic_tangent", threads=1)
+    assert [(cause.name, cause.form) for cause in diagnosis.causes] == [("self_heating", "core")]
+    numbers = diagnosis.causes[0].parameters
     assert numbers["gain"].low < 2e-2 < numbers["gain"].high
     assert numbers["stiffness"].low < 9e3 < numbers["stiffness"].high
-    assert found.verdict == "explained"
+    assert diagnosis.verdict == "explained"
 
 
 def bench(law, currents=(0.0,), noise=0.005, displacement=None, seed=11, tests=TESTS):
@@ -143,8 +145,8 @@ def bench(law, currents=(0.0,), noise=0.005, displacement=None, seed=11, tests=T
 
 
 def named(campaign, **options):
-    found = diagnose(campaign, "kelvin_voigt", tiers="causes", threads=1, **options)
-    return found, [cause.name for cause in found.causes]
+    diagnosis = diagnose(campaign, "kelvin_voigt", tiers="causes", threads=1, **options)
+    return diagnosis, [cause.name for cause in diagnosis.causes]
 
 
 @pytest.mark.slow
@@ -156,10 +158,10 @@ def test_a_mass_is_measured_behind_an_amplifier_that_filters_the_displacement():
         return 3e-5 * sosfilt(sections, random.standard_normal(n))
 
     campaign = bench(lambda x, v, a, i: 2e4 * x + 300 * v + 8 * a, displacement=noise)
-    found, names = named(campaign)
+    diagnosis, names = named(campaign)
     assert names == ["inertia_force"]
-    assert found.causes[0].parameters["mass"].value == pytest.approx(8, rel=0.02)
-    assert found.error_after.held_out < 1.5 * found.noise_floor
+    assert diagnosis.causes[0].parameters["mass"].value == pytest.approx(8, rel=0.02)
+    assert diagnosis.error_after.held_out < 1.5 * diagnosis.noise_floor
 
 
 @pytest.mark.parametrize(
@@ -171,16 +173,16 @@ def test_a_mass_is_measured_behind_an_amplifier_that_filters_the_displacement():
 )
 def test_a_spring_that_stiffens_from_the_middle_is_no_end_stop(spring, form):
     campaign = bench(lambda x, v, a, i: 2e4 * x + 300 * v + 300 * spring(x / 0.02))
-    found, names = named(campaign)
-    assert names == ["outside_catalogue"] and found.causes[0].form == form
-    assert found.error_after.held_out < 1.5 * found.noise_floor
+    diagnosis, names = named(campaign)
+    assert names == ["outside_catalogue"] and diagnosis.causes[0].form == form
+    assert diagnosis.error_after.held_out < 1.5 * diagnosis.noise_floor
 
 
 def test_a_stop_on_one_side_is_a_stop():
     campaign = bench(lambda x, v, a, i: 2e4 * x + 300 * v + 1e5 * np.maximum(x - 0.013, 0))
-    found, names = named(campaign)
-    assert names == ["end_stop"] and found.causes[0].form == "two_gaps"
-    assert found.causes[0].parameters["ahead"].value == pytest.approx(0.013, rel=0.02)
+    diagnosis, names = named(campaign)
+    assert names == ["end_stop"] and diagnosis.causes[0].form == "two_gaps"
+    assert diagnosis.causes[0].parameters["ahead"].value == pytest.approx(0.013, rel=0.02)
 
 
 @pytest.mark.slow
@@ -191,10 +193,10 @@ def test_the_slope_beyond_a_knee_of_the_coil_is_measured():
     currents = (0.0, 0.3, 0.6, 0.9, 1.2, 1.5)
     campaign = bench(lambda x, v, a, i: (2e4 + 2e4 * field(i)) * x + 300 * v, currents, 0.002,
                      tests=TESTS[:3])  # fmt: skip
-    found, names = named(campaign, current_degree=1)
-    assert names == ["field_saturation"] and found.causes[0].form == "slope"
-    assert found.causes[0].parameters["current"].value == pytest.approx(0.6, rel=0.1)
-    assert found.causes[0].parameters["decrease"].value == pytest.approx(0.6, abs=0.1)
+    diagnosis, names = named(campaign, current_degree=1)
+    assert names == ["field_saturation"] and diagnosis.causes[0].form == "slope"
+    assert diagnosis.causes[0].parameters["current"].value == pytest.approx(0.6, rel=0.1)
+    assert diagnosis.causes[0].parameters["decrease"].value == pytest.approx(0.6, abs=0.1)
 
 
 def test_nothing_is_missing_where_the_force_channel_filters_its_noise():
@@ -205,18 +207,18 @@ def test_nothing_is_missing_where_the_force_channel_filters_its_noise():
     for run in clean.runs:
         noise = sosfilt(sections, random.standard_normal(len(run.time)))
         runs.append(replace(run, force=run.force + 1.5 * noise / np.std(noise)))
-    found, names = named(replace(clean, runs=tuple(runs)))
-    assert found.verdict == "adequate" and not names
+    diagnosis, names = named(replace(clean, runs=tuple(runs)))
+    assert diagnosis.verdict == "adequate" and not names
     size = np.sqrt(np.mean(np.concatenate([run.force for run in clean.runs]) ** 2))
-    assert found.noise_floor == pytest.approx(1.5 / size, rel=0.3)
+    assert diagnosis.noise_floor == pytest.approx(1.5 / size, rel=0.3)
 
 
 @pytest.mark.slow
 def test_a_small_cause_is_named_beside_one_that_fills_the_weak_runs():
     campaign = bench(lambda x, v, a, i: 2e4 * x + 300 * v + 6 * a + 40)
-    found, names = named(campaign)
+    diagnosis, names = named(campaign)
     assert sorted(names) == ["force_offset", "inertia_force"]
-    assert found.error_after.held_out < 1.5 * found.noise_floor
+    assert diagnosis.error_after.held_out < 1.5 * diagnosis.noise_floor
 
 
 def hysteretic(x, step):
@@ -254,6 +256,8 @@ def test_noise_of_a_device_that_is_held_does_not_let_it_relax():
             force + 1.5 * random.standard_normal(len(x)), 0 * x,
             hold_out=k in (2, 7), velocity_measured=True,
         ))  # fmt: skip
-    found = diagnose(Campaign("held", "NumPy", tuple(runs)), "bouc_wen", tiers="causes", threads=1)
-    assert found.verdict == "adequate" and not found.causes
-    assert found.error_before.held_out < 0.015
+    diagnosis = diagnose(
+        Campaign("held", "NumPy", tuple(runs)), "bouc_wen", tiers="causes", threads=1
+    )
+    assert diagnosis.verdict == "adequate" and not diagnosis.causes
+    assert diagnosis.error_before.held_out < 0.015

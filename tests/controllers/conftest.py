@@ -19,8 +19,8 @@ NEEDED = {
 
 def build(name, **settings):
     """With its published settings: tuned ones may hardly act."""
-    kept = {"preset": "published"} if "published" in CONTROLLERS[name].presets else {}
-    return controller(name, **NEEDED.get(name, {}), **kept, **settings)
+    selected = {"preset": "published"} if "published" in CONTROLLERS[name].presets else {}
+    return controller(name, **NEEDED.get(name, {}), **selected, **settings)
 
 
 NOISE = {

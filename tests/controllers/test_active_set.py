@@ -99,7 +99,7 @@ def test_nearly_dependent_constraints_are_met_and_cost_no_more_than_one_of_them(
         assert cost >= least - 1e-8 and cost <= least + 1e3 * by * (1 + m) + 1e-8
 
 
-def test_far_bounds_of_nearly_flat_unknowns_are_met_to_the_last_bit(solve):
+def test_far_bounds_of_nearly_flat_variables_are_met_to_the_last_bit(solve):
     """The slacks of the predictive controller: curvature 1e-6, slope 2.4, bound 0."""
     hessian, gradient = np.diag([1.0, 1e-6]), np.array([-1.0, 2.4])
     rows, upper = np.array([[1.0, -1.0]]), np.array([1e30, 1e30, 2.0])

@@ -19,8 +19,8 @@ def test_no_other_constant_is_better(isolated, record, criterion):
     off = simulate(isolated, record, controller("passive_off"))
     score = CRITERIA[criterion]
     assert score(run, off) == pytest.approx(best.score, rel=1e-12)
-    assert np.all(run.current == best.found)
-    assert best.report.startswith(f"{best.found:.3g} A")
+    assert np.all(run.current == best.optimum)
+    assert best.report.startswith(f"{best.optimum:.3g} A")
     for amperes in np.linspace(0, 3, 40):
         other = simulate(isolated, record, controller("constant", amperes=amperes))
         assert score(other, off) >= best.score * (1 - 1e-6)
@@ -40,19 +40,19 @@ def test_finds_a_minimum_that_a_local_search_would_miss(isolated, monkeypatch):
     monkeypatch.setitem(CRITERIA, "peak_base_displacement_m", two_valleys)
     best.prepare(context, trial)
     grid = np.linspace(0, 3, 30001)
-    assert best.found == pytest.approx(grid[np.argmin(two_valleys(grid, None))], abs=2e-3)
+    assert best.optimum == pytest.approx(grid[np.argmin(two_valleys(grid, None))], abs=2e-3)
 
 
 def test_stays_within_the_limits(isolated, record):
     best = controller("best_constant", criterion="peak_base_displacement_m")
     simulate(isolated, record, best, driver=CoilDriver(high=2.0))
-    assert 0 <= best.found <= 2.0
+    assert 0 <= best.optimum <= 2.0
 
 
 def test_a_supply_of_one_current_leaves_no_choice(isolated, record):
     best = controller("best_constant")
     simulate(isolated, record.cut(0.0, 1.0), best, driver=CoilDriver(low=1.0, high=1.0))
-    assert best.found == 1.0
+    assert best.optimum == 1.0
 
 
 def test_refusals(isolated):

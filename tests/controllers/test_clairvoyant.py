@@ -91,7 +91,7 @@ def test_other_starts_find_the_same_optimum(plant):
 
 
 @pytest.mark.slow
-def test_the_best_of_several_optima_is_kept(isolated, el_centro):
+def test_the_best_of_several_optima_is_the_result(isolated, el_centro):
     # from no current the search ends in a worse optimum than from half of it
     plant = Plant(isolated, (el_centro.cut(1.5, 6.0).resampled(0.04),), LAGGING)
     lowest, both = bound(plant, starts=1), bound(plant, starts=2)
@@ -104,9 +104,9 @@ def test_a_long_motion_is_begun_with_the_optimum_of_its_first_half(coarse, monke
     begun = []
     solve = WholeRecord.solve
 
-    def noted(self, start, *given):
+    def noted(self, start, *value):
         begun.append((self.n, start.command[:-1, 0]))
-        return solve(self, start, *given)
+        return solve(self, start, *value)
 
     monkeypatch.setattr(WholeRecord, "solve", noted)
     monkeypatch.setattr(clairvoyant, "LONG", 40)
@@ -149,12 +149,12 @@ def test_front_is_a_front_and_not_below_the_weighted_optimum(isolated, el_centro
 def test_ideal_supply_slew_and_other_periods(isolated, el_centro):
     records = (el_centro.cut(0.8, 2.0),)
     for driver in (CoilDriver(high=3.0), CoilDriver(lag=0.05, slew=8.0, high=2.0, initial=1.0)):
-        found = bound(Plant(isolated, records, driver), period=0.1)
-        assert np.allclose(np.diff(found.time), 0.1) and found.difference < 1e-2
-        rate = np.abs(np.gradient(found.run.grid_current[:, 0], found.run.grid.time))
+        result = bound(Plant(isolated, records, driver), period=0.1)
+        assert np.allclose(np.diff(result.time), 0.1) and result.difference < 1e-2
+        rate = np.abs(np.gradient(result.run.grid_current[:, 0], result.run.grid.time))
         if np.isfinite(driver.slew):
-            assert rate.max() <= 8.0 * (1 + 1e-6) and found.current.max() <= 2.0
-            assert found.run.current[0, 0] == 1.0
+            assert rate.max() <= 8.0 * (1 + 1e-6) and result.current.max() <= 2.0
+            assert result.run.current[0, 0] == 1.0
 
 
 def test_controller_replays_the_bound_in_a_run(plant, optimum):

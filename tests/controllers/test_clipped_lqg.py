@@ -26,7 +26,7 @@ def seen_in(isolated, record, **options):
 
 
 @pytest.mark.parametrize("which", OBSERVERS)
-def test_wanted_forces_are_the_regulators_on_the_estimate(isolated, record, which):
+def test_target_forces_are_the_regulators_on_the_estimate(isolated, record, which):
     seen, _ = seen_in(isolated, record, filter=which)
     seen = seen[: 25 if which == "extended" else 100]
     one = controller("clipped_lqg", filter=which)
@@ -36,14 +36,14 @@ def test_wanted_forces_are_the_regulators_on_the_estimate(isolated, record, whic
         isolated, context.period, GroundNoise(0.1), Noise(0.02, 2e-4),
         limits=(context.low, context.high),
     )  # fmt: skip
-    found = observer.run(seen)
+    estimate = observer.run(seen)
     gains = one.force_gains(isolated, np.array([1.5]))
     for k, row in enumerate(seen):
         one.current(k * context.period, row)
         first = len(one._step.memory) - len(observer.tracking.memory)
-        z = np.concatenate([found.displacement[k], found.velocity[k]])
-        wanted = one._step.memory[first + MOTION + 2]
-        assert wanted == pytest.approx(float(gains[0] @ z), rel=1e-6, abs=1.0)
+        z = np.concatenate([estimate.displacement[k], estimate.velocity[k]])
+        expected = one._step.memory[first + MOTION + 2]
+        assert expected == pytest.approx(float(gains[0] @ z), rel=1e-6, abs=1.0)
 
 
 def test_both_forms_agree_with_the_extended_filter(isolated, record):

@@ -79,10 +79,10 @@ def test_a_regulator_that_hardly_spares_force_is_designed_all_the_same():
     gains = one.force_gains(stiff, reference)[0]
     device = stiff.elements[0].device.linearised(2.16, 0.5)
     # the isolator gives way to the wanted force: what is left of its own is in the linear model
-    wanted = gains - np.concatenate([device.real * stiff.elements[0].direction, np.zeros(6)])
+    expected = gains - np.concatenate([device.real * stiff.elements[0].direction, np.zeros(6)])
     n, inverse = linear.n_dofs, np.linalg.inv(linear.mass)
     lower = -inverse @ np.hstack([linear.stiffness, linear.damping])
-    lower -= inverse @ np.outer(stiff.elements[0].direction, wanted)
+    lower -= inverse @ np.outer(stiff.elements[0].direction, expected)
     a = np.vstack([np.eye(n, 2 * n, k=n), lower])
     assert np.linalg.eigvals(a).real.max() < -0.1
 
@@ -111,7 +111,7 @@ def test_device_states_follow_the_plant(isolated, record):
     assert np.all(np.abs(followed - run.states[-2, 0]) <= 2e-3 * peak)
 
 
-def test_wanted_force_is_mapped_by_the_belief(isolated):
+def test_target_force_is_mapped_by_the_nominal_model(isolated):
     one = controller("clipped_lqr")
     context = context_of(one, isolated)
     measured = smooth_measurements(isolated, 30, 0.02)

@@ -31,7 +31,7 @@ def two_sided(x: float, combined_force: Callable, state_rates: Callable) -> floa
     return twice(x, combined_force) + twice(x, state_rates)
 
 
-def test_functions_given_as_arguments_are_written_in_by_name():
+def test_functions_as_arguments_are_written_in_by_name():
     parts: dict[str, str] = {}
     collect(root, parts, ("combined_force", "state_rates"))
     assert list(parts) == ["twice", "shifted", "root"]
@@ -43,7 +43,7 @@ def test_functions_given_as_arguments_are_written_in_by_name():
     assert names["root"](0.5) == here == 9 * 1.5 + 2.0 - 0.5
 
 
-def test_a_function_cannot_be_given_two_different_ones():
+def test_a_function_cannot_have_two_different_ones():
     with pytest.raises(InputError, match="twice cannot be compiled: it is given different"):
         collect(two_sided, {}, ("combined_force", "state_rates"))
 

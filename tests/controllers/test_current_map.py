@@ -51,16 +51,16 @@ def made_up(name, tabulated, seed):
 
 def devices():
     """Every law with a current: its published sets, then made-up numbers."""
-    found = {f"{name}-{chosen}": law(name, chosen)
+    results = {f"{name}-{chosen}": law(name, chosen)
              for name in available_laws()
              for chosen in (*available_sets(name), *available_conditions(name))}  # fmt: skip
-    found["hybrid-tabulated"] = condition(8, 1).scaled(length=10, force=300)
-    found["reference"] = reference_isolators()
-    found = {name: device for name, device in found.items() if device.depends_on_current}
+    results["hybrid-tabulated"] = condition(8, 1).scaled(length=10, force=300)
+    results["reference"] = reference_isolators()
+    results = {name: device for name, device in results.items() if device.depends_on_current}
     for name in available_laws():
         for tabulated in (True, False):
-            found[f"{name}-made-up-{tabulated:d}"] = made_up(name, tabulated, 7)
-    return found
+            results[f"{name}-made-up-{tabulated:d}"] = made_up(name, tabulated, 7)
+    return results
 
 
 DEVICES = devices()
@@ -87,9 +87,9 @@ class Oracle:
         self.forces = np.broadcast_to(self.force(self.currents), self.currents.shape)
         self.size = np.abs(self.forces).max()
 
-    def crossings(self, wanted):
+    def crossings(self, target):
         """Where the force crosses the wanted one, and the currents at which it comes nearest."""
-        i, miss = self.currents, self.forces - wanted
+        i, miss = self.currents, self.forces - target
         near = [i[k] for k in (0, int(np.abs(miss).argmin()))]
         crossed = [(i[k], i[k + 1]) for k in np.flatnonzero(miss[:-1] * miss[1:] < 0)]
         inside = np.abs(miss[1:-1])
@@ -97,45 +97,45 @@ class Oracle:
         for k in np.flatnonzero(valleys) + 1:
             if miss[k] == 0:
                 continue
-            found = minimize_scalar(
-                lambda c, side: side * (self.force(c) - wanted), args=(np.sign(miss[k]),),
+            minimum = minimize_scalar(
+                lambda c, side: side * (self.force(c) - target), args=(np.sign(miss[k]),),
                 bounds=(i[k - 1], i[k + 1]), method="bounded", options={"xatol": 1e-13},
             )  # fmt: skip
-            near.append(found.x)
+            near.append(minimum.x)
             # deep enough to be more than rounding: two crossings between samples
-            if found.fun < -1e-9 * self.size and miss[k - 1] * miss[k + 1] > 0:
-                crossed.append((i[k - 1], found.x))
-        roots = [self.root(wanted, *pair) for pair in crossed]
+            if minimum.fun < -1e-9 * self.size and miss[k - 1] * miss[k + 1] > 0:
+                crossed.append((i[k - 1], minimum.x))
+        roots = [self.root(target, *pair) for pair in crossed]
         return sorted([*roots, *i[miss == 0]]), near
 
-    def root(self, wanted, a, b):
+    def root(self, target, a, b):
         """Crossing between two currents; an end where rounding alone makes the difference."""
-        if (self.force(a) - wanted) * (self.force(b) - wanted) >= 0:
-            return min(a, b, key=lambda c: abs(self.force(c) - wanted))
-        return brentq(lambda c: self.force(c) - wanted, a, b, xtol=1e-15)
+        if (self.force(a) - target) * (self.force(b) - target) >= 0:
+            return min(a, b, key=lambda c: abs(self.force(c) - target))
+        return brentq(lambda c: self.force(c) - target, a, b, xtol=1e-15)
 
 
-def check(device, motion, wanted, low, high, oracle):
-    found = CurrentMap(device, low, high)(wanted, *motion)
-    size, miss = oracle.size, abs(found.force - wanted)
-    roots, near = oracle.crossings(wanted)
-    assert low <= found.current <= high
+def check(device, motion, target, low, high, oracle):
+    current = CurrentMap(device, low, high)(target, *motion)
+    size, miss = oracle.size, abs(current.force - target)
+    roots, near = oracle.crossings(target)
+    assert low <= current.current <= high
     # the map's text has the device's operations in another order
-    assert abs(found.force - device.force(*motion, found.current)) <= 1e-14 * size
-    assert found.saturated == (miss > 1e-9 * size)
-    assert miss <= min(abs(oracle.force(c) - wanted) for c in near) + 1e-9 * size
-    roots = [c for c in roots if abs(oracle.force(c) - wanted) <= 1e-9 * size]
+    assert abs(current.force - device.force(*motion, current.current)) <= 1e-14 * size
+    assert current.saturated == (miss > 1e-9 * size)
+    assert miss <= min(abs(oracle.force(c) - target) for c in near) + 1e-9 * size
+    roots = [c for c in roots if abs(oracle.force(c) - target) <= 1e-9 * size]
     if roots:
-        assert not found.saturated
+        assert not current.saturated
         # what rounding of the force leaves open, where it hardly depends on the current
         step = 1e-7 * (high - low)
-        beside = abs(oracle.force(roots[0] - step) - wanted)
-        beside = max(beside, abs(oracle.force(roots[0] + step) - wanted))
+        beside = abs(oracle.force(roots[0] - step) - target)
+        beside = max(beside, abs(oracle.force(roots[0] + step) - target))
         slack = 1e-9 * (high - low) + 1e-14 * size / (beside + 1e-300) * step
-        assert found.current <= roots[0] + slack
+        assert current.current <= roots[0] + slack
         # a lower one must be one that the scan passed over
-        assert found.current >= roots[0] - slack or miss <= 1e-9 * size
-    return found
+        assert current.current >= roots[0] - slack or miss <= 1e-9 * size
+    return current
 
 
 @pytest.mark.parametrize("name", DEVICES)
@@ -149,7 +149,7 @@ def test_lowest_current_that_gives_the_force_or_the_nearest(name):
         oracle = Oracle(device, motion, low, high)
         lowest, highest = oracle.forces.min(), oracle.forces.max()
         inner = oracle.currents[rng.integers(len(oracle.currents))]
-        for wanted in (
+        for target in (
             device.force(*motion, rng.uniform(low, high)),
             device.force(*motion, inner),
             lowest - rng.uniform(0, 1) * oracle.size,
@@ -158,14 +158,14 @@ def test_lowest_current_that_gives_the_force_or_the_nearest(name):
             highest - 1e-6 * (highest - lowest),
             highest + 1e-6 * (highest - lowest),
         ):
-            check(device, motion, wanted, low, high, oracle)
+            check(device, motion, target, low, high, oracle)
 
 
-def test_the_reported_force_of_improved_bouc_wen_is_reached():
+def test_the_reported_force_of_improved_bouc_wen_is_attained():
     """On the flank of a peak between two samples of a coarse scan."""
     motion = 0.000768753876739613, 0.006563612229046289, (-0.899172205299096,)
-    found = CurrentMap(law("improved_bouc_wen"), 0.0, 2.5)(3712.8646898228517, *motion)
-    assert found.current == pytest.approx(0.47892200543, abs=1e-9) and not found.saturated
+    current = CurrentMap(law("improved_bouc_wen"), 0.0, 2.5)(3712.8646898228517, *motion)
+    assert current.current == pytest.approx(0.47892200543, abs=1e-9) and not current.saturated
 
 
 def test_of_two_currents_the_lower():
@@ -173,9 +173,9 @@ def test_of_two_currents_the_lower():
     device = reference_isolators(law("hybrid"))
     motion = 0.0, 0.3, ()
     assert device.force(*motion, 3.0) < device.force(*motion, 2.7)
-    wanted = device.force(*motion, 2.9)
-    lower = brentq(lambda c: device.force(*motion, c) - wanted, 2.0, 2.7, xtol=1e-14)
-    assert CurrentMap(device, 0, 3)(wanted, *motion).current == pytest.approx(lower, abs=1e-9)
+    target = device.force(*motion, 2.9)
+    lower = brentq(lambda c: device.force(*motion, c) - target, 2.0, 2.7, xtol=1e-14)
+    assert CurrentMap(device, 0, 3)(target, *motion).current == pytest.approx(lower, abs=1e-9)
 
 
 def linear(*coefficients):
@@ -183,7 +183,7 @@ def linear(*coefficients):
     return law("linear", {"k": coefficients})
 
 
-def test_a_peak_is_reached_and_nothing_above_it():
+def test_a_peak_is_attained_and_nothing_above_it():
     # 1 + c (2 - c) touches 2 at 1 A, in an interval's middle; the other peak is at 0.7 A
     for device, at in ((linear(1.0, 2.0, -1.0), 1.0), (linear(1.0, 1.4, -1.0), 0.7)):
         peak = 1.0 + at**2
@@ -202,8 +202,8 @@ def test_every_root_of_a_high_polynomial_is_the_lowest_of_some_range():
     device = linear(*coefficients)
     for k, root in enumerate(roots):
         low = 0.0 if k == 0 else roots[k - 1] + 1e-4
-        found = CurrentMap(device, low, 3.0)(50.0, 1.0, 0.0, ())
-        assert found.current == pytest.approx(root, abs=1e-7) and not found.saturated
+        current = CurrentMap(device, low, 3.0)(50.0, 1.0, 0.0, ())
+        assert current.current == pytest.approx(root, abs=1e-7) and not current.saturated
 
 
 def stepped(*values):
@@ -262,9 +262,9 @@ def test_the_search_stays_far_below_its_bound(monkeypatch):
         for _ in range(4):
             motion = drawn(device, rng)
             forces = device.force(*motion, np.linspace(*device.current_range, 9)) + np.zeros(9)
-            for wanted in (forces.mean(), forces.max(), 1.1 * forces.max(), 1.1 * forces.min()):
+            for target in (forces.mean(), forces.max(), 1.1 * forces.max(), 1.1 * forces.min()):
                 looked_at.append(0)
-                CurrentMap(device, *device.current_range)(wanted, *motion)
+                CurrentMap(device, *device.current_range)(target, *motion)
     assert max(looked_at) < 1000 and np.mean(looked_at) < 20
 
 

@@ -62,8 +62,8 @@ def device_of(function):
 def bounds(device, motion, low, high):
     model = DeviceModel([device])
     x, v, states = motion
-    given = np.ones(1), np.array([x]), np.array([v]), np.array(states, float), model.numbers
-    return model.combined_range(low, high, given)
+    inputs = np.ones(1), np.array([x]), np.array([v]), np.array(states, float), model.numbers
+    return model.combined_range(low, high, inputs)
 
 
 def check(device, motion, low, high):

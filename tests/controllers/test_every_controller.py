@@ -63,9 +63,9 @@ def test_noise_of_its_sensors_reaches_it_and_costs_little(name, isolated, record
     quiet, noisy = (
         simulate(
             isolated, record, build(name, period=0.04), driver=CoilDriver(lag=0.05),
-            sensors=given, computation_delay=0.005,
+            sensors=inputs, computation_delay=0.005,
         )
-        for given in (replace(sensors, noise={}), sensors)
+        for inputs in (replace(sensors, noise={}), sensors)
     )  # fmt: skip
     assert np.all(np.isfinite(noisy.values))
     differs = np.abs(noisy.command - quiet.command).max() > 1e-3

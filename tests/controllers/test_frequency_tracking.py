@@ -28,8 +28,8 @@ def test_peak_of_the_spectrum(frequency):
     cosine, decay = 2 * radius * np.cos(turn), -(radius**2)
     omega = np.linspace(1e-4, np.pi, 400001)
     response = 1 / np.abs(1 - cosine * np.exp(-1j * omega) - decay * np.exp(-2j * omega))
-    found = dominant_frequency(cosine, decay, h)
-    assert found == pytest.approx(omega[np.argmax(response)] / (2 * np.pi * h), abs=1e-3)
+    result = dominant_frequency(cosine, decay, h)
+    assert result == pytest.approx(omega[np.argmax(response)] / (2 * np.pi * h), abs=1e-3)
 
 
 @pytest.mark.parametrize("frequency", [0.25, 0.5, 0.9])
@@ -46,8 +46,8 @@ def test_follows_a_changing_tone_in_noise(isolated, frequency):
             assert dominant_frequency(*one._step.memory[COEFFICIENTS:][:2], 0.02) == pytest.approx(
                 1.5, rel=0.1
             )
-    found = dominant_frequency(*one._step.memory[COEFFICIENTS:][:2], 0.02)
-    assert found == pytest.approx(frequency, rel=0.25)
+    result = dominant_frequency(*one._step.memory[COEFFICIENTS:][:2], 0.02)
+    assert result == pytest.approx(frequency, rel=0.25)
 
 
 def test_current_amplifies_the_tone_least(isolated):
@@ -65,8 +65,8 @@ def test_current_amplifies_the_tone_least(isolated):
         tried = [amplification(i) for i in np.linspace(0, 3, 301)]
         assert amplification(currents[k]) <= min(tried) * 1.01
     stiffer = reference_building().on(reference_isolators().scaled(force=2))
-    believed = one.best_currents(context_of(one, stiffer), 0)
-    assert FREQUENCIES[believed == 3].max() > 1.3 * FREQUENCIES[currents == 3].max()
+    nominal = one.best_currents(context_of(one, stiffer), 0)
+    assert FREQUENCIES[nominal == 3].max() > 1.3 * FREQUENCIES[currents == 3].max()
     # below the isolators' frequencies stiff, above them soft
     assert currents[FREQUENCIES < 0.3].min() == 3 and currents[FREQUENCIES > 1].max() == 0
 

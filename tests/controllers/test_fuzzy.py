@@ -54,13 +54,13 @@ def test_a_coil_takes_what_its_elements_ask_for_most():
     nominal = nominal.with_element(device, "base", 1, "b").with_element(device, "base", 0, "c")
     one = controller("fuzzy")
     rng = np.random.default_rng(0)
-    given = np.hstack([rng.uniform(-0.2, 0.2, (40, 6)), np.zeros((40, 2))])
-    plain, fast = both_forms(one, context_of(one, nominal), given)
+    inputs = np.hstack([rng.uniform(-0.2, 0.2, (40, 6)), np.zeros((40, 2))])
+    plain, fast = both_forms(one, context_of(one, nominal), inputs)
     assert np.array_equal(plain, fast)
     alone = [
         [3 * share(abs(x) / one.large_deformation, np.sign(x) * v / one.fast)
          for x, v in row[:6].reshape(3, 2)]
-        for row in given
+        for row in inputs
     ]  # fmt: skip
     a, b, c = np.array(alone).T
     assert np.allclose(plain, np.column_stack([np.maximum(a, c), b]), atol=1e-12)

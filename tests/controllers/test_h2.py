@@ -53,9 +53,9 @@ def test_norm_is_the_sum_of_both_problems_optima(design):
     held = plant.a - plant.b2 @ gain
     outputs = plant.c1 - plant.d12 @ gain
     regulated = solve_continuous_lyapunov(held.T, -outputs.T @ outputs)
-    told = plant.a - k.B @ plant.c2
+    text = plant.a - k.B @ plant.c2
     noise = plant.b1 - k.B @ plant.d21
-    error = solve_continuous_lyapunov(told, -noise @ noise.T)
+    error = solve_continuous_lyapunov(text, -noise @ noise.T)
     weight = plant.d12.T @ plant.d12
     total = np.trace(plant.b1.T @ regulated @ plant.b1) + np.trace(weight @ gain @ error @ gain.T)
     assert norm(plant, k) == pytest.approx(np.sqrt(total), rel=1e-6)
@@ -67,7 +67,7 @@ def test_feedback_helps_the_linear_structure(design):
     assert norm(plant, k) < 0.9 * norm(plant, idle)
 
 
-def test_wanted_force_is_the_sampled_controllers(isolated, design):
+def test_target_force_is_the_sampled_controllers(isolated, design):
     _, unit, linear, k = design
     one = controller("h2", preset="published")
     context = context_of(one, isolated)
@@ -79,8 +79,8 @@ def test_wanted_force_is_the_sampled_controllers(isolated, design):
     for i, moment in enumerate(t):
         y = rng.standard_normal(6)
         current = one.current(moment, np.concatenate([y, motion[i], [1.0]]))[0]
-        wanted = linear.passive[0] @ motion[i] + unit * float((c @ state + d @ y)[0])
+        expected = linear.passive[0] @ motion[i] + unit * float((c @ state + d @ y)[0])
         state = a @ state + b @ y
         states = one._step.memory[2 * len(a) + 6 :][:2]
-        mapped = CurrentMap(device, 0, 3)(wanted, *motion[i], states.tolist())
+        mapped = CurrentMap(device, 0, 3)(expected, *motion[i], states.tolist())
         assert current == pytest.approx(mapped.current, abs=1e-8)

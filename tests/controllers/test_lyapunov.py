@@ -55,12 +55,14 @@ def test_current_is_whichever_lets_the_energy_fall_faster(isolated, record):
     forces = [jump.force(x, v, tuple(states), i) for i in (before[:, 0], run.current[:, 0])]
     # outputs at a sample are those just after the command; the sensors' are just before
     seen[:, 0] += (forces[1] - forces[0]) / isolated.structure.mass[0, 0]
-    found = KalmanFilter(isolated, 0.02, limits=(context.low, [3.0])).run(np.hstack([seen, before]))
+    result = KalmanFilter(isolated, 0.02, limits=(context.low, [3.0])).run(
+        np.hstack([seen, before])
+    )
     rise = (
-        np.hstack([found.displacement, found.velocity])
+        np.hstack([result.displacement, result.velocity])
         @ one.energy_rows(context, np.array([1.5]))[0]
     )
-    followed = tuple(found.device_states[:, 0].T)
+    followed = tuple(result.device_states[:, 0].T)
     change = rise * (jump.force(x, v, followed, 3.0) - jump.force(x, v, followed, 0.0))
     expected = np.where(change < 0, 3.0, 0.0)
     clear = np.abs(change) > 1e-6 * np.abs(change).max()

@@ -213,8 +213,8 @@ def test_a_near_fault_pulse_is_not_answered_with_more_acceleration(isolated, set
     pulse = mavroeidis_papageorgiou_pulse(0.34, 1.0, 2.6, 0.3, 0.02, after=3.0)
     off = simulate(isolated, pulse, controller("passive_off"), driver=LAGGING)
 
-    def over_off(**given):
-        run = simulate(isolated, pulse, MPC(**settings, **given), driver=LAGGING)
+    def over_off(**value):
+        run = simulate(isolated, pulse, MPC(**settings, **value), driver=LAGGING)
         return weighted_peak(run, off)
 
     assert over_off(regret=0.0, fading=None) > 2.15
@@ -262,18 +262,18 @@ class SlowGround:
 
     def __init__(self, step, limit):
         n_samples, n_rates = slow_lengths(step)
-        self.given = step, limit, np.zeros((n_samples, 1)), np.zeros(n_rates), np.zeros(2)
+        self.fixed_inputs = step, limit, np.zeros((n_samples, 1)), np.zeros(n_rates), np.zeros(2)
 
     def follow(self, sample):
-        return follow_slow(sample, 0.0, *self.given)
+        return follow_slow(sample, 0.0, *self.fixed_inputs)
 
 
 @pytest.mark.parametrize(("period", "slow"), [(1.0, False), (1.8, False), (2.6, True), (4.0, True)])
 def test_slow_is_a_sinusoid_of_more_than_the_limit(period, slow):
     one = SlowGround(0.02, 2.1)
-    told = [one.follow(np.array([a])) for a in swing(period)]
-    assert not told[0] and any(told)  # at rest; then it moves, and nothing is known yet
-    assert told[-1] == slow
+    lines = [one.follow(np.array([a])) for a in swing(period)]
+    assert not lines[0] and any(lines)  # at rest; then it moves, and nothing is known yet
+    assert lines[-1] == slow
 
 
 def test_a_short_period_releases_for_good():
@@ -339,7 +339,7 @@ def test_no_bound_and_no_slew_is_ever_violated(isolated, record, lag):
 
 
 @pytest.mark.parametrize("wrong", ["no current within reach", "not a number"])
-def test_unusable_solutions_are_counted_and_the_plan_before_is_kept(isolated, wrong):
+def test_unusable_solutions_are_counted_and_the_plan_before_is_retained(isolated, wrong):
     driver = CoilDriver(lag=0.05, slew=10.0, high=2.0, initial=0.7)
     one = MPC(stiff_start=0.0)
     context = replace(context_of(one, isolated, high=2.0), driver=driver)
@@ -370,7 +370,7 @@ def test_plain_python_and_a_batch_decide_as_the_run_does(isolated, record):
         assert batch.criteria[name][-1] == run.criteria[name]
 
 
-def test_late_solutions_are_counted_and_the_plan_before_is_kept(isolated, record):
+def test_late_solutions_are_counted_and_the_plan_before_is_retained(isolated, record):
     one = MPC(deadline=1e-9, stiff_start=0.0)
     run = simulate(isolated, record.cut(0.0, 2.0), one, driver=CoilDriver(initial=0.7))
     assert one.report.late == 100 and np.all(run.command == 0.7)
@@ -446,9 +446,9 @@ def test_the_ground_s_velocity_comes_back_to_zero():
     velocity = cumulative_trapezoid(acceleration, dx=h, initial=0.0)
     np.testing.assert_allclose(innovations, acceleration + velocity / settling, atol=1e-12)
     # known samples give the same
-    found = np.zeros(steps + 1)
-    extrapolate(steps + 1, np.zeros(0), np.zeros(0), acceleration, np.zeros(2), returning, found)
-    np.testing.assert_allclose(found[1:], innovations[1:], atol=1e-12)
+    computed = np.zeros(steps + 1)
+    extrapolate(steps + 1, np.zeros(0), np.zeros(0), acceleration, np.zeros(2), returning, computed)
+    np.testing.assert_allclose(computed[1:], innovations[1:], atol=1e-12)
 
 
 @pytest.mark.slow
@@ -499,7 +499,7 @@ def test_without_a_model_the_ground_is_expected_to_rest(isolated, record):
     assert np.abs(ahead[:, 0]).max() > 0.0 and not ahead[:, 1:].any()
 
 
-def test_accelerations_stray_as_drawn_from_the_model(isolated):
+def test_accelerations_vary_as_drawn_from_the_model(isolated):
     """Against the spread of predictions under many continuations of the ground motion."""
     rng = np.random.default_rng(4)
     coefficients, noise, reach, n_draws = np.array([[1.5, -0.7]]), 0.04, 4, 2000
@@ -555,17 +555,17 @@ def test_margin_lowers_the_level_of_accelerations_the_more_the_higher_the_curren
     clear = np.zeros((3, 6, 2))
     clear[1], clear[2] = (0.1, 0.1), (0.2, 0.5)
     _, rows, upper = constraints(np.zeros((3, 6, 2)))
-    past, kept_rows, kept_upper = constraints(clear)
-    assert np.array_equal(kept_rows[:, 0], rows[:, 0])
-    assert np.array_equal(kept_upper[:, 0], upper[:, 0])
-    assert np.array_equal(kept_upper[:3], upper[:3])  # three samples of the ground are known
-    assert np.allclose(upper[3, 1:] - kept_upper[3, 1:], 0.1)
+    past, rows_known, upper_known = constraints(clear)
+    assert np.array_equal(rows_known[:, 0], rows[:, 0])
+    assert np.array_equal(upper_known[:, 0], upper[:, 0])
+    assert np.array_equal(upper_known[:3], upper[:3])  # three samples of the ground are known
+    assert np.allclose(upper[3, 1:] - upper_known[3, 1:], 0.1)
     # from the second unforeseen sample on: 0.2 without current, 0.5 with 3 A
     after = np.minimum(np.arange(4, 41), 39)
     current, slope = past[after, 0, -1], past[after, 0, :-1]
     expected = 0.2 + 0.3 * current / 3.0
-    assert np.allclose((upper - kept_upper)[4:, 1:], expected[:, np.newaxis, np.newaxis])
-    moved = (kept_rows - rows)[4:, 1:, :, :-3]
+    assert np.allclose((upper - upper_known)[4:, 1:], expected[:, np.newaxis, np.newaxis])
+    moved = (rows_known - rows)[4:, 1:, :, :-3]
     assert np.allclose(moved, 0.3 * slope[:, np.newaxis, np.newaxis])
     assert np.abs(moved).max() > 0.1
 
@@ -591,11 +591,11 @@ def test_the_regret_is_above_the_accelerations_without_current_step_by_step(star
 def test_a_programme_leaves_the_prediction_as_it_is(started):
     """Two programmes of one prediction are the same, and derivatives stay in m/A and m/s^2/A."""
     p = predicted(started)
-    given = [array.copy() for array in p.own_results]
-    found = [condensed(p, 1.0, np.zeros((3, 6, 2)), np.ones(9), np.zeros(8)) for _ in range(2)]
-    for array, before in zip(p.own_results, given, strict=True):
+    values = [array.copy() for array in p.own_results]
+    results = [condensed(p, 1.0, np.zeros((3, 6, 2)), np.ones(9), np.zeros(8)) for _ in range(2)]
+    for array, before in zip(p.own_results, values, strict=True):
         assert np.array_equal(array, before)
-    (first, count), (second, again) = found
+    (first, count), (second, again) = results
     assert count == again
     assert all(np.array_equal(a, b) for a, b in zip(first, second, strict=True))
 
@@ -637,28 +637,28 @@ class Ahead:
 
 
 def test_the_ground_s_velocity_at_the_end_is_that_of_the_motion_ahead(record):
-    h, n_steps, told, decay = 0.02, 30, 20, np.exp(-0.02 / DRIFT)
+    h, n_steps, n_known, decay = 0.02, 30, 20, np.exp(-0.02 / DRIFT)
     ahead = Ahead(1, n_steps, 0, None, decay)
     for k in range(100):
-        ahead.look(record.acceleration[k], record.acceleration[k + 1 : k + 1 + told])
+        ahead.look(record.acceleration[k], record.acceleration[k + 1 : k + 1 + n_known])
     # what is not known is expected to be at rest
-    seen = np.concatenate([record.acceleration[: 100 + told], np.zeros(n_steps - told)])
+    seen = np.concatenate([record.acceleration[: 100 + n_known], np.zeros(n_steps - n_known)])
     velocity = lfilter([decay * h / 2] * 2, [1.0, -decay], seen)
     assert ahead.end[0, 1] == pytest.approx(velocity[-1], rel=1e-9)
     assert abs(velocity[-1]) > 0.01
 
 
-@pytest.mark.parametrize("told", [0, 6])
-def test_what_is_known_of_the_ground_is_known_between_the_decisions(told):
+@pytest.mark.parametrize("n_known", [0, 6])
+def test_what_is_known_of_the_ground_is_known_between_the_decisions(n_known):
     n_steps, n, rng = 10, 4, np.random.default_rng(2)
     motion = rng.normal(size=400)
     ahead = Ahead(n, n_steps, 3, 1.0, 1.0)
     for k in range(5):
-        ahead.look(motion[4 * k], motion[4 * k + 1 : 4 * (k + told) + 1])
-    np.testing.assert_allclose(ahead.path[0, : told * n + 1], motion[16 : 16 + told * n + 1])
+        ahead.look(motion[4 * k], motion[4 * k + 1 : 4 * (k + n_known) + 1])
+    np.testing.assert_allclose(ahead.path[0, : n_known * n + 1], motion[16 : 16 + n_known * n + 1])
     np.testing.assert_allclose(ahead.path[:, ::n], ahead.acceleration, atol=1e-12)
     # behind it, on lines
-    bent = np.diff(ahead.path[0, told * n :], 2)
+    bent = np.diff(ahead.path[0, n_known * n :], 2)
     bent[n - 1 :: n] = 0.0
     np.testing.assert_allclose(bent, 0.0, atol=1e-12)
 
@@ -668,8 +668,8 @@ def test_bases_move_with_the_ground_in_their_own_direction():
     plain = from_matrices(np.diag([2e5, 3e5]), none, none, influence=turned, base=(0, 1))
     isolated = plain.on(kelvin_voigt(k=(1e6, 1e6), c=1e4))
     coils = np.repeat(COILS, isolated.n_channels, axis=0)
-    found = Prediction(isolated, coils, 0.02).along
-    np.testing.assert_array_equal(found, turned)
+    result = Prediction(isolated, coils, 0.02).along
+    np.testing.assert_array_equal(result, turned)
 
 
 @pytest.mark.slow
@@ -707,9 +707,9 @@ def test_an_observer_takes_most_of_the_noises_harm(isolated, record, observer):
 
 
 def test_with_an_observer_neither_displacements_nor_velocities_are_measured(isolated):
-    wanted = controller("mpc", filter="kalman").measures(isolated)
+    expected = controller("mpc", filter="kalman").measures(isolated)
     names = isolated.structure.names
-    assert wanted == (
+    assert expected == (
         *(f"{name}_acceleration_m_s2" for name in names), "isolator_deformation_m",
         "ground_acceleration_m_s2",
     )  # fmt: skip
@@ -736,10 +736,10 @@ def test_the_carried_state_is_the_plants(started):
     assert np.abs(states - run.states[at + n_steps]).max() < 0.05 * moved
 
 
-def test_a_believed_delay_makes_up_for_the_sensors(isolated, record):
-    def peak(delay, believed):
+def test_a_nominal_delay_makes_up_for_the_sensors(isolated, record):
+    def peak(delay, nominal):
         run = simulate(
-            isolated, record, controller("mpc", delay=believed), driver=LAGGING,
+            isolated, record, controller("mpc", delay=nominal), driver=LAGGING,
             sensors=Sensors(delay=delay),
         )  # fmt: skip
         return run.criteria["peak_floor_acceleration_m_s2"]
@@ -751,8 +751,8 @@ def test_a_believed_delay_makes_up_for_the_sensors(isolated, record):
 def force_scale(isolated, step):
     """Estimate with a memory of 10 s."""
     prior = 0.1**2 / step
-    given = *balance(isolated), float(np.exp(-step / 10.0)), prior, np.full(2, prior)
-    return lambda acceleration, force: learn_scale(acceleration, force, *given)
+    inputs = *balance(isolated), float(np.exp(-step / 10.0)), prior, np.full(2, prior)
+    return lambda acceleration, force: learn_scale(acceleration, force, *inputs)
 
 
 def test_a_factor_on_the_force_is_learnt(isolated):
@@ -765,33 +765,33 @@ def test_a_factor_on_the_force_is_learnt(isolated):
         inner = 2e5 * rng.standard_normal(structure.n_dofs)
         inner -= inner.mean()
         pull = -isolated.element_rows.T @ (factor * force) + inner
-        found = estimate(np.linalg.solve(structure.mass, pull), force)
-        assert 0.3 <= found <= 3.0
-    assert found == pytest.approx(factor, rel=0.01)
+        result = estimate(np.linalg.solve(structure.mass, pull), force)
+        assert 0.3 <= result <= 3.0
+    assert result == pytest.approx(factor, rel=0.01)
 
 
-def test_at_rest_the_belief_is_kept(isolated):
+def test_at_rest_the_estimate_stays(isolated):
     estimate = force_scale(isolated, 0.02)
-    found = [estimate(np.zeros(isolated.structure.n_dofs), np.zeros(1)) for _ in range(1000)]
-    assert found[-1] == pytest.approx(1.0)
+    result = [estimate(np.zeros(isolated.structure.n_dofs), np.zeros(1)) for _ in range(1000)]
+    assert result[-1] == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
     ("observer", "left"), [("none", 0.4), pytest.param("extended", 0.6, marks=pytest.mark.slow)]
 )
-def test_learning_makes_up_for_a_wrong_belief(isolated, record, observer, left):
+def test_learning_makes_up_for_a_wrong_nominal_model(isolated, record, observer, left):
     element = isolated.elements[0]
     wrong = replace(element, device=element.device.scaled(force=0.7))
     nominal = replace(isolated, elements=(wrong,))
 
-    def score(learning=None, believed=None):
+    def score(learning=None, nominal_device=None):
         law = controller("mpc", filter=observer, learning=learning)
-        run = simulate(isolated, record, law, driver=LAGGING, nominal=believed)
+        run = simulate(isolated, record, law, driver=LAGGING, nominal=nominal_device)
         off = simulate(isolated, record, controller("passive_off"), driver=LAGGING)
         names = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2")
         return sum(run.criteria[n] / off.criteria[n] for n in names), law.report.force_scale
 
-    (right, _), (misled, _) = score(), score(believed=nominal)
+    (right, _), (misled, _) = score(), score(nominal_device=nominal)
     learnt, force_scale = score(20.0, nominal)
     assert force_scale == pytest.approx(1 / 0.7, rel=0.05)
     assert learnt - right < left * (misled - right)

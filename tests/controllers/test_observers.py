@@ -66,19 +66,19 @@ def consistency(isolated, observer, seeds, current=None):
     for seed in seeds:
         ground = ground_outputs(isolated) if observer.measured_ground else ()
         seen, truth = measured(isolated, seed, current, noise=observer.noise, ground=ground)
-        found = observer.run(seen)
-        error = np.hstack([found.displacement, found.velocity]) - truth[:, :12]
+        estimate = observer.run(seen)
+        error = np.hstack([estimate.displacement, estimate.velocity]) - truth[:, :12]
         places = list(range(12))
-        n_ground = found.ground.shape[1]
-        if found.covariance.shape[1] > 12 + n_ground:
-            states = found.device_states.reshape(len(seen), -1)
+        n_ground = estimate.ground.shape[1]
+        if estimate.covariance.shape[1] > 12 + n_ground:
+            states = estimate.device_states.reshape(len(seen), -1)
             error = np.hstack([error, states - truth[:, 12:]])
-            places += range(12 + n_ground, found.covariance.shape[1])
+            places += range(12 + n_ground, estimate.covariance.shape[1])
         late = slice(250, None)
-        inner = found.covariance[late][:, places][:, :, places]
+        inner = estimate.covariance[late][:, places][:, :, places]
         scaled = np.linalg.solve(inner, error[late, :, None])[..., 0]
         nees.append(np.mean(np.sum(error[late] * scaled, axis=1)) / len(places))
-        innovations = found.innovations[late]
+        innovations = estimate.innovations[late]
         nis.append(np.mean(innovations**2))
         n = len(innovations)
         rho = [np.mean(innovations[k:] * innovations[:-k], axis=0) for k in range(1, 11)]
@@ -107,10 +107,10 @@ def test_doubling_agrees_with_the_matrix_exponential(isolated):
     a, _, g, _, _ = structure_and_ground(isolated.structure, isolated.element_rows, GROUND)
     n, noise = len(a), GROUND.density * g @ g.T
     exact, _, _, covariance = sampled(a, g, noise, PERIOD)
-    found, added = np.zeros(n * n), np.zeros(n * n)
+    computed, added = np.zeros(n * n), np.zeros(n * n)
     work = np.zeros(3 * n * n)
-    step_matrices(n, PERIOD * a.ravel(), PERIOD * noise.ravel(), found, added, work)
-    assert np.allclose(found.reshape(n, n), exact, rtol=0, atol=1e-9 * np.abs(exact).max())
+    step_matrices(n, PERIOD * a.ravel(), PERIOD * noise.ravel(), computed, added, work)
+    assert np.allclose(computed.reshape(n, n), exact, rtol=0, atol=1e-9 * np.abs(exact).max())
     assert np.allclose(added.reshape(n, n), covariance, rtol=0, atol=1e-9 * covariance.max())
 
 
@@ -149,15 +149,15 @@ def test_plain_and_compiled_form_agree_for_several_laws_and_coils(kind):
     decision = observer.decision()
     memory, row = decision.memory.copy(), np.zeros(observer.width())
     plain = []
-    for k, given in enumerate(seen):
-        decision.function(k * PERIOD, given, decision.settings, memory, row, *decision.methods)
+    for k, inputs in enumerate(seen):
+        decision.function(k * PERIOD, inputs, decision.settings, memory, row, *decision.methods)
         plain.append(row.copy())
     plain = observer.estimate(np.arange(len(seen)) * PERIOD, np.array(plain))
     fast = observer.run(seen)
     for quantity in ("displacement", "velocity", "ground", "device_states", "innovations"):
         expected = getattr(plain, quantity)
-        found = getattr(fast, quantity)
-        assert np.allclose(found, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+        result = getattr(fast, quantity)
+        assert np.allclose(result, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -165,14 +165,14 @@ def test_step_by_step_equals_all_measurements_at_once(isolated, kind):
     observer = kind(isolated, PERIOD, GROUND)
     seen = 1e-3 * np.random.default_rng(5).standard_normal((20, len(observer.outputs)))
     seen[:, -1] = 1.0
-    found = observer.run(seen)
+    estimate = observer.run(seen)
     for _ in range(2):  # the second time as the first one
         observer.reset()
         for k, row in enumerate(seen):
             present = observer.update(row)
-            assert present.time[0] == found.time[k]
-            assert np.array_equal(present.velocity[0], found.velocity[k])
-            assert np.array_equal(present.device_states[0], found.device_states[k])
+            assert present.time[0] == estimate.time[k]
+            assert np.array_equal(present.velocity[0], estimate.velocity[k])
+            assert np.array_equal(present.device_states[0], estimate.device_states[k])
     with pytest.raises(
         InputError, match=r"shape \(3,\); expected: finite numbers, one number each"
     ):
@@ -183,7 +183,7 @@ def test_on_linear_equations_the_extended_filter_is_the_kalman_filter():
     """Against a filter written out with SciPy's matrix exponential."""
     nominal = reference_building().on(law("linear", {"k": 1.5e7}))
     seen, _ = measured(nominal, 0, duration=4.0)
-    found = ExtendedKalmanFilter(nominal, PERIOD, GROUND, NOISE).run(seen)
+    estimate = ExtendedKalmanFilter(nominal, PERIOD, GROUND, NOISE).run(seen)
     held = replace(
         nominal.structure, stiffness=nominal.structure.stiffness + np.diag([1.5e7, *[0] * 5])
     )
@@ -192,14 +192,14 @@ def test_on_linear_equations_the_extended_filter_is_the_kalman_filter():
     rows = np.vstack([c, np.eye(1, len(a))])
     noise = np.diag([NOISE.acceleration**2] * 6 + [NOISE.deformation**2])
     z, p = np.zeros(len(a)), np.zeros_like(a)
-    for k, given in enumerate(seen):
+    for k, inputs in enumerate(seen):
         if k:
             z, p = transition @ z, transition @ p @ transition.T + added
         gain = p @ rows.T @ np.linalg.inv(rows @ p @ rows.T + noise)
-        z, p = z + gain @ (given - rows @ z), p - gain @ rows @ p
-    assert np.allclose(found.displacement[-1], z[:6], atol=1e-8)
-    assert np.allclose(found.velocity[-1], z[6:12], atol=1e-7)
-    assert np.allclose(found.covariance[-1], p, atol=1e-7 * np.abs(p).max())
+        z, p = z + gain @ (inputs - rows @ z), p - gain @ rows @ p
+    assert np.allclose(estimate.displacement[-1], z[:6], atol=1e-8)
+    assert np.allclose(estimate.velocity[-1], z[6:12], atol=1e-7)
+    assert np.allclose(estimate.covariance[-1], p, atol=1e-7 * np.abs(p).max())
 
 
 def test_extended_filter_is_consistent(isolated):
@@ -250,9 +250,9 @@ def test_the_extended_filter_follows_a_field_faster_than_its_interval():
     observer = ExtendedKalmanFilter(plant, PERIOD, GROUND, NOISE, measured_ground=True)
     ground = ground_outputs(plant)
     seen, truth = measured(plant, 0, (0.0, 3.0), ground=ground)
-    found = observer.run(seen)
+    estimate = observer.run(seen)
     states = truth[:, 12:]
-    error = found.device_states.reshape(len(seen), -1) - states
+    error = estimate.device_states.reshape(len(seen), -1) - states
     # with one step an interval 50 % of an extension would be wrong, and 4 % of the field's current
     miss = np.std(error[100:], axis=0) / np.std(states[100:], axis=0)
     assert np.all(miss < 0.15) and miss[-1] < 0.03

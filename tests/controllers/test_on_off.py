@@ -69,8 +69,8 @@ def test_dead_band_keeps_the_last_current(isolated):
     one.reset(context_of(one, isolated))
     measured = namedtuple("Measurement", "x v coil")
     products = [0.05, 0.2, 0.05, -0.05, -0.2, 0.05]
-    given = [one.current(0.02 * k, measured(1.0, p, 0.0))[0] for k, p in enumerate(products)]
-    assert given == [0.5, 2, 2, 2, 0.5, 0.5]
+    values = [one.current(0.02 * k, measured(1.0, p, 0.0))[0] for k, p in enumerate(products)]
+    assert values == [0.5, 2, 2, 2, 0.5, 0.5]
 
 
 @pytest.mark.parametrize("rule", RULES)

@@ -20,12 +20,12 @@ LONG = [("clairvoyant", 0.8), ("clairvoyant", 1.2)]
 )
 def test_stays_bounded(name, isolated, record, factor):
     """Of the size of what constant currents lead to, and dying out when the ground is quiet."""
-    believed = reference_building().on(reference_isolators().scaled(force=factor))
+    nominal_device = reference_building().on(reference_isolators().scaled(force=factor))
     one, driver = build(name), CoilDriver(lag=0.05)
     ground = record.padded(after=8.0)
     run, off, on = (
-        simulate(isolated, ground, each, nominal=believed, driver=driver, sensors=given)
-        for each, given in (
+        simulate(isolated, ground, each, nominal=nominal_device, driver=driver, sensors=inputs)
+        for each, inputs in (
             (one, noisy_sensors(one, isolated)),
             (build("passive_off"), None),
             (build("passive_on"), None),

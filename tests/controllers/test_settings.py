@@ -65,8 +65,8 @@ def test_editors_show_the_settings():
     assert shown(Worded).endswith("word: Literal['a', 'b'] = 'a', count: int | None = None)")
 
     class Own(Tuned):
-        def __init__(self, plan: list, **given: float) -> None:
-            super().__init__(**given)
+        def __init__(self, plan: list, **value: float) -> None:
+            super().__init__(**value)
 
     assert shown(Own).startswith("(plan: 'list', *, period") or shown(Own).startswith("(plan: list")
     assert "given" not in shown(Own) and "gain" in shown(Own)

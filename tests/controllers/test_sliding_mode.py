@@ -16,29 +16,29 @@ MEASUREMENT = namedtuple("Measurement", "x v coil")
 
 
 @pytest.mark.parametrize(("x", "v", "pull"), [(0.05, 0.3, 1.0), (0.02, 0.03, 0.35), (0.0, -1, -1)])
-def test_wanted_force_leads_to_the_surface(isolated, x, v, pull):
+def test_target_force_leads_to_the_surface(isolated, x, v, pull):
     one = controller("sliding_mode", slope=2.0, gain=0.5, layer=0.2)
     one.reset(context_of(one, isolated))
     mass = isolated.structure.total_mass
-    wanted = mass * (2.0 * v + 0.5 * pull)
+    expected = mass * (2.0 * v + 0.5 * pull)
     command = one.current(0.0, MEASUREMENT(x, v, 0.0))[0]
     # at the first instant the states are still those of rest
-    assert one._step.memory[3] == pytest.approx(wanted, rel=1e-12)
-    mapped = CurrentMap(isolated.elements[0].device, 0, 3)(wanted, x, v, (0.0, 0.0))
+    assert one._step.memory[3] == pytest.approx(expected, rel=1e-12)
+    mapped = CurrentMap(isolated.elements[0].device, 0, 3)(expected, x, v, (0.0, 0.0))
     assert command == pytest.approx(mapped.current, abs=1e-9)
 
 
 def test_slides_where_the_force_is_free():
     """A rigid mass under that force comes to the surface and stays, whatever shakes it less."""
     slope, gain, layer, h = 2.0, 0.5, 0.01, 1e-4
-    x, v, reached = 0.1, 0.3, []
+    x, v, peaks = 0.1, 0.3, []
     for k in range(60000):
         distance = v + slope * x
         force = slope * v + gain * min(max(distance / layer, -1), 1)
         v += h * (-force - 0.4 * np.sin(5 * k * h))
         x += h * v
-        reached.append(abs(distance))
-    assert max(reached[20000:]) <= 1.01 * layer and abs(x) < 0.01
+        peaks.append(abs(distance))
+    assert max(peaks[20000:]) <= 1.01 * layer and abs(x) < 0.01
 
 
 def test_masses_are_shared_by_stiffness():

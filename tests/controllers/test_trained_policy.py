@@ -40,9 +40,9 @@ def score(isolated, record, one):
 def share(w, x, hidden):
     """Gated recurrent unit and layers, written with matrices."""
     n = len(hidden)
-    given, kept = x @ w["Wg"] + w["bg"], hidden @ w["Ug"]
-    reset, update = (1 / (1 + np.exp(-(given + kept)[k * n : (k + 1) * n])) for k in range(2))
-    candidate = np.tanh(given[2 * n :] + reset * kept[2 * n :])
+    inputs, selected = x @ w["Wg"] + w["bg"], hidden @ w["Ug"]
+    reset, update = (1 / (1 + np.exp(-(inputs + selected)[k * n : (k + 1) * n])) for k in range(2))
+    candidate = np.tanh(inputs[2 * n :] + reset * selected[2 * n :])
     hidden = update * hidden + (1 - update) * candidate
     layer = np.tanh(np.concatenate([x, hidden]) @ w["W1"] + w["b1"])
     layer = np.tanh(layer @ w["W2"] + w["b2"])

@@ -166,10 +166,12 @@ def test_an_error_names_the_controller_the_time_and_the_line(isolated, record, p
 
 
 def test_the_other_controllers_go_on(isolated, record):
-    found = iso.compare(isolated, record, ["passive_off", Failing()])
-    assert list(found.runs) == ["passive_off"]
-    assert found.failures()[0].startswith("failing has no result: failing failed at t = 1 s: Zero")
-    again = pickle.loads(pickle.dumps(found))
+    comparison = iso.compare(isolated, record, ["passive_off", Failing()])
+    assert list(comparison.runs) == ["passive_off"]
+    assert comparison.failures()[0].startswith(
+        "failing has no result: failing failed at t = 1 s: Zero"
+    )
+    again = pickle.loads(pickle.dumps(comparison))
     assert isinstance(again.diverged["failing"], ControllerError)
     batch = iso.simulate_many([iso.Case(isolated, record, c) for c in (Failing(), Outwards())])
     assert batch.diverged.tolist() == [True, False] and "failing failed" in batch.failure[0]
@@ -227,15 +229,15 @@ def test_an_init_that_loses_settings_is_refused():
 
 
 def test_compiling_names_the_controller(isolated, monkeypatch):
-    told = []
-    monkeypatch.setattr(compiled, "load_text", lambda *given: told.append(given[-1]))
+    lines = []
+    monkeypatch.setattr(compiled, "load_text", lambda *value: lines.append(value[-1]))
     compiled._module.cache_clear()
-    monkeypatch.setattr(compiled, "_text", lambda *given: "")
+    monkeypatch.setattr(compiled, "_text", lambda *value: "")
     laws = tuple(e.device.law for e in isolated.elements)
     compiled._module(decide, None, laws, 1, "mine")
     compiled._module(state_seen.decide, None, laws, 1, "mpc")
     compiled._module.cache_clear()
-    assert told == [
+    assert lines == [
         "compiling mine for this law (once) ...",
         "compiling mpc for this law (once; about 40 s) ...",
     ]

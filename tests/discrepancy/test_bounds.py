@@ -40,7 +40,7 @@ class Decay:
 
 EFFECT = SimpleNamespace(
     parameters=(
-        EffectParameter("loss", "1", "loss", lower=0.0, upper=1.0, strength=True),
+        EffectParameter("loss", "1", "loss", lower=0.0, upper=1.0, magnitude=True),
         EffectParameter("scale", "s", "time", lower=1e-3, upper=1e3),
     )
 )

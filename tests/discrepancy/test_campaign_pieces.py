@@ -104,8 +104,8 @@ def test_a_late_channel_is_late_by_less_than_a_sample_too(delay):
                 a * np.sin(w * time + b - np.arctan(w * delay)) / np.hypot(1, w * delay)
                 for a, w, b in ((100, 6 * np.pi, 0), (30, 14 * np.pi, 1))
             )
-        settled = time > 0.5
-        assert np.std((recorded - late)[settled]) < 0.005 * np.std(late)
+        steady = time > 0.5
+        assert np.std((recorded - late)[steady]) < 0.005 * np.std(late)
 
 
 def test_a_filtered_force_is_that_of_scipy():
@@ -120,7 +120,7 @@ def test_a_filtered_force_is_that_of_scipy():
     assert np.std(error[time > 0.1]) < 0.05 * np.std(expected)
 
 
-def test_a_common_line_is_found_and_none_where_there_is_none():
+def test_a_common_line_is_detected_and_none_where_there_is_none():
     frequencies = (0.4, 0.7, 1.0, 1.3, 1.7)
     quiet = [a_run(f"run{k}", f, noise=1.0, seed=k) for k, f in enumerate(frequencies)]
     data = measured_runs(quiet)
@@ -131,13 +131,13 @@ def test_a_common_line_is_found_and_none_where_there_is_none():
         hum = 3.0 * np.sin(2 * np.pi * 11.3 * time + k)
         loud.append(a_run(f"run{k}", f, STIFFNESS * quiet[k].displacement + hum, 1.0, k))
     data = measured_runs(loud)
-    found = interference(data, STIFFNESS * data.x)
-    assert found is not None and not found.modulates
-    assert found.frequency == pytest.approx(11.3, abs=0.1)
+    disturbance = interference(data, STIFFNESS * data.x)
+    assert disturbance is not None and not disturbance.modulates
+    assert disturbance.frequency == pytest.approx(11.3, abs=0.1)
     lost = STIFFNESS * data.x
     lost[data.runs[-1]] = np.nan  # the law diverges in this run
-    found = interference(data, lost)
-    assert found is None or np.isfinite(found.force).all()
+    disturbance = interference(data, lost)
+    assert disturbance is None or np.isfinite(disturbance.force).all()
 
 
 def test_the_line_of_short_runs_holds_in_a_long_one():
@@ -148,9 +148,9 @@ def test_the_line_of_short_runs_holds_in_a_long_one():
         hum = 3.0 * np.sin(2 * np.pi * 50 * quiet.time + k)
         loud.append(a_run(f"run{k}", f, quiet.force + hum, 1.0, k, seconds))
     data = measured_runs(loud)
-    found = interference(data, STIFFNESS * data.x)
-    assert found.frequency == pytest.approx(50, abs=0.01)
-    left = data.force - STIFFNESS * data.x - found.force
+    disturbance = interference(data, STIFFNESS * data.x)
+    assert disturbance.frequency == pytest.approx(50, abs=0.01)
+    left = data.force - STIFFNESS * data.x - disturbance.force
     assert np.std(left[data.runs[-1]]) == pytest.approx(1.0, rel=0.05)
 
 
@@ -160,7 +160,7 @@ def test_means_are_taken_run_by_run():
     np.testing.assert_allclose(run_means(data, values), values)
 
 
-def test_a_clipped_channel_is_told_of():
+def test_a_clipped_channel_is_reported():
     force = np.clip(STIFFNESS * a_run().displacement, -150.0, 150.0)
     runs = [a_run("clipped", force=force), a_run("fine", frequency=0.8)]
     notes = data_notes(runs, np.zeros(2))
@@ -224,10 +224,10 @@ def test_a_law_that_reproduces_its_loops_is_adequate(tmp_path):
     ]
     path = tmp_path / "loops.csv"
     path.write_text(LOOPS + "\n".join(rows) + "\n")
-    found = diagnose(path, "kelvin_voigt")
-    assert found.verdict == "adequate" and not found.causes
-    assert found.error_before.fit < 1e-3
-    assert json.loads(found.to_json())["causes"] == []
+    diagnosis = diagnose(path, "kelvin_voigt")
+    assert diagnosis.verdict == "adequate" and not diagnosis.causes
+    assert diagnosis.error_before.fit < 1e-3
+    assert json.loads(diagnosis.to_json())["causes"] == []
 
 
 def test_numbers_of_another_law_are_refused():

@@ -66,7 +66,7 @@ def halved(signals, states, parameters):
 
 
 def test_an_effect_that_cannot_be_traced_is_named(monkeypatch):
-    part = EffectParameter("part", "1", "part", strength=True, starts=(0.1,))
+    part = EffectParameter("part", "1", "part", magnitude=True, starts=(0.1,))
     one_side = Effect("halved", "one_side", "Halved", (part,), motion=halved)
     monkeypatch.setattr(device_tests, "EFFECTS", {"halved": (one_side,)})
     with pytest.raises(InputError, match=r"candidates.py:\d+.*signals.x > 0.*cannot be traced"):
@@ -172,9 +172,9 @@ def test_the_cause_leads_and_what_the_data_do_not_excite_is_left_out(bare, noise
         effect("field_saturation"), effect("force_offset"),
     ]  # fmt: skip
     with workers(2) as pool:
-        found = screen(bare, listed, noise, pool)
-    assert found[0].effect.cause == "amplitude_softening"
-    assert "field_saturation" not in [one.effect.cause for one in found]  # the coil is off
+        result = screen(bare, listed, noise, pool)
+    assert result[0].effect.cause == "amplitude_softening"
+    assert "field_saturation" not in [one.effect.cause for one in result]  # the coil is off
 
 
 def test_a_held_out_run_leaves_no_sample_in_what_is_searched(bare):

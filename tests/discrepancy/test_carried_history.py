@@ -57,7 +57,7 @@ def test_the_past_is_that_of_all_earlier_runs():
         assert some.tolist() == np.delete(every, [2, 5]).tolist()
 
 
-def test_states_that_the_measured_history_tells_are_kept():
+def test_states_that_the_measured_history_tells_are_retained():
     names = {each.cause for forms in EFFECTS.values() for each in forms if can_carry_history(each)}
     assert names >= {
         "stress_softening", "cyclic_degradation", "magnetic_remanence", "self_heating"
@@ -75,14 +75,16 @@ def test_states_that_the_measured_history_tells_are_kept():
 
 
 @pytest.mark.parametrize("keeps", [True, pytest.param(False, marks=pytest.mark.slow)])
-def test_wear_is_named_whether_the_specimen_is_kept_or_new(keeps):
-    found = diagnose(series(0.3, keeps), "kelvin_voigt", tiers="causes")
-    (cause,) = found.causes
+def test_wear_is_named_whether_the_specimen_is_the_same_or_new(keeps):
+    diagnosis = diagnose(series(0.3, keeps), "kelvin_voigt", tiers="causes")
+    (cause,) = diagnosis.causes
     assert cause.name == "cyclic_degradation" and cause.form.endswith("kept") == keeps
-    assert found.verdict == "explained"
+    assert diagnosis.verdict == "explained"
     assert cause.parameters["loss"].value == pytest.approx(0.3, rel=0.1)
     # the law that is written begins fresh
-    assert [one.form for one in found.extended.law.effects] == [cause.form.removesuffix(", kept")]
+    assert [one.form for one in diagnosis.extended.law.effects] == [
+        cause.form.removesuffix(", kept")
+    ]
 
 
 def magnetised(remembers, keeps=True):
@@ -114,10 +116,10 @@ def magnetised(remembers, keeps=True):
     ],
 )
 def test_a_field_that_the_currents_of_earlier_runs_have_left_is_named(form, remembers):
-    found = diagnose(magnetised(remembers), "kelvin_voigt", tiers="causes")
-    (cause,) = found.causes
+    diagnosis = diagnose(magnetised(remembers), "kelvin_voigt", tiers="causes")
+    (cause,) = diagnosis.causes
     assert (cause.name, cause.form) == ("magnetic_remanence", form)
-    assert found.verdict == "explained"
+    assert diagnosis.verdict == "explained"
 
 
 def test_a_field_that_is_new_in_each_run_asks_for_no_memory():
@@ -159,9 +161,9 @@ def test_the_warmth_that_rests_have_left_follows_from_each_run():
         law = K * data.x + C * data.v
         factor = evaluate(heating, data, law, numbers)["factor"]
         assert law * factor == pytest.approx(data.force, abs=0.05 * np.std(data.force))
-        found = -np.log(factor[data.starts[:-1]])
+        computed = -np.log(factor[data.starts[:-1]])
         assert max(expected) > 0.1
-        assert found == pytest.approx(expected, abs=0.02 * max(expected))
+        assert computed == pytest.approx(expected, abs=0.02 * max(expected))
 
 
 def test_no_run_begins_warmer_than_the_one_before_has_ended():
@@ -178,9 +180,9 @@ def test_no_run_begins_warmer_than_the_one_before_has_ended():
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_effects", "few_laws")
 def test_heating_is_named_although_the_rests_are_unknown():
-    found = diagnose(warming()[0], "kelvin_voigt", tiers="causes")
-    (cause,) = found.causes
+    diagnosis = diagnose(warming()[0], "kelvin_voigt", tiers="causes")
+    (cause,) = diagnosis.causes
     assert (cause.name, cause.form) == ("self_heating", "exponential, kept")
     assert cause.parameters["gain"].value == pytest.approx(GAIN, rel=0.15)
-    assert "follows from the forces of the run" in cause.evidence
-    assert found.verdict == "explained"
+    assert "follows from the forces of the run" in cause.reason
+    assert diagnosis.verdict == "explained"

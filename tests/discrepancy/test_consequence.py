@@ -53,7 +53,7 @@ def _controllers():
 
 
 @pytest.fixture(scope="module")
-def found(before, after, ground):
+def compared(before, after, ground):
     return consequence(before, after, ground, _controllers())
 
 
@@ -69,13 +69,13 @@ def test_a_law_that_is_right_costs_nothing(before, ground):
 @pytest.mark.parametrize(("case", "plant", "nominal"),
                          [("predicted", "before", "before"), ("actual", "after", "before"),
                           ("redesigned", "after", "after")])  # fmt: skip
-def test_a_model_based_controller_runs_with_plant_and_belief(
-    found, request, ground, case, plant, nominal
+def test_a_model_based_controller_runs_with_plant_and_nominal_model(
+    compared, request, ground, case, plant, nominal
 ):
     plant, nominal = request.getfixturevalue(plant), request.getfixturevalue(nominal)
     run = iso.simulate(plant, ground, "clipped_lqr", nominal=nominal)
     off = iso.simulate(plant, ground)
-    one = found.performance["clipped_lqr"][case]
+    one = compared.performance["clipped_lqr"][case]
     assert one.peak_base_displacement_m == run.criteria["peak_base_displacement_m"]
     assert one.peak_floor_acceleration_m_s2 == run.criteria["peak_floor_acceleration_m_s2"]
     ratios = [
@@ -85,19 +85,19 @@ def test_a_model_based_controller_runs_with_plant_and_belief(
     assert one.J == pytest.approx(np.mean(ratios), abs=5e-4)
 
 
-def test_what_was_learnt_on_the_old_law_is_kept_on_the_new_one(before, after, ground):
+def test_what_was_learnt_on_the_old_law_is_used_on_the_new_one(before, after, ground):
     def least_displacement():
         return iso.controller("best_constant", criterion="peak_base_displacement_m")
 
     controllers = {"passive_off": iso.controller("passive_off"), "best": least_displacement()}
-    found = consequence(before, after, ground, controllers).performance["best"]
+    outcome = consequence(before, after, ground, controllers).performance["best"]
     learnt = least_displacement()
     iso.simulate(before, ground, learnt)
-    held = iso.simulate(after, ground, iso.controller("constant", amperes=learnt.found))
+    held = iso.simulate(after, ground, iso.controller("constant", amperes=learnt.optimum))
     peak = held.criteria["peak_base_displacement_m"]
-    assert found["actual"].peak_base_displacement_m == peak
+    assert outcome["actual"].peak_base_displacement_m == peak
     # searched again on the right law it is better
-    assert found["redesigned"].peak_base_displacement_m < 0.99 * peak
+    assert outcome["redesigned"].peak_base_displacement_m < 0.99 * peak
 
 
 def test_without_a_reference_there_is_no_score(before, ground):
@@ -127,12 +127,12 @@ def test_what_cannot_carry_a_building_is_refused(ground):
         carrying(replace(damper, tested_deformation=0.01), structure, [ground])
 
 
-def _diagnosis(judged, extended):
+def _diagnosis(nominal_model, extended):
     cause = Cause("amplitude_softening", 0.9, 0.0, {}, "It is softer.")
     return Diagnosis(
         data="rig 3", model="a law", verdict="explained", noise_floor=0.01,
         error_before=Errors(0.2, 0.2), error_after=Errors(0.02, 0.02), causes=(cause,),
-        unexplained_share=0.0, depends_on=(), next_test=None, steps=(), nominal=judged,
+        unexplained_share=0.0, depends_on=(), next_test=None, steps=(), nominal=nominal_model,
         extended=extended,
     )  # fmt: skip
 
@@ -145,18 +145,18 @@ SCENARIO = iso.Scenario.model_validate(
 
 @pytest.fixture(scope="module")
 def diagnosed():
-    judged = iso.law("strain_stiffening")
-    return with_consequence(_diagnosis(judged, softened(judged)), SCENARIO)
+    nominal = iso.law("strain_stiffening")
+    return with_consequence(_diagnosis(nominal, softened(nominal)), SCENARIO)
 
 
 def test_a_diagnosis_is_carried_into_a_scenario(diagnosed):
     one = diagnosed.consequence
     assert list(one.performance) == ["passive_off", "passive_on"]
     assert "reference building" in one.scenario and "2 s" in one.scaling
-    told = json.loads(diagnosed.to_json())["consequence"]
-    assert set(told["controllers"]["passive_on"]) == set(CASES)
+    content = json.loads(diagnosed.to_json())["consequence"]
+    assert set(content["controllers"]["passive_on"]) == set(CASES)
     # half the moduli: what was predicted is too small
-    for cases in told["controllers"].values():
+    for cases in content["controllers"].values():
         assert (
             cases["predicted"]["peak_base_displacement_m"]
             < (cases["actual"]["peak_base_displacement_m"])
@@ -179,45 +179,45 @@ def test_the_reports_show_it(diagnosed, capsys):
     assert any(getattr(block, "caption", None) == table.title for block in section.blocks)
 
 
-def test_a_given_scale_is_kept():
-    judged = iso.law("strain_stiffening")
+def test_a_prescribed_scale_stays():
+    nominal = iso.law("strain_stiffening")
     scenario = SCENARIO.model_copy(
         update={"isolator": SCENARIO.isolator.model_copy(
             update={"length_scale": 10.0, "force_scale": 3000.0})}
     )  # fmt: skip
-    found = with_consequence(_diagnosis(judged, softened(judged)), scenario).consequence
+    result = with_consequence(_diagnosis(nominal, softened(nominal)), scenario).consequence
     run = iso.simulate(
-        iso.reference_building().on(judged.scaled(10.0, 3000.0)), scenario.build().records
+        iso.reference_building().on(nominal.scaled(10.0, 3000.0)), scenario.build().records
     )
-    predicted = found.performance["passive_off"]["predicted"]
+    predicted = result.performance["passive_off"]["predicted"]
     assert predicted.peak_base_displacement_m == pytest.approx(
         run.criteria["peak_base_displacement_m"], rel=1e-9
     )
 
 
 def test_a_building_that_was_diagnosed_is_run_as_it_is(after):
-    judged = SCENARIO.build()
-    found = BuildingDiagnosis(**vars(_diagnosis(None, None)), building=after)
-    cases = with_consequence(found, SCENARIO).consequence.performance["passive_off"]
-    for case, plant in (("predicted", judged.isolated), ("actual", after)):
-        run = iso.simulate(plant, judged.records)
+    nominal = SCENARIO.build()
+    result = BuildingDiagnosis(**vars(_diagnosis(None, None)), building=after)
+    cases = with_consequence(result, SCENARIO).consequence.performance["passive_off"]
+    for case, plant in (("predicted", nominal.isolated), ("actual", after)):
+        run = iso.simulate(plant, nominal.records)
         peak = run.criteria["peak_base_displacement_m"]
         assert cases[case].peak_base_displacement_m == peak
 
 
 def test_a_building_with_a_wrong_model_or_sensor_has_no_wrong_law(after):
-    found = BuildingDiagnosis(**vars(_diagnosis(None, None)), building=after)
-    one = with_consequence(found, SCENARIO).consequence
+    result = BuildingDiagnosis(**vars(_diagnosis(None, None)), building=after)
+    one = with_consequence(result, SCENARIO).consequence
     assert one.subject == "model" and "The original model misses the peak" in one.finding
     assert "law" not in consequence_note(one) + consequence_table(one).title + one.finding
-    cause = replace(found.causes[0], name="sensor_gain")
-    of_sensor = replace(found, causes=(cause,))
+    cause = replace(result.causes[0], name="sensor_gain")
+    of_sensor = replace(result, causes=(cause,))
     assert with_consequence(of_sensor, SCENARIO) is of_sensor
 
 
 def test_what_makes_no_sense_is_left_out_in_words():
-    judged = iso.law("strain_stiffening")
-    nothing = replace(_diagnosis(judged, judged), causes=(), verdict="adequate")
+    nominal = iso.law("strain_stiffening")
+    nothing = replace(_diagnosis(nominal, nominal), causes=(), verdict="adequate")
     assert with_consequence(nothing, SCENARIO) is nothing
     damper = replace(iso.law("kelvin_voigt", {"k": 1e3, "c": 1e4}), tested_deformation=0.01)
     refused = with_consequence(_diagnosis(damper, damper), SCENARIO).consequence

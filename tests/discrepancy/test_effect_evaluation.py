@@ -25,10 +25,10 @@ def jumping_current(dt):
 @pytest.mark.parametrize("dt", [1e-3, 2e-3, 5e-3, 1e-2])
 def test_a_play_is_dragged_by_a_jump_to_its_edge_and_no_further(dt):
     data, half = jumping_current(dt), 0.5
-    exact, kept = [], max(data.current[0] - half, 0.0)
+    exact, selected = [], max(data.current[0] - half, 0.0)
     for current in data.current:
-        kept = min(max(kept, current - half), current + half)
-        exact.append(kept)
+        selected = min(max(selected, current - half), current + half)
+        exact.append(selected)
     seen = evaluate(FORMS["play"], data, data.force, np.array([1.0, half]))["current"]
     assert seen == pytest.approx(np.array(exact), abs=1e-9)
 

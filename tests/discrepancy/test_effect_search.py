@@ -61,8 +61,8 @@ def test_effects_as_good_as_others_stay():
 def test_a_simpler_form_that_is_as_good_replaces_one_whose_values_degenerate(cost, n_values):
     simpler = fitted(cost, "relaxation", n_values=n_values)
     space = Space({(("relaxation",), 0): [simpler]})
-    found = space.revise(fitted(1000, "relaxation", n_values=3))
-    assert len(found.values) == n_values and (found is simpler) is (n_values == 2)
+    result = space.revise(fitted(1000, "relaxation", n_values=3))
+    assert len(result.values) == n_values and (result is simpler) is (n_values == 2)
 
 
 def test_what_is_more_than_noise_is_proposed_once_a_cause_the_best_first():
@@ -82,7 +82,7 @@ def test_effects_that_explain_half_as_much_are_tried_in_its_place():
     assert space._near("friction") == set()
 
 
-def test_a_rival_is_kept_where_it_was_fitted_best():
+def test_a_rival_is_listed_where_it_was_fitted_best():
     space = Space()
     space._known[("lag",)] = fitted(1000, "lag"), [fitted(100, "lag", "a"), fitted(90, "lag", "b")]
     space._keep_better([fitted(50, "lag", "a"), fitted(95, "lag", "b"), fitted(10, "lag", "c")])
@@ -153,8 +153,8 @@ def test_a_model_is_completed_where_held_out_runs_agree(
             return least
 
     problem = Problem()
-    found = problem._completed(best, SearchResult(fitted(1e4), more, []))
-    assert found is problem.final is (more if added else best)
+    result = problem._completed(best, SearchResult(fitted(1e4), more, []))
+    assert result is problem.final is (more if added else best)
     assert bool(problem.unstable) is not added
     assert added or not problem.negligible
 
@@ -215,8 +215,8 @@ def test_causes_take_the_place_of_a_state_of_each_run(monkeypatch, cost, taken):
         return SearchResult(base, several, [])
 
     monkeypatch.setattr(device_tests, "search", search)
-    found = problem._without_unknown_starts(SearchResult(fitted(1e4), one, []))
-    assert found.best is (several if taken else one)
+    result = problem._without_unknown_starts(SearchResult(fitted(1e4), one, []))
+    assert result.best is (several if taken else one)
     alone = SearchResult(fitted(1e4), several, [])
     assert problem._without_unknown_starts(alone) is alone
 
@@ -245,9 +245,9 @@ def test_a_term_is_taken_where_it_is_clearly_better(monkeypatch, before, best, t
     space = Space()
     space.noise = np.full((100, 2), 1.0)  # noise of unit variance costs 100
     current, fits = fitted(5000, *before), [fitted(term, *before, OUTSIDE)]
-    found = [SimpleNamespace(gain=5000 - term)]
-    monkeypatch.setattr(effect_search, "screen", lambda *given: found)
-    monkeypatch.setattr(effect_search, "fit_directions", lambda *given: fits)
+    results = [SimpleNamespace(gain=5000 - term)]
+    monkeypatch.setattr(effect_search, "screen", lambda *value: results)
+    monkeypatch.setattr(effect_search, "fit_directions", lambda *value: fits)
     assert (space._generic_term(current, fitted(best, *before, "stop")) is fits[0]) == taken
 
 
@@ -258,7 +258,7 @@ def test_a_cause_that_imitates_a_term_is_replaced(monkeypatch, term, causes):
     monkeypatch.setattr(space, "without", lambda model, place: fitted(
         3000, *(c for k, c in enumerate(model.causes) if k != place)
     ))  # fmt: skip
-    monkeypatch.setattr(effect_search, "screen", lambda *given: [SimpleNamespace(gain=2000)])
+    monkeypatch.setattr(effect_search, "screen", lambda *value: [SimpleNamespace(gain=2000)])
     # a term beside the first cause explains no more than the second one does
     monkeypatch.setattr(
         effect_search, "fit_directions", lambda base, *_: [
@@ -282,7 +282,7 @@ def test_a_term_has_a_polynomial_of_the_current():
 def test_terms_that_would_leave_far_more_are_not_fitted(monkeypatch):
     space, asked = Space(), []
     likely, unlikely = SimpleNamespace(gain=8500), SimpleNamespace(gain=5000)
-    monkeypatch.setattr(effect_search, "screen", lambda *given: [likely, unlikely])
+    monkeypatch.setattr(effect_search, "screen", lambda *value: [likely, unlikely])
     monkeypatch.setattr(
         effect_search, "fit_directions", lambda base, terms, *_: asked.extend(terms) or []
     )
@@ -295,11 +295,11 @@ def test_noise_counts_once_where_effects_are_screened(monkeypatch):
     space, current = Space(), fitted(1e6)
     space.pool = SimpleNamespace(map=map)
     gains = {"sharp": (5e5, 1e3), "noise": (6e3, 1e3), "small": (600, 1.0), "clear": (900, 1.0)}
-    found = [
+    results = [
         SimpleNamespace(effect=name, gain=gain, noise_gain=noise)
         for name, (gain, noise) in gains.items()
     ]
-    monkeypatch.setattr(effect_search, "screen", lambda *given: found)
+    monkeypatch.setattr(effect_search, "screen", lambda *value: results)
     monkeypatch.setattr(effect_search, "refine", lambda base, one, noise: one)
     monkeypatch.setattr(effect_search, "fit_directions", lambda base, chosen, *_: list(chosen))
     assert [one.effect for one in space._fit_effects(current)] == ["sharp", "clear"]

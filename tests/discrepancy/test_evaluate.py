@@ -105,9 +105,12 @@ def test_effects_of_the_instruments_count_in_an_evaluation(device, campaign, tmp
     base, (offset,) = separate(device)
     late = extend(base, [offset, (delay, {"delay": 0.02})])
     (tmp_path / "late.toml").write_text(device_section(late))
-    found, expected = iso.evaluate(tmp_path / "late.toml", campaign), iso.evaluate(late, campaign)
-    assert found.error == pytest.approx(expected.error, rel=1e-12)
-    assert found.error > iso.evaluate(device, campaign).error + 0.01
+    evaluation, expected = (
+        iso.evaluate(tmp_path / "late.toml", campaign),
+        iso.evaluate(late, campaign),
+    )
+    assert evaluation.error == pytest.approx(expected.error, rel=1e-12)
+    assert evaluation.error > iso.evaluate(device, campaign).error + 0.01
 
 
 def test_softening_goes_on_from_run_to_run_where_the_forces_say_so():
@@ -129,15 +132,15 @@ def test_softening_goes_on_from_run_to_run_where_the_forces_say_so():
 
 @pytest.mark.parametrize("name", [n for n in LAWS if LAWS[n].sets])
 def test_numbers_that_leave_the_bounds_beyond_their_range_load_back(name, tmp_path):
-    found = LAWS[name]
+    result = LAWS[name]
     published = law(name)
     values = np.asarray(published.parameters_at(0.0), dtype=float)
     # nearly down to the bounds at 1 A, and outside of them at the published set's largest current
-    low = [max(q.lower, 0.0) for q in found.parameters]
+    low = [max(q.lower, 0.0) for q in result.parameters]
     rows = {
-        q.name: [v, -0.9 * (v - a)] for q, v, a in zip(found.parameters, values, low, strict=True)
+        q.name: [v, -0.9 * (v - a)] for q, v, a in zip(result.parameters, values, low, strict=True)
     }
-    fitted = Device(found, CurrentDependence.polynomial(rows), (0.0, 1.0))
+    fitted = Device(result, CurrentDependence.polynomial(rows), (0.0, 1.0))
     extended = extend(fitted, [(effect("force_offset"), {"level": OFFSET})])
     file = tmp_path / "extended_law.toml"
     file.write_text(device_section(extended))

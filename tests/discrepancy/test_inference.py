@@ -59,7 +59,7 @@ def test_what_the_data_do_not_determine_has_no_interval():
     assert np.all(np.isinf(half[1:]))
 
 
-def test_a_value_at_a_bound_is_told_from_one_near_it():
+def test_a_value_at_a_bound_is_distinguished_from_one_near_it():
     for value, lower, upper, expected in (
         (0.5, 0.5, 10.0, True), (10.0, 0.5, 10.0, True), (0.51, 0.5, 10.0, False),
         (0.0, 0.0, np.inf, True), (1e-9, 0.0, np.inf, False), (-3.0, -np.inf, np.inf, False),
@@ -136,9 +136,9 @@ class Numbers:
 
 
 def test_a_search_adds_the_best_until_none_helps():
-    found = search(Numbers(), Sum())
-    assert found.base == Sum() and found.best.causes == ("2", "5")
-    assert [one.taken and one.taken.causes for one in found.rounds] == [("5",), ("5", "2"), None]
+    result = search(Numbers(), Sum())
+    assert result.base == Sum() and result.best.causes == ("2", "5")
+    assert [one.taken and one.taken.causes for one in result.rounds] == [("5",), ("5", "2"), None]
     space = Numbers()
     space.most_causes = 1
     assert search(space, Sum()).best.causes == ("5",)

@@ -45,11 +45,11 @@ def test_the_motion_is_that_of_another_instant(late):
 def test_a_late_displacement_is_named_with_its_delay():
     rates = (0.5, 1.0, 2.0, 3.0, 4.0, 2.5)
     runs = [run(f"r{k}", f, 0.03, k in (2, 3), 0.005) for k, f in enumerate(rates)]
-    found = diagnose(Campaign("late", "made", tuple(runs)), "kelvin_voigt", tiers="causes")
-    (cause,) = found.causes
+    diagnosis = diagnose(Campaign("late", "made", tuple(runs)), "kelvin_voigt", tiers="causes")
+    (cause,) = diagnosis.causes
     assert (cause.name, cause.form) == ("sensor_delay", "shift")
     assert cause.parameters["delay"].value == pytest.approx(-0.03, rel=0.02)
-    assert found.verdict == "explained"
+    assert diagnosis.verdict == "explained"
 
 
 def test_the_old_name_of_the_form_is_accepted():

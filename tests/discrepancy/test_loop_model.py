@@ -63,11 +63,11 @@ def test_a_large_table_is_searched_on_some_rows(monkeypatch):
     monkeypatch.setattr(module, "LOOP_ROWS", 6)
     with ThreadPoolExecutor(2) as pool:
         space = LoopSearch(TABLE, pool, 0, lambda: None)
-        found = space.fit_law(LAWS["kelvin_voigt"], None, 1)
-        (whole,) = space.on_all(found)
+        result = space.fit_law(LAWS["kelvin_voigt"], None, 1)
+        (whole,) = space.on_all(result)
     assert len(space.table.amplitude) == 6 and len(space.judging.amplitude) == 3
     # the corners of the conditions are among them
     corners = set(zip(space.table.amplitude, space.table.current, strict=True))
     assert {(x, i) for x in (2e-3, 8e-3) for i in (0.0, 3.0)} <= corners
-    assert whole.model.table is TABLE and whole.model.cycles > found.model.cycles
+    assert whole.model.table is TABLE and whole.model.cycles > result.model.cycles
     assert whole.ratios == pytest.approx(small.ratios, rel=1e-2)

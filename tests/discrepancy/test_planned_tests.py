@@ -49,8 +49,8 @@ def test_nothing_faster_than_the_tests_is_proposed():
     runs = [sinusoid(2e-3, 2.0, 0.0), sinusoid(8e-3, 0.5, 0.0), sinusoid(2e-3, 0.5, 0.0)]
     assert missing_conditions(runs)[0] == ()
     runs.append(sinusoid(9e-3, 2.0, 2.0))
-    found, _ = missing_conditions(runs)
-    assert len(found) == 4 and all(one.amplitude * one.frequency <= 0.019 for one in found)
+    result, _ = missing_conditions(runs)
+    assert len(result) == 4 and all(one.amplitude * one.frequency <= 0.019 for one in result)
 
 
 def test_what_is_no_grid_is_said():

@@ -22,7 +22,7 @@ from isolation_sim.laws import LAWS, law
 from isolation_sim.reports.diagnosis import cause_rows, cause_text
 
 RATE, STIFFNESS, DAMPING = 128, 3e4, 200.0
-GIVEN = law("kelvin_voigt", {"k": STIFFNESS, "c": DAMPING}, (0.0, 2.0))
+PRESCRIBED = law("kelvin_voigt", {"k": STIFFNESS, "c": DAMPING}, (0.0, 2.0))
 
 
 def run(k, size, frequency, current, held_out=False, stiffness=STIFFNESS, friction=0.0):
@@ -51,10 +51,10 @@ def campaign(**options):
 
 def test_conditions_are_shared_by_runs_that_have_them():
     data = measured_runs(campaign().runs)
-    found = {name: np.flatnonzero(runs).tolist() for name, runs in conditions(data)}
-    assert found["0 A"] == [0, 3, 4] and found["2 A"] == [1, 2, 5] and found["1 A"] == [6, 7]
-    assert found["2 mm"] == [0, 2] and found["8 mm"] == [1, 3]
-    assert found["0.5 Hz"] == [0, 1] and found["1.5 Hz"] == [2, 3, 7] and found["2 Hz"] == [5]
+    results = {name: np.flatnonzero(runs).tolist() for name, runs in conditions(data)}
+    assert results["0 A"] == [0, 3, 4] and results["2 A"] == [1, 2, 5] and results["1 A"] == [6, 7]
+    assert results["2 mm"] == [0, 2] and results["8 mm"] == [1, 3]
+    assert results["0.5 Hz"] == [0, 1] and results["1.5 Hz"] == [2, 3, 7] and results["2 Hz"] == [5]
 
 
 def test_refits_of_a_linear_law_are_exact():
@@ -62,21 +62,21 @@ def test_refits_of_a_linear_law_are_exact():
     data = measured_runs(runs.runs).without_held_out()
     model = Model(data, parameterise(runs, LAWS["kelvin_voigt"], data, 0))
     fitted = fit_model(model, np.array([1e4, 500.0]), 50, 1e-12)
-    kept = np.array([True, True, False, True, False, True])
-    (cost,) = _costs(fitted, kept[np.newaxis].astype(float))
-    at = np.repeat(kept, data.lengths)
+    selected = np.array([True, True, False, True, False, True])
+    (cost,) = _costs(fitted, selected[np.newaxis].astype(float))
+    at = np.repeat(selected, data.lengths)
     design = np.stack([data.x, data.v], axis=1)[at] * data.weight[at, np.newaxis]
     (expected,) = np.linalg.lstsq(design, (data.force * data.weight)[at])[1]
     assert cost == pytest.approx(expected, rel=1e-6)
 
 
 def test_a_clear_cause_is_named_again_from_other_runs():
-    found = diagnose(campaign(friction=20.0), "kelvin_voigt", current_degree=1, threads=1)
-    (cause,) = found.causes
+    diagnosis = diagnose(campaign(friction=20.0), "kelvin_voigt", current_degree=1, threads=1)
+    (cause,) = diagnosis.causes
     assert cause.name == "coulomb_friction"
     assert set(cause.stability) == {"conditions_left_out", "runs_resampled"}
     assert all(share > 0.9 for share in cause.stability.values())
-    again = json.loads(found.to_json())["causes"][0]["stability"]
+    again = json.loads(diagnosis.to_json())["causes"][0]["stability"]
     assert again == cause.stability
     assert "Named again in 100 % of the fits without the runs of one condition and" in (
         cause_text(cause)
@@ -91,13 +91,13 @@ def test_numbers_that_predict_left_out_tests_worse_are_not_taken(degree):
         one if one.hold_out else replace(one, force=one.force + 0.2 * STIFFNESS * one.displacement)
         for one in campaign().runs
     ]
-    found = diagnose(
-        Campaign("rig", "made", runs), "kelvin_voigt", GIVEN, current_degree=degree, threads=1
+    diagnosis = diagnose(
+        Campaign("rig", "made", runs), "kelvin_voigt", PRESCRIBED, current_degree=degree, threads=1
     )
-    before, after = found.error_before, found.error_after
+    before, after = diagnosis.error_before, diagnosis.error_after
     assert before.held_out == pytest.approx(0.01, rel=0.2)
     assert after.held_out <= before.held_out + 1e-3
-    assert not found.causes
+    assert not diagnosis.causes
 
 
 def test_a_rest_tells_heat_from_wear():

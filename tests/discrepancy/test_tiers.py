@@ -349,13 +349,13 @@ def test_a_better_law_promises_its_gain_and_no_other_law_promises_any():
     from isolation_sim.discrepancy.tiers.ladder import _attainable
     from isolation_sim.identification.law_choice import LawRank
 
-    judged = {"law": 0.08, "causes": 0.06}
+    errors = {"law": 0.08, "causes": 0.06}
     other, own = (LawRank(name, name, 2, e, e) for name, e in (("a", 0.02), ("b", 0.05)))
-    least, sentence = _attainable(judged, (other, own))
+    least, sentence = _attainable(errors, (other, own))
     assert least == pytest.approx(0.032)
     assert sentence.startswith("Another law is better: a (a) leaves 2 % on short data")
     assert _attainable({"law": 0.08, "learned": 0.03}, (other, own)) == (0.03, "")
-    assert _attainable(judged, None) == (0.06, "")
+    assert _attainable(errors, None) == (0.06, "")
 
 
 def test_causes_that_only_imitated_an_equation_are_not_named(diagnosis):
@@ -366,10 +366,10 @@ def test_causes_that_only_imitated_an_equation_are_not_named(diagnosis):
         Cause(name, 0.5, 0.0, {}, "") for name in ("amplitude_softening", OUTSIDE)
     )
     blamed = replace(diagnosis, causes=(softening, outside), next_test="one")
-    judged = {"law": 0.08, "causes": 0.06, "equation": 0.015}
-    assert _only_imitated(judged, 0.01)
+    errors = {"law": 0.08, "causes": 0.06, "equation": 0.015}
+    assert _only_imitated(errors, 0.01)
     # what causes leave may be noise
-    assert not _only_imitated(judged | {"causes": 0.017}, 0.014)
+    assert not _only_imitated(errors | {"causes": 0.017}, 0.014)
     result, (note,) = _without_imitations(blamed, ("amplitude_softening", OUTSIDE))
     assert result.causes == (outside,) and result.next_test is None
     assert note.endswith("equation: amplitude_softening.")
@@ -405,12 +405,12 @@ def test_causes_that_leave_much_and_lose_somewhere_are_not_named(diagnosis, left
     blamed = replace(
         diagnosis, causes=(Cause("end_stop", 0.7, 0.0, {}, ""),), verdict="partly_explained"
     )
-    found = climb(tiers, blamed, "equation")
-    assert [cause.name for cause in found.causes] == ["end_stop"] * named
-    assert found.verdict == ("partly_explained" if named else "unexplained")
-    assert any("much left: end_stop" in note for note in found.ladder.notes) != named
+    result = climb(tiers, blamed, "equation")
+    assert [cause.name for cause in result.causes] == ["end_stop"] * named
+    assert result.verdict == ("partly_explained" if named else "unexplained")
+    assert any("much left: end_stop" in note for note in result.ladder.notes) != named
     if not named:
-        assert found.error_after == found.error_before and found.extended is found.nominal
+        assert result.error_after == result.error_before and result.extended is result.nominal
 
 
 def test_a_term_that_is_a_cause_of_the_catalogue_says_so(campaign):
@@ -498,9 +498,9 @@ def test_friction_that_grows_along_the_stroke(campaign):
     force = K * data.x + (60.0 + 2.5e3 * data.x) * slides + 0.3 * noise
     runs = [replace(run, force=force[at]) for run, at in zip(campaign.runs, data.runs, strict=True)]
     made = replace(campaign, runs=tuple(runs))
-    found = diagnose(made, "dahl", tiers="equation", threads=1).ladder
-    (term,) = found.terms
-    assert term.text.startswith("s_1 x, friction") and found.offered == "equation"
+    diagnosis = diagnose(made, "dahl", tiers="equation", threads=1).ladder
+    (term,) = diagnosis.terms
+    assert term.text.startswith("s_1 x, friction") and diagnosis.offered == "equation"
     c, r = term.numbers["c_1_0"].value, term.numbers["r_1"].value
     assert c * r == pytest.approx(2.5e3, rel=0.05) and r == pytest.approx(4e-4, rel=0.2)
 
@@ -674,13 +674,13 @@ def _with_current(amplitude_mm, frequency, seed, hold_out):
 def test_the_rate_of_the_current_is_a_term(tmp_path):
     runs = [_with_current(*motion, k, k == 4) for k, motion in enumerate(MOTIONS)]
     campaign = Campaign("rate", "made", tuple(runs))
-    found = diagnose(campaign, "kelvin_voigt", current_degree=1, tiers="equation")
-    (term,) = found.ladder.terms
+    diagnosis = diagnose(campaign, "kelvin_voigt", current_degree=1, tiers="equation")
+    (term,) = diagnosis.ladder.terms
     assert term.text == "dI/dt, dI/dt = s_1' = (I - s_1)/t_1"
     assert term.numbers["c_1_0"].value == pytest.approx(3.0, rel=0.02)
     assert term.numbers["t_1"].value == pytest.approx(0.04, rel=0.1)
-    assert found.ladder.rungs[-1].held_out == pytest.approx(0.003, rel=0.15)
-    found.save(tmp_path / "out")
+    assert diagnosis.ladder.rungs[-1].held_out == pytest.approx(0.003, rel=0.15)
+    diagnosis.save(tmp_path / "out")
     result = iso.evaluate(tmp_path / "out" / "extended_law.toml", campaign)
     assert result.error == pytest.approx(0.003, rel=0.15)
     # at a steady current the term is silent, from the first sample on
@@ -691,7 +691,7 @@ def test_the_rate_of_the_current_is_a_term(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
-def test_numbers_between_those_of_the_library_are_found():
+def test_numbers_between_those_of_the_library_are_fitted():
     """A bump where no candidate stands, and narrower than any."""
     runs = []
     for k, motion in enumerate(MOTIONS):
@@ -701,9 +701,9 @@ def test_numbers_between_those_of_the_library_are_found():
         force += 0.003 * np.std(force) * np.random.default_rng(k).standard_normal(N)
         runs.append(TestRun(run.name, run.time, run.displacement, run.velocity, force, run.current,
                             run.hold_out, velocity_measured=True))  # fmt: skip
-    found = diagnose(Campaign("bump", "made", tuple(runs)), "kelvin_voigt")
-    (term,) = found.ladder.terms
-    assert term.text.startswith("u exp(-u^2/2)") and found.verdict == "explained"
+    diagnosis = diagnose(Campaign("bump", "made", tuple(runs)), "kelvin_voigt")
+    (term,) = diagnosis.ladder.terms
+    assert term.text.startswith("u exp(-u^2/2)") and diagnosis.verdict == "explained"
     values = {name: number.value for name, number in term.numbers.items()}
     assert values == pytest.approx({"c_1_0": 12.0, "b_1": 0.0021, "r_1": 0.0009}, rel=0.05)
 
@@ -717,11 +717,11 @@ def test_the_search_of_a_number_ends_where_it_no_longer_changes(monkeypatch):
         return np.tanh(v / asked[-1])[:, np.newaxis]
 
     monkeypatch.setattr(_Library, "along", tanh)
-    found = object.__new__(_Library)._with_best_numbers(
+    computed = object.__new__(_Library)._with_best_numbers(
         Chosen(Term("tanh(v/w)", "", "N", (Number("w", "m/s", "", 0.1),)), (0,)),
         np.zeros((400, 0)), np.tanh(v / 0.17),
     )  # fmt: skip
-    assert found.numbers[0].value == pytest.approx(0.17, rel=0.02)
+    assert computed.numbers[0].value == pytest.approx(0.17, rel=0.02)
     assert len(asked) < 25
 
 

@@ -56,10 +56,10 @@ def test_the_truth_is_held_although_every_fit_is_off_in_the_same_direction():
         final = with_a_plate(campaign(seed))
         shifts = motion_noise(final.model.data, INTERVAL_EXAMPLES // 2, seed)
         (numbers,) = intervals(final, shifts)
-        found = numbers["mass"]
-        assert found.low <= found.value <= found.high
-        inside.append(found.low <= MASS <= found.high)
-        errors.append(found.value - MASS)
+        result = numbers["mass"]
+        assert result.low <= result.value <= result.high
+        inside.append(result.low <= MASS <= result.high)
+        errors.append(result.value - MASS)
         expected.append(np.median(errors_by_motion(final, shifts)[:, -1]))
     # smoothing takes acceleration away; the examples start from smooth motion and know most of it
     assert np.mean(errors) < -4 * np.std(errors) / np.sqrt(SEEDS)

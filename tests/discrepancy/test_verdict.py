@@ -39,47 +39,49 @@ def campaign(offset=0.0, unrelated=0.0, friction=0.0, held_out_size=6e-3, n=N):
     return Campaign("made", "made", tuple(runs))
 
 
-def judged(significance=None, tiers="causes", **hidden):
-    found = diagnose(
+def diagnosis_with(significance=None, tiers="causes", **hidden):
+    diagnosis = diagnose(
         campaign(**hidden), "kelvin_voigt", threads=1, significance=significance, tiers=tiers
     )
-    errors = found.error_before, found.error_after
-    assert found.noise_floor <= min(e for one in errors for e in (one.fit, one.held_out))
+    errors = diagnosis.error_before, diagnosis.error_after
+    assert diagnosis.noise_floor <= min(e for one in errors for e in (one.fit, one.held_out))
     shares = [
         float(row[1].split()[0])
-        for step in found.steps if "misfit predicted" in step.headings for row in step.rows
+        for step in diagnosis.steps if "misfit predicted" in step.headings for row in step.rows
     ]  # fmt: skip
     assert all(0 <= share <= 100 for share in shares)
-    return found
+    return diagnosis
 
 
 def test_the_right_law_is_adequate_and_its_numbers_are_sane():
-    found = judged()
-    assert found.verdict == "adequate" and not found.causes
-    assert found.noise_floor == pytest.approx(NOISE, rel=0.3)
+    diagnosis = diagnosis_with()
+    assert diagnosis.verdict == "adequate" and not diagnosis.causes
+    assert diagnosis.noise_floor == pytest.approx(NOISE, rel=0.3)
 
 
 def test_a_weak_run_that_is_held_out_is_missed_by_noise_alone():
-    found = judged(held_out_size=5e-4)
-    assert found.verdict == "adequate" and "held out" not in found.meaning
-    assert found.held_out_noise_floor > 3 * found.noise_floor
-    assert found.error_before.held_out == pytest.approx(found.held_out_noise_floor, rel=0.3)
+    diagnosis = diagnosis_with(held_out_size=5e-4)
+    assert diagnosis.verdict == "adequate" and "held out" not in diagnosis.meaning
+    assert diagnosis.held_out_noise_floor > 3 * diagnosis.noise_floor
+    assert diagnosis.error_before.held_out == pytest.approx(diagnosis.held_out_noise_floor, rel=0.3)
 
 
 @pytest.mark.usefixtures("few_effects")
-def test_what_is_found_but_too_small_to_matter_is_negligible():
-    assert [cause.name for cause in judged(offset=0.01).causes] == ["force_offset"]
-    found = judged(offset=0.01, significance=0.03)
-    assert found.verdict == "adequate" and not found.causes
-    assert "less than 3 % of the force is negligible" in found.steps[-1].text
-    assert found.extended.law.effects == ()
+def test_a_significant_cause_too_small_to_matter_is_negligible():
+    assert [cause.name for cause in diagnosis_with(offset=0.01).causes] == ["force_offset"]
+    diagnosis = diagnosis_with(offset=0.01, significance=0.03)
+    assert diagnosis.verdict == "adequate" and not diagnosis.causes
+    assert "less than 3 % of the force is negligible" in diagnosis.steps[-1].text
+    assert diagnosis.extended.law.effects == ()
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
 def test_a_cause_that_corrects_less_than_what_remains_only_acts_like_one():
     def labels(**hidden):
-        return sorted(cause.label for cause in judged(friction=0.3, offset=0.03, **hidden).causes)
+        return sorted(
+            cause.label for cause in diagnosis_with(friction=0.3, offset=0.03, **hidden).causes
+        )
 
     assert labels() == ["coulomb_friction", "force_offset"]
     assert labels(unrelated=0.06) == ["acts like force_offset", "coulomb_friction"]
@@ -88,12 +90,12 @@ def test_a_cause_that_corrects_less_than_what_remains_only_acts_like_one():
 @pytest.mark.usefixtures("few_effects")
 def test_a_small_share_of_the_misfit_counts_where_it_is_most_of_what_remains():
     # less than the noise, and a thousandth of what friction removes
-    found = judged(friction=0.3, offset=0.0045, n=2 * N)
-    assert sorted(cause.name for cause in found.causes) == ["coulomb_friction", "force_offset"]
-    assert found.verdict == "explained"
-    assert all(share > 0.5 for cause in found.causes for share in cause.stability.values())
-    found = judged(friction=0.3, unrelated=0.0045, n=2 * N)
-    assert [cause.name for cause in found.causes] == ["coulomb_friction"]
+    diagnosis = diagnosis_with(friction=0.3, offset=0.0045, n=2 * N)
+    assert sorted(cause.name for cause in diagnosis.causes) == ["coulomb_friction", "force_offset"]
+    assert diagnosis.verdict == "explained"
+    assert all(share > 0.5 for cause in diagnosis.causes for share in cause.stability.values())
+    diagnosis = diagnosis_with(friction=0.3, unrelated=0.0045, n=2 * N)
+    assert [cause.name for cause in diagnosis.causes] == ["coulomb_friction"]
 
 
 @pytest.mark.usefixtures("few_effects")
@@ -103,11 +105,11 @@ def test_of_losses_that_imitate_each_other_a_small_one_only_acts_like_one(monkey
         for cause, forms in device_tests.EFFECTS.items()
     }
     monkeypatch.setattr(device_tests, "EFFECTS", gradual)
-    found = judged(friction=0.3, offset=0.015)
-    assert sorted(cause.label for cause in found.causes) == [
+    diagnosis = diagnosis_with(friction=0.3, offset=0.015)
+    assert sorted(cause.label for cause in diagnosis.causes) == [
         "acts like force_offset", "coulomb_friction"
     ]  # fmt: skip
-    assert found.verdict == "explained"
+    assert diagnosis.verdict == "explained"
 
 
 @pytest.mark.usefixtures("few_effects")
@@ -115,16 +117,16 @@ def test_of_losses_that_imitate_each_other_a_small_one_only_acts_like_one(monkey
 def test_a_small_cause_whose_size_may_be_zero_only_acts_like_one(monkeypatch, high):
     numbers = causes.intervals
 
-    def with_zero(*given):
-        found = numbers(*given)
-        for one in found:
+    def with_zero(*value):
+        computed = numbers(*value)
+        for one in computed:
             if "level" in one:
                 one["level"] = replace(one["level"], low=0.0, high=high)
-        return found
+        return computed
 
     monkeypatch.setattr(causes, "intervals", with_zero)
-    found = judged(friction=0.3, offset=0.02)
-    labels = {one.name: one.label for one in found.causes}
+    computed = diagnosis_with(friction=0.3, offset=0.02)
+    labels = {one.name: one.label for one in computed.causes}
     # an end that the data do not determine says nothing of the size
     acts = "acts like " if np.isfinite(high) else ""
     assert labels["force_offset"] == f"{acts}force_offset"
@@ -134,31 +136,31 @@ def test_a_small_cause_whose_size_may_be_zero_only_acts_like_one(monkeypatch, hi
 
 @pytest.mark.usefixtures("few_effects")
 def test_explained_means_down_to_the_noise():
-    assert judged(offset=0.1).verdict == "explained"
+    assert diagnosis_with(offset=0.1).verdict == "explained"
     # the offset removes 96 % of the squared misfit; what remains is four times the noise
-    found = judged(offset=0.1, unrelated=0.02)
-    assert found.causes[0].name == "force_offset"
-    assert found.verdict == "partly_explained"
+    diagnosis = diagnosis_with(offset=0.1, unrelated=0.02)
+    assert diagnosis.causes[0].name == "force_offset"
+    assert diagnosis.verdict == "partly_explained"
     # no flexible model of the measured variables explains the rest either
-    found = judged(offset=0.1, unrelated=0.02, tiers="auto")
-    assert found.verdict == "explained" and found.ladder.offered == "causes"
-    assert found.ladder.inexplicable > 0.02 and abs(found.ladder.explainable) < 0.01
+    diagnosis = diagnosis_with(offset=0.1, unrelated=0.02, tiers="auto")
+    assert diagnosis.verdict == "explained" and diagnosis.ladder.offered == "causes"
+    assert diagnosis.ladder.inexplicable > 0.02 and abs(diagnosis.ladder.explainable) < 0.01
 
 
 def test_interference_explains_what_the_right_law_misses():
     quiet = campaign()
     runs = [replace(r, force=r.force + 3.0 * np.sin(2 * np.pi * 40 * r.time)) for r in quiet.runs]
-    found = diagnose(replace(quiet, runs=tuple(runs)), "kelvin_voigt", threads=1)
-    assert [cause.form for cause in found.causes] == ["periodic at 40.00 Hz, adds to the force"]
-    assert found.verdict == "explained" and found.unexplained_share == 0.0
+    diagnosis = diagnose(replace(quiet, runs=tuple(runs)), "kelvin_voigt", threads=1)
+    assert [cause.form for cause in diagnosis.causes] == ["periodic at 40.00 Hz, adds to the force"]
+    assert diagnosis.verdict == "explained" and diagnosis.unexplained_share == 0.0
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
 def test_slow_noise_is_not_said_to_be_an_error_of_the_simulation():
-    found = judged(unrelated=0.02, tiers="auto")
-    assert found.verdict == "unexplained" and not found.causes
-    assert "slow noise" in found.meaning and "gets something wrong" not in found.meaning
+    diagnosis = diagnosis_with(unrelated=0.02, tiers="auto")
+    assert diagnosis.verdict == "unexplained" and not diagnosis.causes
+    assert "slow noise" in diagnosis.meaning and "gets something wrong" not in diagnosis.meaning
 
 
 def test_a_significance_that_is_no_share_is_refused():

@@ -19,15 +19,15 @@ def size(quantity):
     return characteristic_scale(quantity.unit, FORCE, X, 1 / OMEGA, CURRENT)
 
 
-def numbers(form, strength=None, place=0):
+def numbers(form, magnitude=None, place=0):
     """An effect's parameters at one of their starts, its strength replaced if given."""
-    found = {}
+    results = {}
     for q in form.parameters:
         value = q.starts[min(place, len(q.starts) - 1)] * size(q)
-        found[q.name] = min(max(value, q.lower), q.upper)
-    if strength is not None:
-        found[form.parameters[form.strength].name] = strength
-    return found
+        results[q.name] = min(max(value, q.lower), q.upper)
+    if magnitude is not None:
+        results[form.parameters[form.magnitude].name] = magnitude
+    return results
 
 
 @pytest.fixture(params=FORMS)
@@ -74,17 +74,17 @@ def respond(device, t, x, v, current, first=None, tolerance=1e-7):
     from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
     path, speed = CubicHermiteSpline(t, x, v), CubicSpline(t, v)
-    given = (lambda s: np.interp(s, t, current)) if np.ndim(current) else (lambda s: current)
+    inputs = (lambda s: np.interp(s, t, current)) if np.ndim(current) else (lambda s: current)
     n = len(device.law.states)
     if first is None:
         rest = device.law.rest
-        first = np.zeros(n) if rest is None else rest(device.parameters_at(given(t[0])))
+        first = np.zeros(n) if rest is None else rest(device.parameters_at(inputs(t[0])))
     if n == 0:
-        return device.force(x, v, (), given(t)) + 0.0 * t, np.zeros((0, t.size))
-    found = solve_ivp(
-        lambda s, z: device.rates(path(s), speed(s), tuple(z), given(s)), t[[0, -1]],
+        return device.force(x, v, (), inputs(t)) + 0.0 * t, np.zeros((0, t.size))
+    solution = solve_ivp(
+        lambda s, z: device.rates(path(s), speed(s), tuple(z), inputs(s)), t[[0, -1]],
         np.asarray(first, float), method="LSODA", t_eval=t, rtol=tolerance,
         atol=1e-3 * tolerance, max_step=0.02,
     )  # fmt: skip
-    assert found.success
-    return device.force(x, v, tuple(found.y), given(t)), found.y
+    assert solution.success
+    return device.force(x, v, tuple(solution.y), inputs(t)), solution.y

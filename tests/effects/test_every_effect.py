@@ -45,10 +45,10 @@ def test_names_keep_their_capitals_within_a_sentence():
 
 
 def test_parameters(form):
-    assert sum(q.strength for q in form.parameters) == 1
-    strength = form.parameters[form.strength]
-    assert strength.lower <= 0 <= strength.upper
-    assert not strength.divides
+    assert sum(q.magnitude for q in form.parameters) == 1
+    magnitude = form.parameters[form.magnitude]
+    assert magnitude.lower <= 0 <= magnitude.upper
+    assert not magnitude.divides
     assert form.source and form.title
     for q in form.parameters:
         assert characteristic_scale(q.unit, 300.0, 8e-3, 0.2, 2.0) > 0
@@ -74,7 +74,7 @@ def test_needs_are_what_it_uses(form):
     assert not form.needs - {"acceleration", "temperature", "force", "current"}
 
 
-def test_without_strength_the_law_is_as_it_was(form, isolator):
+def test_with_magnitude_zero_the_law_is_as_it_was(form, isolator):
     t, x, v, _ = motion()
     plain, states = respond(isolator, t, x, v, 1.2)
     extended, more = respond(extend(isolator, [(form, numbers(form, 0.0))]), t, x, v, 1.2)
@@ -83,7 +83,7 @@ def test_without_strength_the_law_is_as_it_was(form, isolator):
     assert np.max(np.abs(more[: len(states)] - states)) < 1e-5 * np.max(np.abs(states))
 
 
-def test_with_strength_it_is_not(form, isolator):
+def test_with_a_magnitude_it_is_not(form, isolator):
     """In a motion that has something for every effect: a changing current, and heat."""
     t, x, v, _ = motion()
     current = 1.0 + np.sin(2 * np.pi * 1.3 * t)
@@ -188,20 +188,20 @@ def test_fingerprint_names_the_arithmetic(form):
     base = LAWS["kelvin_voigt"]
     device = law("kelvin_voigt", {"k": (2.0e4, 3.0e3), "c": 800.0})
     extended = extend(device, [(form, numbers(form))])
-    found = fingerprint(extended.law)
-    assert found not in (None, fingerprint(base))
+    digest = fingerprint(extended.law)
+    assert digest not in (None, fingerprint(base))
     others = {fingerprint(extend(device, [(o, numbers(o))]).law)
               for o in FORMS.values() if o is not form and o.parameter_names != ()}  # fmt: skip
-    assert found not in others
+    assert digest not in others
 
 
 def test_current_map_takes_the_extended_device(form, isolator):
     device = extend(isolator, [(form, numbers(form))])
     x, v = 4e-3, 0.03
     states = (2e-3, 1e-3, *(1e-3,) * (len(device.law.states) - 2))
-    wanted = device.force(x, v, states, 1.3)
-    found = CurrentMap(device, 0.0, 3.0)(wanted, x, v, states)
-    assert abs(device.force(x, v, states, found.current) - wanted) < 1e-8 * abs(wanted)
+    target = device.force(x, v, states, 1.3)
+    current = CurrentMap(device, 0.0, 3.0)(target, x, v, states)
+    assert abs(device.force(x, v, states, current.current) - target) < 1e-8 * abs(target)
 
 
 def test_refusals(isolator):

@@ -135,14 +135,14 @@ def test_piecewise_parameters_are_those_published_or_refused_as_a_section():
         device_section(device.with_parameters(k=2e4))
 
 
-def test_parameters_that_are_all_given_are_no_longer_piecewise():
+def test_parameters_that_are_all_prescribed_are_no_longer_piecewise():
     device = law("improved_bouc_wen")
     numbers = dict(zip(device.law.parameter_names, device.parameters_at(1.0), strict=True))
     numbers["k"] = (numbers["k"], 0.1 * numbers["k"])
-    given_all = law("improved_bouc_wen", numbers)
-    read = Scenario.from_toml(device_section(given_all)).isolator.scaled()
+    all_prescribed = law("improved_bouc_wen", numbers)
+    read = Scenario.from_toml(device_section(all_prescribed)).isolator.scaled()
     for current in (0.0, 0.7, 2.0):
-        assert read.parameters_at(current) == given_all.parameters_at(current)
+        assert read.parameters_at(current) == all_prescribed.parameters_at(current)
 
 
 def test_energy_closes_with_effects_that_store_it(short):
@@ -192,6 +192,6 @@ def test_the_map_sees_the_kink_that_remanence_makes(isolator):
     """Above the largest current the field follows it at once; below, in part."""
     device = extend(isolator, [(effect("magnetic_remanence", "largest"), {"share": 0.4})])
     for current in (0.5, 1.0, 1.5, 2.5):
-        wanted = device.force(4e-3, 0.02, (1e-3, 1e-3, 1.2), current)
-        found = CurrentMap(device, 0.0, 3.0)(wanted, 4e-3, 0.02, (1e-3, 1e-3, 1.2))
-        assert found.current == pytest.approx(current, abs=1e-9)
+        target = device.force(4e-3, 0.02, (1e-3, 1e-3, 1.2), current)
+        result = CurrentMap(device, 0.0, 3.0)(target, 4e-3, 0.02, (1e-3, 1e-3, 1.2))
+        assert result.current == pytest.approx(current, abs=1e-9)

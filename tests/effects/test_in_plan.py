@@ -40,10 +40,10 @@ def test_along_a_line_it_is_the_effect_itself(name, angle, draw):
     expected = device.law.force(x, v, line, parameters)
     for force, u in zip(forces, unit, strict=True):
         np.testing.assert_allclose(force, expected * u, atol=1e-9 * np.abs(expected).max())
-    for rate, wanted in zip(
+    for rate, target in zip(
         rates[2 * n :], device.law.rates(x, v, line, parameters)[n:], strict=True
     ):
-        np.testing.assert_allclose(rate, wanted, atol=1e-9 * np.abs(wanted).max())
+        np.testing.assert_allclose(rate, target, atol=1e-9 * np.abs(target).max())
 
 
 def test_all_effects_of_a_building_stand_around_a_law_in_plan(draw):
@@ -53,7 +53,7 @@ def test_all_effects_of_a_building_stand_around_a_law_in_plan(draw):
     assert planar.parameter_names == device.law.parameter_names
 
 
-def test_effects_of_a_building_are_found_again_in_a_scenario():
+def test_effects_of_a_building_are_restored_in_a_scenario():
     device = extended(*ISOLATOR_EFFECTS.values())
     text = f'{device_section(device)}\n[[controller]]\nname = "passive_off"\n'
     again = Scenario.from_toml(text).isolator.device()

@@ -112,7 +112,7 @@ def test_an_arm_relaxes_quickly_from_a_large_force():
     np.testing.assert_allclose(force, k * left, atol=1e-4)
 
 
-def test_a_supply_ramps_to_the_wanted_current():
+def test_a_supply_ramps_to_the_commanded_current():
     device = spring(("current_lag.slew", {"per_ampere": 0.2}), k=(0.0, 1e4))
     t, x, v = still(0.8)
     force, _ = respond(device, t, x + 0.005, v, np.full(t.size, 2.0), np.zeros(1), 1e-8)
@@ -154,11 +154,11 @@ def test_play_of_the_field():
 
 def test_a_play_starts_where_a_current_from_zero_has_dragged_it():
     t = np.linspace(0, 1, 101)
-    for form, kept in (("play", 0.8), ("settled", 1.0)):
+    for form, selected in (("play", 0.8), ("settled", 1.0)):
         numbers = {"share": 0.5, "coercive": 0.2}
         device = spring((f"magnetic_remanence.{form}", numbers), k=(0.0, 1e4))
         force, _ = respond(device, t, 0.001 + 0 * t, 0 * t, 1.0 + 0 * t)
-        np.testing.assert_allclose(force, 10 * (1.0 + kept) / 2)
+        np.testing.assert_allclose(force, 10 * (1.0 + selected) / 2)
 
 
 def test_relays_of_all_widths_make_rayleigh_loops():
@@ -327,10 +327,10 @@ def test_elastic_work_neither_heats_nor_wears(cause, forms, numbers, gain):
 def test_temperature_leaves_the_reference_alone():
     for form in ("exponential", "linear", "arrhenius"):
         one = effect("ambient_temperature", form)
-        strength = (600.0,) if form == "arrhenius" else (600.0 / 293.15**2,)
-        assert one.factor(REST, (), strength) == 1.0
+        parameter = (600.0,) if form == "arrhenius" else (600.0 / 293.15**2,)
+        assert one.factor(REST, (), parameter) == 1.0
         # the same to first order: E / T^2 is Arrhenius' coefficient
-        warm = one.factor(REST._replace(temperature=21.0), (), strength)
+        warm = one.factor(REST._replace(temperature=21.0), (), parameter)
         assert warm == pytest.approx(1 - 600 / 293.15**2, abs=1e-4)
 
 
@@ -393,16 +393,17 @@ def test_an_open_linkage_passes_no_force():
         link = stiffness * np.sign(away) * max(abs(away) - gap, 0.0)
         expected[k] = np.clip(link, -friction, friction)
         place += (link - expected[k]) / stiffness
-    settled = np.abs(expected) == friction
-    np.testing.assert_allclose(force[settled], expected[settled], rtol=0.1)
+    steady = np.abs(expected) == friction
+    np.testing.assert_allclose(force[steady], expected[steady], rtol=0.1)
     turning = np.abs(expected) == 0.0
     assert np.median(np.abs(force[turning])) < 0.01 * friction
     # at rest at the end of its gap it holds, and without a gap it is not there
-    kept_back = effect("linkage_backlash", "open").force
+    open_linkage_force = effect("linkage_backlash", "open").force
     pressed = REST._replace(x=9e-4, force=50.0)
-    assert kept_back(pressed, (0.0,), (gap,)) == pytest.approx(0.0, abs=1e-3)
-    assert kept_back(pressed._replace(force=-50.0), (0.0,), (gap,)) == pytest.approx(50, rel=2e-3)
-    assert kept_back(pressed, (0.0,), (0.0,)) == 0.0
+    assert open_linkage_force(pressed, (0.0,), (gap,)) == pytest.approx(0.0, abs=1e-3)
+    reverse = pressed._replace(force=-50.0)
+    assert open_linkage_force(reverse, (0.0,), (gap,)) == pytest.approx(50, rel=2e-3)
+    assert open_linkage_force(pressed, (0.0,), (0.0,)) == 0.0
 
 
 def test_a_linear_stop_is_a_spring_beyond_the_gap():
@@ -495,7 +496,7 @@ def test_degradation_without_an_end_is_self_heating_without_cooling(wears, heats
         )
 
 
-def test_damage_counts_the_work_that_is_not_given_back():
+def test_damage_counts_the_dissipated_work():
     t, x, v = sine(5e-3, 1.0, 3)
     for form, numbers in (("dissipation", {"loss": 0.3, "scale": 0.1}), ("unlimited", {"loss": 5})):
         device = spring((f"cyclic_degradation.{form}", numbers))

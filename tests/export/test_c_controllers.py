@@ -85,12 +85,12 @@ def test_c_decides_as_python_does(label, job, tmp_path):
     duration = {"clipped_lqg extended": 0.6, "trained_policy": 2.0}.get(label, 5.5)
     records = [each.cut(0.0, duration) for each in job.records]
     iso.simulate(job.isolated, records, controller, **job.options)
-    given = "\n".join(" ".join(map(repr, row)) for row in rows)
-    done = subprocess.run([program], input=given, capture_output=True, text=True, check=True)
-    found = np.array([line.split() for line in done.stdout.splitlines()], float)
-    wanted = np.array(commands)
-    assert len(np.unique(wanted.round(6))) > 1
-    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
+    inputs = "\n".join(" ".join(map(repr, row)) for row in rows)
+    done = subprocess.run([program], input=inputs, capture_output=True, text=True, check=True)
+    computed = np.array([line.split() for line in done.stdout.splitlines()], float)
+    expected = np.array(commands)
+    assert len(np.unique(expected.round(6))) > 1
+    np.testing.assert_allclose(computed, expected, rtol=0, atol=1e-12)
     assert re.fullmatch(rf"{len(rows)} steps, at most \S+ us a step", done.stderr.strip())
     print(f"{label}: {done.stderr.strip()}")
 
@@ -204,12 +204,12 @@ def check_decisions(program, controller, job):
 
     controller.current = watched
     run = iso.simulate(job.isolated, job.records, controller, **job.options)
-    given = "\n".join(" ".join(map(repr, row)) for row in rows)
-    done = subprocess.run([program], input=given, capture_output=True, text=True)
+    inputs = "\n".join(" ".join(map(repr, row)) for row in rows)
+    done = subprocess.run([program], input=inputs, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    found = np.array([line.split() for line in done.stdout.splitlines()], float)
-    assert np.ptp(found) > 1.0
-    np.testing.assert_allclose(found, run.command[: len(found)], rtol=0, atol=1e-12)
+    computed = np.array([line.split() for line in done.stdout.splitlines()], float)
+    assert np.ptp(computed) > 1.0
+    np.testing.assert_allclose(computed, run.command[: len(computed)], rtol=0, atol=1e-12)
     print(f"{controller.name}: {done.stderr.strip()}")
 
 

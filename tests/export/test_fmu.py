@@ -123,14 +123,14 @@ def test_steps_of_any_length_and_states(version, slave):
     def commands(parts):
         """Commands at the ends of communication steps, so many a period."""
         unit.reset()
-        found = []
+        results = []
         for k, row in enumerate(rows):
             for part in range(parts):
                 # inputs that come between decisions are not looked at
                 put(inputs, (row if part == 0 else 9 * row).tolist())
                 step(0.02 * (k + part / parts), 0.02 / parts)
-                found += get(command)
-        return found
+                results += get(command)
+        return results
 
     def step(time, length):
         unit.doStep(currentCommunicationPoint=time, communicationStepSize=length)
@@ -151,12 +151,12 @@ def test_steps_of_any_length_and_states(version, slave):
     state = getattr(unit, "getFMUState" if version == "3.0" else "getFMUstate")()
 
     def go_on():
-        found = []
+        results = []
         for k, row in enumerate(rows[:10]):
             put(inputs, row.tolist())
             step(0.1 + 0.02 * k, 0.02)
-            found += get(command)
-        return found
+            results += get(command)
+        return results
 
     after = go_on()
     assert len(set(after)) > 2

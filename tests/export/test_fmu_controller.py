@@ -74,7 +74,7 @@ def test_a_unit_makes_the_run_of_the_controller_that_it_was_written_from(folder)
             assert unit.criteria[name] == pytest.approx(value, rel=1e-9, abs=1e-12)
 
 
-def test_names_of_the_unit_are_mapped_and_commands_kept_within_limits(folder):
+def test_names_of_the_unit_are_mapped_and_commands_limited(folder):
     variables = '{ v = "base_velocity_m_s", u = "coil0_command_A" }'
     job = job_of(folder, f'[[controller]]\nname = "gain.fmu"\nvariables = {variables}\n')
     run = job.run("gain")
@@ -97,7 +97,7 @@ def test_the_result_records_the_units_hash(folder, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("entry", "told"),
+    ("entry", "message"),
     [
         ('name = "nowhere.fmu"', "nowhere.fmu: no such file"),
         ('name = "broken.fmu"', "broken.fmu: is no functional mock-up unit"),
@@ -110,8 +110,8 @@ def test_the_result_records_the_units_hash(folder, tmp_path, monkeypatch):
         ),
     ],
 )
-def test_what_cannot_be_used_is_said_in_a_line(entry, told, folder):
-    with pytest.raises(iso.InputError, match=told) as error:
+def test_what_cannot_be_used_is_said_in_a_line(entry, message, folder):
+    with pytest.raises(iso.InputError, match=message) as error:
         job = job_of(folder, f"[[controller]]\n{entry}\n")
         job.run(next(iter(job.controllers)))
     assert "\n" not in str(error.value)

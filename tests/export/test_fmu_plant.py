@@ -127,7 +127,7 @@ def test_two_elements_and_one_step_after_another(job, made, parts):
     parts["two"] = plant_part(replace(job, isolated=isolated))
     simulator = iso.Simulator(isolated, record, tolerance=1e-10, driver=OPTIONS["driver"])
     plant, measured = made("two", "2.0"), simulator.reset()
-    found, expected = [], []
+    results, expected = [], []
     for k, (now, then) in enumerate(pairwise(record.acceleration)):
         rate = (then - now) / record.dt
         row = plant.step(
@@ -135,10 +135,10 @@ def test_two_elements_and_one_step_after_another(job, made, parts):
             coil0_command_A=k % 3,
         )  # fmt: skip
         measured = simulator.step(k % 3)
-        found.append(list(row.values()))
+        results.append(list(row.values()))
         expected.append([getattr(measured, name) for name in row])
     peak = np.abs(expected).max(axis=0)
-    assert (np.abs(np.subtract(found, expected)).max(axis=0) <= 1e-9 * peak).all()
+    assert (np.abs(np.subtract(results, expected)).max(axis=0) <= 1e-9 * peak).all()
 
 
 @pytest.mark.parametrize("version", VERSIONS)
@@ -152,16 +152,16 @@ def test_plant_and_controller_make_the_run_that_simulate_makes(version, job, mad
     for k in range(len(a) - 1):
         measured = {name: seen[-1][name] for name in inputs}
         commands.append(controller.step(dt, **measured)["coil0_command_A"])
-        given = {"ground_acceleration_m_s2": a[k], "coil0_command_A": commands[-1],
+        settings = {"ground_acceleration_m_s2": a[k], "coil0_command_A": commands[-1],
                  "ground_acceleration_rate_m_s3": (a[k + 1] - a[k]) / dt}  # fmt: skip
-        seen.append(plant.step(dt, **given))
+        seen.append(plant.step(dt, **settings))
     np.testing.assert_allclose(commands, run.command[:-1, 0], rtol=0, atol=1e-9 * 3)
     history = run.history
     for quantity, unit in (("displacement", "m"), ("velocity", "m_s"), ("acceleration", "m_s2")):
         for dof in history.dof.values:
             own = history[quantity].sel(dof=dof).values
-            found = np.array([row[f"{dof}_{quantity}_{unit}"] for row in seen])
-            np.testing.assert_allclose(found, own, rtol=0, atol=1e-9 * np.abs(own).max())
+            computed = np.array([row[f"{dof}_{quantity}_{unit}"] for row in seen])
+            np.testing.assert_allclose(computed, own, rtol=0, atol=1e-9 * np.abs(own).max())
     force = np.array([row["isolator_force_N"] for row in seen])
     own = history.force.values[:, 0]
     np.testing.assert_allclose(force, own, rtol=0, atol=1e-9 * np.abs(own).max())
@@ -193,7 +193,7 @@ def test_the_plant_takes_steps_of_any_length(made):
 
 
 @pytest.mark.parametrize("version", VERSIONS)
-def test_the_plants_state_is_kept_and_serialised(version, made):
+def test_the_plants_state_is_saved_and_serialised(version, made):
     plant = made("plant", version)
     suffix = "FMUstate" if version == "2.0" else "FMUState"
 
@@ -224,12 +224,12 @@ def test_the_device_follows_as_the_device_simulator_does(version, job, made):
     simulator = iso.DeviceSimulator(device, 0.02, 1e-10)
     t = 0.02 * np.arange(1, 120)
     motion = list(zip(0.05 * np.sin(5 * t), 0.25 * np.cos(5 * t), 1.5 + np.sin(t), strict=True))
-    found = [
+    results = [
         unit.step(0.02, displacement_m=x, velocity_m_s=v, current_A=i)["force_N"]
         for x, v, i in motion
     ]
     force = [simulator.step(x, i, v) for x, v, i in motion]
-    np.testing.assert_allclose(found, force, rtol=0, atol=1e-9 * np.abs(force).max())
+    np.testing.assert_allclose(results, force, rtol=0, atol=1e-9 * np.abs(force).max())
 
 
 def test_the_devices_energy_is_the_work_done_on_it(job, made):

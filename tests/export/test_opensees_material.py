@@ -30,25 +30,25 @@ def test_opensees_gives_the_fitted_force_on_the_same_displacements(law):
     for command in material.commands:
         ops.uniaxialMaterial(*command)
     ops.testUniaxialMaterial(material.commands[-1][1])
-    found = []
+    results = []
     for x, v in zip(material.displacement.tolist(), material.velocity.tolist(), strict=True):
         ops.setStrain(x, v)
-        found.append(ops.getStress())
+        results.append(ops.getStress())
     ops.wipe()
     peak = np.abs(material.fitted).max()
-    np.testing.assert_allclose(found, material.fitted, rtol=0, atol=1e-9 * peak)
+    np.testing.assert_allclose(results, material.fitted, rtol=0, atol=1e-9 * peak)
     # the stated error is that of OpenSees' force to the device's
     step = iso.DeviceSimulator(device, 1 / 60)
     force = [
         step.step(x, 2.0, v) for x, v in zip(material.displacement, material.velocity, strict=True)
     ]
-    error = np.sqrt(np.mean(np.subtract(found, force) ** 2) / np.mean(np.square(force)))
+    error = np.sqrt(np.mean(np.subtract(results, force) ** 2) / np.mean(np.square(force)))
     assert material.error == pytest.approx(error, rel=1e-6)
     assert material.name == NEAREST[law]
     assert material.error == min(material.errors.values()) < 0.15
 
 
-def test_a_bilinear_device_is_found_again():
+def test_a_bilinear_device_is_restored():
     """Spring and dashpot are an OpenSees material themselves."""
     device = iso.law("kelvin_voigt", {"k": 2e5, "c": 3e4})
     material = iso.opensees_material(device, 0.0, amplitude=0.1)
@@ -66,10 +66,10 @@ def test_the_command_prints_and_writes_it(tmp_path, capsys):
     with pytest.raises(SystemExit) as stop:
         main(["export", "opensees", str(law), "--current", "0"])
     assert stop.value.code == 0
-    told = capsys.readouterr().out
-    assert "# error of the force up to 0.1 m: " in told
-    assert "ops.uniaxialMaterial('Parallel', 3, 1, 2)" in told
-    compile(told, "told", "exec")
+    captured = capsys.readouterr().out
+    assert "# error of the force up to 0.1 m: " in captured
+    assert "ops.uniaxialMaterial('Parallel', 3, 1, 2)" in captured
+    compile(captured, "told", "exec")
     out = tmp_path / "material.tcl"
     for code, words in ((0, [str(out)]), (2, [str(out)]), (2, [str(tmp_path / "x.txt")])):
         with pytest.raises(SystemExit) as stop:
@@ -79,13 +79,13 @@ def test_the_command_prints_and_writes_it(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("value", "message"),
     [
         ({"amplitude": -1.0}, "amplitude is -1.0 m; expected: above 0"),
         ({"frequency": 0.0}, "frequency is 0.0 Hz; expected: above 0"),
         ({"current": 9.0}, "9"),
     ],
 )
-def test_what_cannot_be_used_is_said(given, told):
-    with pytest.raises(iso.InputError, match=told):
-        iso.opensees_material(device_of("strain_stiffening"), **{"current": 1.0, **given})
+def test_what_cannot_be_used_is_said(value, message):
+    with pytest.raises(iso.InputError, match=message):
+        iso.opensees_material(device_of("strain_stiffening"), **{"current": 1.0, **value})

@@ -50,7 +50,7 @@ def test_headers_of_every_age(at2, units_and_points, end):
     np.testing.assert_allclose(record.acceleration, expected, rtol=1e-15)
     assert record.dt == 0.01
     assert record.name == "RSN1_MADE"
-    assert record.unit_as_given == "g"
+    assert record.file_unit == "g"
     assert record.source.endswith(f"RSN1_MADE.AT2, {EVENT}")
 
 

@@ -123,7 +123,7 @@ def test_accepted(tmp_path, header, end):
     record = read_at2(write(tmp_path, header, end))
     expected = np.array([-0.8338791e-3, 0.8376303e-3, 1.0, 0.5]) * STANDARD_GRAVITY
     np.testing.assert_allclose(record.acceleration, expected, rtol=1e-15)
-    assert (record.dt, record.unit_as_given) == (0.005, "g")
+    assert (record.dt, record.file_unit) == (0.005, "g")
 
 
 @pytest.mark.parametrize(("event", "units", "unit"), OTHER_UNITS.values(), ids=OTHER_UNITS)
@@ -131,7 +131,7 @@ def test_other_units(tmp_path, event, units, unit):
     record = read_at2(write(tmp_path, (NGA, event, units, POINTS), b"\n"))
     expected = np.array([-0.8338791e-3, 0.8376303e-3, 1.0, 0.5]) * ACCELERATION_UNITS[unit]
     np.testing.assert_allclose(record.acceleration, expected, rtol=1e-15)
-    assert record.unit_as_given == unit
+    assert record.file_unit == unit
 
 
 @pytest.mark.parametrize(("header", "parts"), REFUSED.values(), ids=REFUSED)

@@ -73,7 +73,7 @@ def test_a_file_that_cannot_be_written(tmp_path, refused):
 def test_units_are_converted(csv, suffix, factor, unit):
     record = read_csv(csv(f"time_s,ground_acceleration_{suffix}\n0,1\n0.01,-2\n"))
     np.testing.assert_allclose(record.acceleration, [factor, -2 * factor], rtol=1e-15)
-    assert (record.unit_as_given, record.dt, record.name) == (unit, 0.01, "motion")
+    assert (record.file_unit, record.dt, record.name) == (unit, 0.01, "motion")
 
 
 @pytest.mark.parametrize(
@@ -90,7 +90,7 @@ def test_usual_headings(csv, heading, unit):
     separator = next(each for each in ";\t," if each in heading)
     record = read_csv(csv(f"{heading}\n0{separator}1\n1{separator}-2\n"))
     np.testing.assert_allclose(record.acceleration, np.array([1, -2]) * ACCELERATION_UNITS[unit])
-    assert (record.unit_as_given, record.name, record.dt) == (unit, "motion", 1.0)
+    assert (record.file_unit, record.name, record.dt) == (unit, "motion", 1.0)
 
 
 def test_the_unit_of_a_column_without_one(csv, refused):
@@ -101,7 +101,7 @@ def test_the_unit_of_a_column_without_one(csv, refused):
     with refused("unit", "'yd/s2'"):
         read_csv(path, "ew", "yd/s2")
     path = csv("time_s,ns_g\n0,1\n0.5,3\n")
-    assert read_csv(path, unit="G").unit_as_given == "g"
+    assert read_csv(path, unit="G").file_unit == "g"
     with refused("line 1", "unit 'gal' for column 'ns_g'", "g, as in its name"):
         read_csv(path, unit="gal")
 
@@ -180,7 +180,7 @@ def test_bad_files_are_refused(csv, refused, text, column, parts):
 
 @given(lost=st.integers(1, 58))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
-def test_a_lost_row_is_found_and_named(tmp_path, refused, lost):
+def test_a_lost_row_is_detected_and_named(tmp_path, refused, lost):
     path = tmp_path / "lost.csv"
     rows = [f"{0.02 * i:.2f},1" for i in range(60) if i != lost]
     path.write_text("\n".join(["time_s,x_g", *rows]))

@@ -31,13 +31,13 @@ def test_asce7_22_two_period():
 
 
 def test_asce7_22_multi_period():
-    given = [(0, 0.6), (0.2, 1.5), (1, 0.9), (10, 0.06)]
-    periods, mce_r = np.array(given).T
+    values = [(0, 0.6), (0.2, 1.5), (1, 0.9), (10, 0.06)]
+    periods, mce_r = np.array(values).T
     design = asce7_22_multi_period(periods, mce_r, 12.0)
     # linear between the points, 10 / T to T_L, then 10 T_L / T^2; two thirds of MCE_R
     check(design, [(0, 0.4), (0.1, 0.7), (0.6, 0.8), (10, 0.04), (11, 0.04 * 10 / 11),
                    (20, 0.04 * 10 * 12 / 400)])  # fmt: skip
-    check(asce7_22_multi_period(periods, mce_r, 12.0, "mce_r"), given)
+    check(asce7_22_multi_period(periods, mce_r, 12.0, "mce_r"), values)
     # no step at 10 s where T_L is shorter
     check(asce7_22_multi_period(periods, mce_r, 4.0), [(10, 0.04), (10.0001, 0.04), (20, 0.01)])
 

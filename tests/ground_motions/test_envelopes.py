@@ -48,7 +48,7 @@ def test_trapezoid_parts():
 
 @given(st.floats(5.0, 60.0), st.floats(0.05, 0.8), st.floats(0.001, 0.9))
 @settings(deadline=None)
-def test_saragoni_hart_peaks_and_ends_where_told(end, share, final):
+def test_saragoni_hart_peaks_and_ends_at_its_settings(end, share, final):
     envelope = SaragoniHart(end, share, final)
     peak, last = envelope(np.array([share * end, end]))
     assert peak == pytest.approx(1.0, rel=1e-12)

@@ -28,7 +28,7 @@ USER1:
 def test_esm(written):
     record = read(written("IT.NRC..HGE.D.EMSC-20161030.ACC.MP.ASC", ESM))
     np.testing.assert_allclose(record.acceleration, [0.005, -0.1225, 0.03, -0.01], rtol=1e-12)
-    assert (record.dt, record.unit_as_given) == (0.005, "cm/s2")
+    assert (record.dt, record.file_unit) == (0.005, "cm/s2")
     assert record.name == "IT.NRC..HGE.D.EMSC-20161030.ACC.MP"
     assert record.source.endswith("station NRC, stream HGE")
 
@@ -101,7 +101,7 @@ def test_geonet(written, refused, tmp_path):
     path = written("20110221_235142_REHS_20.V2A", GEONET)
     record = read(path, column="N76W")
     np.testing.assert_allclose(record.acceleration * 1e3, SAMPLES, rtol=1e-12)
-    assert (record.dt, record.unit_as_given) == (0.005, "mm/s2")
+    assert (record.dt, record.file_unit) == (0.005, "mm/s2")
     assert record.name == "20110221_235142_REHS_20_N76W"
     np.testing.assert_allclose(read(path, column="Up").acceleration * 1e3, SAMPLES[::-1])
     with refused(path, "3 components and no choice", "N76W, Up, S14W"):

@@ -34,7 +34,7 @@ def test_knet(written, suffix):
     counts = np.array([8009, 9006, 7998, 8001, 8009, 8007, 8002, 8005.0])
     expected = (counts - counts.mean()) * 39.20 / 6182761
     np.testing.assert_allclose(record.acceleration, expected, rtol=1e-12)
-    assert (record.dt, record.name, record.unit_as_given) == (
+    assert (record.dt, record.name, record.file_unit) == (
         0.25, f"MYG0020601182325_{suffix}", "gal",
     )  # fmt: skip
     assert "station MYG002, direction N-S" in record.source
@@ -85,7 +85,7 @@ End-of-data for Chan  3 velocity
 def test_cosmos(written):
     record = read(written("CE24279.V2c", cosmos()))
     np.testing.assert_allclose(record.acceleration * 100, [1, -100, 2, 3, 4, 5, 6, 7, 8, 9])
-    assert (record.dt, record.name, record.unit_as_given) == (0.02, "CE24279", "cm/s2")
+    assert (record.dt, record.name, record.file_unit) == (0.02, "CE24279", "cm/s2")
     assert record.source.endswith("channel 3")
     # without the step of the series, that of the record
     assert read(written("a.v2", cosmos("-999", v34=0.05))).dt == 0.05

@@ -23,7 +23,7 @@ def test_all_motions_of_a_mixture_are_on_the_same_samples_and_end_with_rest():
             assert abs(record.velocity[-1]) < 1e-9 * record.pgv
 
 
-def test_the_kinds_have_the_strength_that_they_should():
+def test_the_kinds_have_the_amplitude_that_they_should():
     many = motion_mixture(80, seed=5)
     far, pulses, near = [*many[0::4], *many[1::4]], many[2::4], many[3::4]
     assert all(2.5 <= record.pga <= 4.0 for record in far)
@@ -38,7 +38,7 @@ def test_the_kinds_have_the_strength_that_they_should():
     assert max(changes[0]) < min(changes[1])
 
 
-@pytest.mark.parametrize("given", [{"count": 0}, {"count": 1.5}, {"count": 1, "seed": -1}])
-def test_a_mixture_that_cannot_be_drawn_is_refused(given):
+@pytest.mark.parametrize("value", [{"count": 0}, {"count": 1.5}, {"count": 1, "seed": -1}])
+def test_a_mixture_that_cannot_be_drawn_is_refused(value):
     with pytest.raises(InputError, match="expected: a whole number"):
-        motion_mixture(**given)
+        motion_mixture(**value)

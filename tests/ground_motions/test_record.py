@@ -116,10 +116,10 @@ def test_nothing_can_be_changed():
         record.dt = 0.2
 
 
-def test_the_given_array_is_copied():
-    given_array = np.ones(3)
-    record = Record(given_array, 0.1)
-    given_array[:] = 7.0
+def test_the_array_is_copied():
+    samples = np.ones(3)
+    record = Record(samples, 0.1)
+    samples[:] = 7.0
     assert record.acceleration.tolist() == [1.0, 1.0, 1.0]
 
 

@@ -10,7 +10,7 @@ def test_el_centro_is_the_version_of_chopra():
     peak = int(np.argmax(np.abs(record.acceleration)))
     assert record.pga / STANDARD_GRAVITY == pytest.approx(0.31882, rel=1e-12)
     assert record.time[peak] == pytest.approx(2.04, rel=1e-12)
-    assert record.unit_as_given == "g"
+    assert record.file_unit == "g"
 
 
 def test_el_centro_is_the_ground_of_the_reference_trajectories(shared_data):

@@ -57,8 +57,8 @@ def test_rotd100_against_every_degree_by_lsim():
         angles = np.radians(np.arange(180))
         peaks = np.abs(np.outer(np.cos(angles), x) + np.outer(np.sin(angles), y)).max(axis=1)
         expected = (2 * math.pi / period) ** 2 * peaks.max()
-        (found,) = combined_spectrum((first, second), [period], "rotd100")
-        assert found == pytest.approx(expected, rel=2e-3)
+        (result,) = combined_spectrum((first, second), [period], "rotd100")
+        assert result == pytest.approx(expected, rel=2e-3)
 
 
 def test_rotd100_of_a_motion_along_one_line_is_its_own_spectrum():
@@ -80,9 +80,9 @@ def test_scaling_finds_known_factors_and_lifts_the_mean_to_the_floor():
     assert (periods[0], periods[-1]) == pytest.approx((0.4, 4.0))
     target = TARGET.psa(periods)
     factors = np.array([0.5, 1.0, 2.5])
-    found = scale_suite(target / factors[:, None], target, rule.floors, (0.1, 10.0))
-    np.testing.assert_allclose(found.factors, factors)
-    assert found.common == 1.0
+    computed = scale_suite(target / factors[:, None], target, rule.floors, (0.1, 10.0))
+    np.testing.assert_allclose(computed.factors, factors)
+    assert computed.common == 1.0
     # a record that is low somewhere: the common factor brings the mean to 0.9 there
     dented = target / factors[:, None]
     dented[:, 30] *= 0.6
@@ -103,9 +103,9 @@ def test_zero_period_of_en1998_1_is_checked():
     target = TARGET.psa(periods)
     low_at_zero = target.copy()
     low_at_zero[0] *= 0.5
-    found = scale_suite(low_at_zero[None], target, rule.floors, (0.1, 10.0))
+    result = scale_suite(low_at_zero[None], target, rule.floors, (0.1, 10.0))
     assert periods[0] == 0.0
-    assert found.common == pytest.approx(2.0)
+    assert result.common == pytest.approx(2.0)
 
 
 def test_which_response_a_rule_designs_for():
@@ -172,12 +172,12 @@ def test_closed_form_of_a_wavelet_is_the_oscillators_response():
     shapes = [wavelets.acceleration(np.array([k]), peak[:1], np.ones(1), time) for k in range(3)]
     at = np.linspace(8.0, 22.0, 40)
     for row, period in enumerate(periods):
-        found = wavelets._influence(np.full(40, row), at, np.arange(3), peak)
+        result = wavelets._influence(np.full(40, row), at, np.arange(3), peak)
         for column, shape in enumerate(shapes):
             response = oscillator_response(Record(shape, 0.002), period)
             expected = (2 * math.pi / period) ** 2 * np.interp(at, time, response.displacement)
             np.testing.assert_allclose(
-                found[:, column], expected, atol=2e-4 * np.abs(expected).max()
+                result[:, column], expected, atol=2e-4 * np.abs(expected).max()
             )
 
 
@@ -316,23 +316,23 @@ def test_components_are_paired_by_the_ends_of_their_names(tmp_path, stems, named
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         records = read_folder(tmp_path)
-    found = [
+    results = [
         " | ".join([" ".join(c.name for c in r.components), *([r.vertical.name] if r.vertical
                                                              else [])])
         for r in records
     ]  # fmt: skip
-    found = [
+    results = [
         f"{r.name}: {parts}" if len(r.components) > 1 else parts
-        for r, parts in zip(records, found, strict=True)
+        for r, parts in zip(records, results, strict=True)
     ]
-    assert ", ".join(found) == named
-    told = [str(each.message) for each in caught]
+    assert ", ".join(results) == named
+    lines = [str(each.message) for each in caught]
     pair = named.partition(",")[0]
     if ":" in named:
         files = ", ".join(f"{stem}.AT2" for stem in pair.partition(": ")[2].split() if stem != "|")
-        assert f"by the ends of their names: {records[0].name} ({files});" in told[0]
+        assert f"by the ends of their names: {records[0].name} ({files});" in lines[0]
     else:
-        assert not told
+        assert not lines
 
 
 def test_a_folder_and_a_list(tmp_path):

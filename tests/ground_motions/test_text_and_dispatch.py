@@ -19,7 +19,7 @@ def text(tmp_path):
 def test_one_column(text):
     record = read_text(text("# note\n1\n\n% note\n-2e0\n3\n"), unit="gal", dt=0.02)
     np.testing.assert_allclose(record.acceleration, [0.01, -0.02, 0.03], rtol=1e-15)
-    assert (record.dt, record.name, record.unit_as_given) == (0.02, "motion", "gal")
+    assert (record.dt, record.name, record.file_unit) == (0.02, "motion", "gal")
 
 
 @pytest.mark.parametrize("delimiter", [" ", "\t", ", ", ";", "   "])
@@ -28,7 +28,7 @@ def test_two_columns(text, delimiter):
     record = read_text(path, unit="G")
     np.testing.assert_allclose(record.acceleration, np.array([1, 2, 3]) * STANDARD_GRAVITY)
     assert record.dt == 0.05
-    assert record.unit_as_given == "g"
+    assert record.file_unit == "g"
 
 
 @pytest.mark.parametrize("delimiter", ["\t", ";", " ", "   "])
@@ -46,7 +46,7 @@ def test_decimal_commas(text, delimiter):
 def test_units_as_they_are_written(text, unit, factor, name):
     record = read_text(text("1\n2\n"), unit=unit, dt=0.1)
     assert record.acceleration.tolist() == pytest.approx([factor, 2 * factor])
-    assert record.unit_as_given == name
+    assert record.file_unit == name
 
 
 def test_header_lines_are_passed_over(text):

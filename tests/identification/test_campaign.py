@@ -116,7 +116,7 @@ def test_missing_folder_toml_and_csv(folder, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("toml", "told"),
+    ("toml", "expected_message"),
     [
         ("name = ", "not TOML"),
         ('nome = "x"\n' + TOML, "did you mean 'name'?"),
@@ -130,10 +130,10 @@ def test_missing_folder_toml_and_csv(folder, tmp_path):
         ("name = 3\n" + TOML[15:], "text in quotes"),
     ],
 )
-def test_bad_toml(folder, toml, told):
+def test_bad_toml(folder, toml, expected_message):
     (folder / "campaign.toml").write_text(toml)
     message = refused(folder)
-    assert told in message and "campaign.toml" in message
+    assert expected_message in message and "campaign.toml" in message
 
 
 def changed(**columns):
@@ -141,7 +141,7 @@ def changed(**columns):
 
 
 @pytest.mark.parametrize(
-    ("columns", "told"),
+    ("columns", "expected_message"),
     [
         (changed(force_N=None), "force_N or force_kN"),
         (changed(displacement_mm=None), "displacement_mm or displacement_m"),
@@ -158,10 +158,10 @@ def changed(**columns):
         ({k: v[:9] for k, v in COLUMNS.items()}, "9 samples"),
     ],
 )
-def test_bad_columns(folder, columns, told):
+def test_bad_columns(folder, columns, expected_message):
     write_csv(folder / "a.csv", columns)
     message = refused(folder)
-    assert told in message and "a.csv" in message
+    assert expected_message in message and "a.csv" in message
 
 
 def test_bad_rows(folder):
@@ -264,7 +264,7 @@ def test_empty_cells_and_nan_are_interpolated_with_a_note(folder):
 
 
 @pytest.mark.parametrize(
-    ("column", "rows", "told"),
+    ("column", "rows", "message"),
     [
         (3, range(70, 76), "line 72, column force_N: given 6 samples in a row without a number"),
         (1, range(10, 40, 10), "line 12, column displacement_mm: given the first of 3 samples"),
@@ -272,7 +272,7 @@ def test_empty_cells_and_nan_are_interpolated_with_a_note(folder):
         (0, [7], "line 9, column time_s: given ''; expected: a finite number"),
     ],
 )
-def test_long_gaps_and_many_are_refused(folder, column, rows, told):
+def test_long_gaps_and_many_are_refused(folder, column, rows, message):
     def lose(lines):
         for row in rows:
             cells = lines[row + 1].split(",")
@@ -281,11 +281,11 @@ def test_long_gaps_and_many_are_refused(folder, column, rows, told):
         return lines
 
     write_csv(folder / "a.csv", COLUMNS, lose)
-    assert told in refused(folder)
+    assert message in refused(folder)
 
 
 def test_all_missing_columns_are_named_with_the_import(folder):
     write_csv(folder / "a.csv", {"t": TIME, "displacement_mm": TIME, "F": TIME})
-    told = refused(folder)
-    assert "no column of time and force among t, displacement_mm, F" in told
-    assert "expected: time_s, force_N or force_kN; isolation-sim import reads" in told
+    message = refused(folder)
+    assert "no column of time and force among t, displacement_mm, F" in message
+    assert "expected: time_s, force_N or force_kN; isolation-sim import reads" in message

@@ -183,9 +183,9 @@ def test_a_fit_that_diverges_takes_more_steps():
     model = LawModel(data, parameterise(campaign, LAWS["maxwell"], data))
     start = np.array([1e5, 150.0])
     assert not np.isfinite(model.residuals(start, False)[0]).all()
-    model, found = model.minimise_resolved(start, 20, 1e-6)
-    assert np.isfinite(found.cost) and np.all(model.data.n_steps > 1)
-    assert found.x[1] == pytest.approx(150.0, rel=0.01)
+    model, solution = model.minimise_resolved(start, 20, 1e-6)
+    assert np.isfinite(solution.cost) and np.all(model.data.n_steps > 1)
+    assert solution.x[1] == pytest.approx(150.0, rel=0.01)
 
 
 def test_another_of_the_redundant_parameters_may_be_held(campaign_of):
@@ -194,7 +194,7 @@ def test_another_of_the_redundant_parameters_may_be_held(campaign_of):
 
 
 @pytest.mark.parametrize("constant", ["A", "beta"])
-def test_what_a_given_device_holds_constant_stays_held(constant, campaign_of):
+def test_what_a_prescribed_device_holds_constant_stays_held(constant, campaign_of):
     """Between the tested currents it matters which of the redundant parameters that is."""
     law = LAWS["bouc_wen"]
     following = {name: (value, 0.1 * value) for name, value in {
@@ -204,9 +204,9 @@ def test_what_a_given_device_holds_constant_stays_held(constant, campaign_of):
         following | {constant: following[constant][:1], "n": (1.7,), "F0": (0.0,)}
     ))  # fmt: skip
     campaign = campaign_of("bouc_wen", 0)
-    found = parameterise(campaign, law, measured_runs(campaign.runs), 1, prescribed=prescribed)
-    assert found.fixed.keys() == {constant}
-    assert found.fixed[constant] == pytest.approx([following[constant][0], 0.0], abs=1e-9)
+    result = parameterise(campaign, law, measured_runs(campaign.runs), 1, prescribed=prescribed)
+    assert result.fixed.keys() == {constant}
+    assert result.fixed[constant] == pytest.approx([following[constant][0], 0.0], abs=1e-9)
 
 
 def test_numbers_of_one_parameter_are_named_together():
@@ -221,9 +221,9 @@ def test_a_parameter_at_its_bound_is_printed_without_an_interval(campaign_of):
     for run in campaign_of("kelvin_voigt", 0).runs:
         runs.append(replace(run, force=2e4 * run.displacement - 20.0 * run.velocity))
     result = fitted("kelvin_voigt", Campaign("active", "made", runs), {})
-    found = {e.name: e for e in result.estimates}
-    assert found["c"].at_bound and not found["k"].at_bound
-    assert found["c"].interval == "at its bound" and " to " in found["k"].interval
+    results = {e.name: e for e in result.estimates}
+    assert results["c"].at_bound and not results["k"].at_bound
+    assert results["c"].interval == "at its bound" and " to " in results["k"].interval
     assert {row["name"] for row in result.to_dict()["parameters"] if row["at_bound"]} == {"c"}
 
 
@@ -237,15 +237,15 @@ def test_what_the_motion_does_not_excite_is_named(campaign_of, held):
     assert {e.name for e in result.estimates if not e.determined} == {"alpha"}
 
 
-def test_a_law_that_lacks_something_is_told(campaign_of, held):
+def test_a_law_that_lacks_something_is_reported(campaign_of, held):
     campaign = campaign_of("strain_stiffening", 0)
     lacking = fitted("kelvin_voigt", campaign, held)
     noise = 0.01
     assert lacking.noise == pytest.approx(noise, rel=0.15)
     assert lacking.to_dict()["noise"] == lacking.noise
-    (told,) = [note for note in lacking.notes if note.startswith("the residual")]
+    (errors,) = [note for note in lacking.notes if note.startswith("the residual")]
     assert lacking.error > 5 * noise
-    assert f"is {lacking.error / lacking.noise:.0f} times the data's own noise" in told
+    assert f"is {lacking.error / lacking.noise:.0f} times the data's own noise" in errors
     enough = fitted("strain_stiffening", campaign, held)
     assert not [note for note in enough.notes if note.startswith("the residual")]
 
@@ -268,10 +268,10 @@ def test_noise_of_the_displacement_does_not_bend_the_parameters(campaign_of, hel
 
 
 def test_held_out_runs_never_influence_the_fit(campaign_of, held):
-    kept, other = campaign_of("kelvin_voigt", 0), campaign_of("kelvin_voigt", 1)
+    selected, other = campaign_of("kelvin_voigt", 0), campaign_of("kelvin_voigt", 1)
     spoilt = replace(other.runs[0], name="spoilt", force=-50 * other.runs[0].force, hold_out=True)
-    with_it = Campaign("same", "made", (*kept.runs, spoilt))
-    alone = fitted("kelvin_voigt", Campaign("same", "made", kept.runs), held)
+    with_it = Campaign("same", "made", (*selected.runs, spoilt))
+    alone = fitted("kelvin_voigt", Campaign("same", "made", selected.runs), held)
     together = fitted("kelvin_voigt", with_it, held)
     assert together.estimates == alone.estimates
     assert together.error == alone.error
@@ -378,12 +378,12 @@ def test_a_diagnosis_judges_the_law_that_a_fit_gives(name, campaign_of, monkeypa
     )
     campaign = Campaign("marked", "made", runs)
     result = fit(campaign, name, threads=1)
-    judged = diagnose(campaign, name, tiers="causes", threads=1).nominal
+    nominal = diagnose(campaign, name, tiers="causes", threads=1).nominal
     for current in (0.0, 0.7, 2.0):
         np.testing.assert_allclose(
-            judged.parameters_at(current), result.device.parameters_at(current), rtol=1e-12
+            nominal.parameters_at(current), result.device.parameters_at(current), rtol=1e-12
         )
-    assert judged.tested_current == result.device.tested_current
+    assert nominal.tested_current == result.device.tested_current
 
 
 def test_an_end_that_diverges_on_all_samples_gives_way_to_the_next(campaign_of, monkeypatch):

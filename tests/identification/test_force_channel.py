@@ -72,7 +72,7 @@ def _averaged(runs, samples):
     )
 
 
-def test_no_average_is_found_in_clean_campaigns():
+def test_no_average_is_detected_in_clean_campaigns():
     laws = ("bouc_wen", "dahl", "four_parameter", "hybrid", "hyperbolic_tangent", "lugre",
             "strain_stiffening")  # fmt: skip
     campaigns = [
@@ -84,7 +84,7 @@ def test_no_average_is_found_in_clean_campaigns():
 
 
 @pytest.mark.parametrize("samples", [7, 11, 15])
-def test_an_average_of_scipy_is_found(samples):
+def test_an_average_of_scipy_is_detected(samples):
     runs = _friction(0.005)
     assert not find_averaging(runs).widths.any()
     widths = find_averaging(_averaged(runs, samples)).widths

@@ -135,9 +135,9 @@ def test_matlab_files(tmp_path, kind):
                "variables": {**struct, "rate": 200.0}, "matrix": {"A": matrix}}  # fmt: skip
     savemat(tmp_path / "a.mat", content[kind])
     if kind != "matrix":
-        told = refused(tmp_path)
-        assert "'disp' (displacement), 'force' (force), 'curr' (current)" in told
-        assert "--unit displacement=UNIT (mm, m, cm" in told
+        message = refused(tmp_path)
+        assert "'disp' (displacement), 'force' (force), 'curr' (current)" in message
+        assert "--unit displacement=UNIT (mm, m, cm" in message
     imported = iso.import_tests(tmp_path, units={} if kind == "matrix" else units)
     assert len(imported.campaign.runs) == (2 if kind == "struct array" else 1)
     assert_is_the_test(imported.campaign.runs[0])
@@ -324,8 +324,8 @@ def test_a_test_over_midnight(tmp_path):
 def test_times_rounded_to_seconds_are_refused(tmp_path):
     cells = [f"10:00:{int(t):02d}" for t in TIME]
     text = "Clock,Disp (mm),Force (N)\n" + rows("%s,%.6f,%.6f", cells, 1e3 * X, FORCE)
-    told = refused(written(tmp_path, text))
-    assert "--column time=none --rate 200" in told
+    message = refused(written(tmp_path, text))
+    assert "--column time=none --rate 200" in message
     run = iso.import_tests(
         tmp_path / "test.csv", columns={"time": "none"}, rate=200.0, current=2.0
     ).campaign.runs[0]
@@ -337,8 +337,8 @@ def test_several_sensors_of_a_quantity(tmp_path):
     text += rows("%.4f,%.6f,%.7f,%.6f,%.6f,%.2f", TIME, 1.2e3 * X, 0.8e2 * X, 0.3e-3 * FORCE,
                  0.7e-3 * FORCE, CURRENT)  # fmt: skip
     path = written(tmp_path, text)
-    told = refused(path, columns={"force": 4})
-    assert "'LVDT 1 (mm)', 'LVDT 2 (cm)'" in told and "whose mean is read" in told
+    message = refused(path, columns={"force": 4})
+    assert "'LVDT 1 (mm)', 'LVDT 2 (cm)'" in message and "whose mean is read" in message
     columns = {"displacement": ["LVDT 1", "LVDT 2"], "force": [4, 5]}
     imported = iso.import_tests(path, columns=columns)
     assert_is_the_test(imported.campaign.runs[0])
@@ -429,9 +429,9 @@ def test_a_unit_may_be_a_multiple(tmp_path):
     assert run.current == pytest.approx(CURRENT, rel=1e-6)
     assert any("force in -1 kN as given" in note for note in imported.notes)
     for wrong in ("0 kN", "2 V", "1e kN", "-kN"):
-        told = refused(path, columns={"current": "none"}, units={"force": wrong})
-        assert f"--unit force: given '{wrong}'; expected: N, kN" in told
-        assert "or a multiple such as '-0.5 N'" in told
+        message = refused(path, columns={"current": "none"}, units={"force": wrong})
+        assert f"--unit force: given '{wrong}'; expected: N, kN" in message
+        assert "or a multiple such as '-0.5 N'" in message
 
 
 def test_choices_of_the_caller(tmp_path):
@@ -449,7 +449,7 @@ def test_choices_of_the_caller(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         (PLAIN, "none recognised as time and displacement and force; expected: --column time="),
         ("t,amp_mm,lossfactor\n" + PLAIN, "none recognised as force; expected: --column force="),
@@ -467,9 +467,9 @@ def test_choices_of_the_caller(tmp_path):
         ("only text\n", "no table; expected: 16 rows of numbers"),
     ],
 )  # fmt: skip
-def test_what_is_not_clear_is_refused(tmp_path, text, told):
+def test_what_is_not_clear_is_refused(tmp_path, text, message):
     text = text.replace("0.5000,-0.000000", "0.5000,OVER")
-    assert told in refused(written(tmp_path, text))
+    assert message in refused(written(tmp_path, text))
 
 
 def test_rows_are_repaired_with_notes(tmp_path):
@@ -490,8 +490,8 @@ def test_rows_are_repaired_with_notes(tmp_path):
     np.testing.assert_allclose(run.force, np.interp(run.time, TIME, FORCE), rtol=1e-3, atol=1e-3)
     lines = [line.rpartition(",")[0] + "," if 30 <= k < 36 else line
              for k, line in enumerate(PLAIN.splitlines())]  # fmt: skip
-    told = refused(written(tmp_path, HEADING + "\n".join(lines), "b.csv"))
-    assert "b.csv, line 32, column Force (kN): given 6 samples in a row" in told
+    message = refused(written(tmp_path, HEADING + "\n".join(lines), "b.csv"))
+    assert "b.csv, line 32, column Force (kN): given 6 samples in a row" in message
 
 
 def test_numbers_above_and_text_below_are_noted(tmp_path):
@@ -602,8 +602,8 @@ def test_a_file_with_a_turned_sign_is_named_with_its_columns_and_turned(tmp_path
     right = iso.import_tests(tmp_path, units={"b:force": "-1 kN", "force": "kN"})
     np.testing.assert_allclose(right.campaign.runs[1].force, FORCE, atol=1e-3)
     assert not any("turned" in each for each in right.notes)
-    told = refused(tmp_path, units={"d*:force": "-1 kN"})
-    assert told.startswith("--unit: given 'd*'; expected: ")
+    message = refused(tmp_path, units={"d*:force": "-1 kN"})
+    assert message.startswith("--unit: given 'd*'; expected: ")
     # all of them
     damped = rows("%.4f,%.6f,%.6f", TIME, 1e3 * X, -np.cos(2 * np.pi * TIME))
     (note,) = (n for n in iso.import_tests(written(tmp_path, HEADING + damped)).notes if "tur" in n)

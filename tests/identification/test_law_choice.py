@@ -32,14 +32,14 @@ def choice(request, campaign_of):
 
 
 def test_the_law_that_made_the_data_is_chosen(choice):
-    name, found = choice
-    assert found.best.law == name
-    assert found.best.error == pytest.approx(0.01, rel=0.2)  # the noise
+    name, result = choice
+    assert result.best.law == name
+    assert result.best.error == pytest.approx(0.01, rel=0.2)  # the noise
     # Dahl's law holds a spring and a dashpot, and has more numbers
     near = [name, "dahl"] if name == "kelvin_voigt" else [name]
-    assert [one.law for one in found.near] == near
-    assert {one.law for one in found.ranks} == set(COMPARED)
-    assert f"Of 3 laws {name} fits best" in found.text and "another family" in found.text
+    assert [one.law for one in result.near] == near
+    assert {one.law for one in result.ranks} == set(COMPARED)
+    assert f"Of 3 laws {name} fits best" in result.text and "another family" in result.text
 
 
 def test_only_laws_that_may_be_near_are_cross_validated(campaign_of, monkeypatch):
@@ -53,15 +53,15 @@ def test_only_laws_that_may_be_near_are_cross_validated(campaign_of, monkeypatch
     campaign = campaign_of("maxwell", 0)
     data = hold_out_some(measured_runs(campaign.runs), campaign.runs)
     with workers(1) as pool:
-        found = choose_law(campaign, data, 1, pool, laws=COMPARED)
-    far = [one for one in found.ranks if one not in found.near]
+        choice = choose_law(campaign, data, 1, pool, laws=COMPARED)
+    far = [one for one in choice.ranks if one not in choice.near]
     assert far and not {one.law for one in far} & set(fitted)
-    assert {one.law for one in found.near} <= set(fitted)
-    assert all(one.left_out > 2 * found.least for one in far)
+    assert {one.law for one in choice.near} <= set(fitted)
+    assert all(one.left_out > 2 * choice.least for one in far)
 
 
 @pytest.mark.parametrize("stiffness", [1.0, 3.0])
-def test_given_parameters_take_part_in_the_comparison(campaign_of, stiffness):
+def test_prescribed_parameters_take_part_in_the_comparison(campaign_of, stiffness):
     campaign = campaign_of("kelvin_voigt", 0)
     device = fit(campaign, "kelvin_voigt", current_degree=1, starts=4, threads=1).device
     k = stiffness * device.current.coefficients[0, device.current.names.index("k")]
@@ -69,9 +69,9 @@ def test_given_parameters_take_part_in_the_comparison(campaign_of, stiffness):
     data = hold_out_some(measured_runs(campaign.runs), campaign.runs)
     with workers(1) as pool:
         prescribed = replace(device, current=current)
-        found = choose_law(campaign, data, 1, pool, laws=("maxwell",), prescribed=prescribed)
-    assert (found.best.law == "kelvin_voigt") is (stiffness == 1)
-    assert ("kelvin_voigt as given fits best" in found.text) is (stiffness == 1)
+        choice = choose_law(campaign, data, 1, pool, laws=("maxwell",), prescribed=prescribed)
+    assert (choice.best.law == "kelvin_voigt") is (stiffness == 1)
+    assert ("kelvin_voigt as given fits best" in choice.text) is (stiffness == 1)
 
 
 @pytest.fixture(scope="module")
@@ -123,10 +123,10 @@ def for_the_damper(damper):
         return choose_law(damper, data, None, pool, laws=LAWS_FOR_DAMPERS)
 
 
-def test_a_law_with_many_local_optima_is_found(for_the_damper):
-    found = for_the_damper
-    assert found.best.law == "spencer" and found.best.left_out < 0.013
-    assert [one.law for one in found.near] == ["spencer"]
+def test_a_law_with_many_local_optima_is_identified(for_the_damper):
+    result = for_the_damper
+    assert result.best.law == "spencer" and result.best.left_out < 0.013
+    assert [one.law for one in result.near] == ["spencer"]
 
 
 @pytest.mark.slow
@@ -139,23 +139,23 @@ def test_a_law_whose_causes_leave_much_is_compared_with_others(damper, for_the_d
     # others than this cause explain no more
     few = ("weak_rate_dependence",)
     monkeypatch.setattr(device_tests, "EFFECTS", {cause: EFFECTS[cause] for cause in few})
-    found = diagnose(damper, "bouc_wen", threads=1, tiers="causes")
-    assert found.error_after.held_out > 0.03
-    assert found.details["law_choice"]["text"].startswith(
+    diagnosis = diagnose(damper, "bouc_wen", threads=1, tiers="causes")
+    assert diagnosis.error_after.held_out > 0.03
+    assert diagnosis.details["law_choice"]["text"].startswith(
         "Bouc-Wen is of the wrong family for these data. Of 3 laws spencer fits best"
     )
     # a cause that a wrong law asks for may stand in for the right law
-    assert found.causes and all(cause.acts_like for cause in found.causes)
-    assert "stand in for what another law has" in found.causes[0].evidence
+    assert diagnosis.causes and all(cause.acts_like for cause in diagnosis.causes)
+    assert "stand in for what another law has" in diagnosis.causes[0].reason
 
 
-def test_near_laws_are_told():
+def test_near_laws_are_listed():
     def rank(law, error):
         return LawRank(law, law, 2, error, error)
 
-    found = LawChoice((rank("a", 0.1), rank("b", 0.19), rank("c", 0.21)))
-    assert [one.law for one in found.near] == ["a", "b"]
-    assert "Within twice that error: b." in found.text
+    choice = LawChoice((rank("a", 0.1), rank("b", 0.19), rank("c", 0.21)))
+    assert [one.law for one in choice.near] == ["a", "b"]
+    assert "Within twice that error: b." in choice.text
     many = LawChoice(tuple(rank(str(k), 0.1) for k in range(9)))
     assert many.text.endswith("Within twice that error: 1, 2, 3, 4, 5 and 3 more.")
     lost = LawChoice((rank("a", 0.1), rank("b", 0.3), rank("mine", np.inf)))
@@ -163,9 +163,9 @@ def test_near_laws_are_told():
         "The others are of another family. No fit of mine has finite forces and derivatives."
     )
     # a law is compared with the others, not with itself
-    best, own = found.better_than("b")
+    best, own = choice.better_than("b")
     assert (best.law, own.law) == ("a", "b")
-    assert found.better_than("a") is None and found.better_than("d") is None
+    assert choice.better_than("a") is None and choice.better_than("d") is None
 
 
 def test_fit_takes_the_law_that_fits_best(campaign_of, monkeypatch):
@@ -175,18 +175,18 @@ def test_fit_takes_the_law_that_fits_best(campaign_of, monkeypatch):
     assert result.notes[0].startswith("Of 3 laws maxwell fits best")
 
 
-def test_given_numbers_belong_to_a_law(campaign_of):
+def test_prescribed_numbers_belong_to_a_law(campaign_of):
     with pytest.raises(InputError, match=r'law is "auto"; expected: .*the name of a law'):
         diagnose(campaign_of("maxwell", 0), "auto", "published")
 
 
-def test_the_first_cycles_of_each_run_are_kept(campaign_of):
+def test_the_first_cycles_of_each_run_are_retained(campaign_of):
     data = measured_runs(campaign_of("maxwell", 0).runs)
     short = data.cycles(2, 10)
-    for long, kept, dt in zip(data.runs, short.runs, short.dt, strict=True):
+    for long, selected, dt in zip(data.runs, short.runs, short.dt, strict=True):
         every = round(dt / data.dt[0])
         assert every > 1
-        n = kept.stop - kept.start
-        np.testing.assert_array_equal(short.force[kept], data.force[long][: n * every : every])
+        n = selected.stop - selected.start
+        np.testing.assert_array_equal(short.force[selected], data.force[long][: n * every : every])
         # about two cycles, of about ten samples each
         assert 18 <= n <= 30

@@ -84,8 +84,8 @@ def test_the_optimum_is_scipys(case):
 
 def test_a_bound_that_holds_the_optimum_is_met_exactly():
     problem, start, lower, upper = CASES["decay, two bounds"]
-    found = minimised(problem, start, lower, upper, most=300)
-    assert found.x[0] == 2.5 or found.x[3] == 3.0
+    solution = minimised(problem, start, lower, upper, most=300)
+    assert solution.x[0] == 2.5 or solution.x[3] == 3.0
 
 
 def test_scales_of_the_parameters_do_not_matter():
@@ -104,9 +104,11 @@ def test_scales_of_the_parameters_do_not_matter():
 def test_a_linear_problem_takes_few_steps():
     matrix = np.random.default_rng(0).standard_normal((30, 4))
     data = matrix @ [1.0, -2.0, 3.0, 0.5] + 0.1
-    found = minimised(lambda x: (matrix @ x - data, matrix), np.zeros(4), [-FREE] * 4, [FREE] * 4)
-    np.testing.assert_allclose(found.x, np.linalg.lstsq(matrix, data)[0], rtol=1e-5)
-    assert found.converged and found.iterations <= 8
+    solution = minimised(
+        lambda x: (matrix @ x - data, matrix), np.zeros(4), [-FREE] * 4, [FREE] * 4
+    )
+    np.testing.assert_allclose(solution.x, np.linalg.lstsq(matrix, data)[0], rtol=1e-5)
+    assert solution.converged and solution.iterations <= 8
 
 
 def test_what_no_residual_depends_on_stays_where_it_is():
@@ -114,9 +116,9 @@ def test_what_no_residual_depends_on_stays_where_it_is():
         residual, jacobian = rosenbrock(x[:2])
         return residual, np.column_stack([jacobian, np.zeros(2)])
 
-    found = minimised(flat, [-1.2, 1.0, 7.0], [-FREE] * 3, [FREE] * 3, most=300)
-    assert found.converged and found.cost < 1e-8
-    assert found.x[2] == 7.0
+    solution = minimised(flat, [-1.2, 1.0, 7.0], [-FREE] * 3, [FREE] * 3, most=300)
+    assert solution.converged and solution.cost < 1e-8
+    assert solution.x[2] == 7.0
 
 
 def test_steps_into_infinity_are_taken_back():
@@ -124,24 +126,26 @@ def test_steps_into_infinity_are_taken_back():
         residual, jacobian = rosenbrock(x)
         return (residual if x[0] < 1.3 else np.full(2, np.nan)), jacobian
 
-    found = minimised(walled, [-1.2, 1.0], [-FREE] * 2, [FREE] * 2, most=300, tolerance=1e-12)
-    np.testing.assert_allclose(found.x, [1.0, 1.0], rtol=1e-4)
+    solution = minimised(walled, [-1.2, 1.0], [-FREE] * 2, [FREE] * 2, most=300, tolerance=1e-12)
+    np.testing.assert_allclose(solution.x, [1.0, 1.0], rtol=1e-4)
 
 
 def test_a_start_that_is_not_finite_says_so():
-    found = minimised(lambda x: (np.full(2, np.inf), np.eye(2)), [1.0, 1.0], [0.0] * 2, [2.0] * 2)
-    assert found.cost == np.inf and not found.converged
+    solution = minimised(
+        lambda x: (np.full(2, np.inf), np.eye(2)), [1.0, 1.0], [0.0] * 2, [2.0] * 2
+    )
+    assert solution.cost == np.inf and not solution.converged
 
 
 def test_too_few_steps_say_so():
-    found = minimised(rosenbrock, [-1.2, 1.0], [-FREE] * 2, [FREE] * 2, most=2)
-    assert not found.converged and found.iterations == 2
+    solution = minimised(rosenbrock, [-1.2, 1.0], [-FREE] * 2, [FREE] * 2, most=2)
+    assert not solution.converged and solution.iterations == 2
 
 
 def test_everything_at_a_bound_is_an_optimum():
-    found = minimised(lambda x: (x, np.eye(2)), [3.0, 3.0], [1.0, 1.0], [5.0, 5.0])
-    np.testing.assert_array_equal(found.x, [1.0, 1.0])
-    assert found.converged
+    solution = minimised(lambda x: (x, np.eye(2)), [3.0, 3.0], [1.0, 1.0], [5.0, 5.0])
+    np.testing.assert_array_equal(solution.x, [1.0, 1.0])
+    assert solution.converged
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -154,14 +158,14 @@ def test_asking_for_derivatives_early_changes_only_the_number_of_calls(case):
         residual, jacobian = problem(x)
         return residual, jacobian if derivatives else np.zeros((0, len(x)))
 
-    found, calls, steps = [], [], []
+    results, calls, steps = [], [], []
     for eager in (True, False):
         asked.clear()
         limits = np.array(lower), np.array(upper)
-        found.append(levenberg_marquardt(counted, np.array(start), *limits, eager=eager))
+        results.append(levenberg_marquardt(counted, np.array(start), *limits, eager=eager))
         calls.append(len(asked))
         steps.append(sum(asked))
-    np.testing.assert_array_equal(found[0].x, found[1].x)
+    np.testing.assert_array_equal(results[0].x, results[1].x)
     assert calls[0] < calls[1] and steps[0] >= steps[1]
 
 

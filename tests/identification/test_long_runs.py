@@ -30,7 +30,7 @@ def made_at(step, friction=0.0):
     return Campaign("tests", "made here", tuple(runs))
 
 
-def test_what_is_kept(monkeypatch):
+def test_what_is_retained(monkeypatch):
     campaign = Campaign(
         "tests", "made here",
         (sinusoid("slow", 5e-3, 0.1, 1e-3, 2), sinusoid("quick", 5e-3, 5.0, 1e-3, 2),

@@ -62,7 +62,7 @@ def test_elliptic_loop():
     assert curves.thickness == pytest.approx(ellipse, abs=1e-4)
 
 
-def test_noise_is_told_by_the_uncertainty():
+def test_the_uncertainty_shows_the_noise():
     t, x, force, (alpha, beta, gamma, sigma_squared, *_) = hybrid_loop()
     rng = np.random.default_rng(5)
     noise = 0.03 * np.std(force)
@@ -70,12 +70,12 @@ def test_noise_is_told_by_the_uncertainty():
     at = curves.displacement
     thickness = gamma * np.exp(-(at**2) / (2 * sigma_squared))
     inner = slice(10, -10)
-    for found, error, expected in (
+    for computed, error, expected in (
         (curves.mean, curves.mean_uncertainty, alpha * np.sinh(beta * at)),
         (curves.thickness, curves.thickness_uncertainty, thickness),
     ):
         assert np.max(error[inner]) < noise
-        assert np.mean(np.abs(found - expected)[inner] < 3 * error[inner]) > 0.9
+        assert np.mean(np.abs(computed - expected)[inner] < 3 * error[inner]) > 0.9
     assert curves.gaussian == pytest.approx((gamma, sigma_squared), rel=0.1)
     assert curves.hyperbolic_sine[:2] == pytest.approx((alpha, beta), rel=0.1)
 

@@ -168,13 +168,13 @@ def test_a_pure_damper_has_no_damping_ratio():
     assert m.equivalent_damping.value == pytest.approx(1e3, rel=1e-4)
 
 
-def test_frequency_may_be_given():
+def test_frequency_may_be_prescribed():
     t, x, v = sinusoid()
     assert loop_measures(t, x, v, frequency=1.0).frequency == 1.0
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (lambda t, x: (t[:500], x[:500], x[:500]), "1 whole cycles of"),
         (lambda t, x: (t, x, x[1:]), "one shape"),
@@ -189,9 +189,9 @@ def test_frequency_may_be_given():
         (lambda t, x: (t, np.arcsin(0.9999 * x / X), x), "98.6 % of the displacement's power"),
     ],
 )
-def test_refused(make, told):
+def test_refused(make, message):
     t, x, _ = sinusoid()
-    with pytest.raises(InputError, match=told) as caught:
+    with pytest.raises(InputError, match=message) as caught:
         loop_measures(*make(t, x))
     assert "expected" in str(caught.value) and "\n" not in str(caught.value)
 
@@ -287,14 +287,14 @@ def test_noise_does_not_bias(loop):
     force = (forces | {name: pair[0] for name, pair in closed_forms().items()})[loop]
     phase = 2 * np.pi * np.arange(0, 8.3, 1 / 128) + 0.3
     f, rng, expected = force(phase), np.random.default_rng(11), due(force, X)
-    found: dict[str, list[float]] = {name: [] for name in expected}
+    results: dict[str, list[float]] = {name: [] for name in expected}
     for _ in range(20):
         x = X * np.sin(phase) + 0.01 * X * rng.standard_normal(phase.size)
         noisy = f + 0.03 * np.std(f) * rng.standard_normal(phase.size)
         m = loop_measures(phase / (2 * np.pi), x, noisy, frequency=1.0)
-        for name, values in found.items():
+        for name, values in results.items():
             values.append(m.measures[name].value)
-    for name, values in found.items():
+    for name, values in results.items():
         error = np.std(values, ddof=1) / np.sqrt(len(values))
         assert error < 2e-2 * abs(expected[name])
         # a jump of 2 N in 750 N is found in few of the records: 0.3 % of the largest force

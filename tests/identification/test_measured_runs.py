@@ -50,15 +50,15 @@ def test_a_current_that_is_steady_up_to_noise_is_its_mean(runs):
     runs = [replace(run, current=one) for run, one in zip(runs, currents, strict=True)]
     first, *others = np.split(measured_runs(runs).current, 3)
     np.testing.assert_allclose(first, np.mean(currents[0]), rtol=1e-12)
-    for found, given in zip(others, currents[1:], strict=True):
-        np.testing.assert_array_equal(found, given)
+    for result, inputs in zip(others, currents[1:], strict=True):
+        np.testing.assert_array_equal(result, inputs)
 
 
-@pytest.mark.parametrize(("most", "kept"), [(2.0, False), (0.5, True)])
-def test_a_current_below_zero_is_noise_about_no_current_if_it_is_small(runs, most, kept):
+@pytest.mark.parametrize(("most", "selected"), [(2.0, False), (0.5, True)])
+def test_a_current_below_zero_is_noise_about_no_current_if_it_is_small(runs, most, selected):
     switched = np.where(np.arange(N) // 100 % 2, most, -0.02)
     runs = [replace(run, current=switched) for run in runs]
-    expected = switched if kept else np.maximum(switched, 0.0)
+    expected = switched if selected else np.maximum(switched, 0.0)
     np.testing.assert_array_equal(measured_runs(runs).current, np.tile(expected, 3))
 
 
@@ -92,9 +92,9 @@ def test_noise_of_an_accelerometer_is_not_the_motion(runs):
     true = [-((2 * np.pi * (0.6 + 0.3 * k)) ** 2) * run.displacement for k, run in enumerate(runs)]
     seen = [one - (2 * np.pi * 25) ** 2 * shaking for one in true]
     coarse = [np.round(run.displacement / 2e-5) * 2e-5 for run in runs]
-    found = measured_runs([
+    computed = measured_runs([
         replace(run, displacement=x, acceleration=a + 0.05 * random.standard_normal(N))
         for run, x, a in zip(runs, coarse, seen, strict=True)
     ])  # fmt: skip
     inner = np.tile(np.abs(time - time[-1] / 2) < 0.45 * time[-1], len(runs))
-    assert np.std((found.a - np.concatenate(seen))[inner]) < 0.03
+    assert np.std((computed.a - np.concatenate(seen))[inner]) < 0.03

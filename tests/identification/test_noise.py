@@ -88,10 +88,10 @@ def force_runs(noise):
 
 
 def test_runs_that_hide_the_corner_have_the_noise_of_the_others():
-    found = channel_noise(force_runs(filtered_noise), [1 / RATE] * 6)
+    noise = channel_noise(force_runs(filtered_noise), [1 / RATE] * 6)
     true = [np.std(filtered_noise(k)) for k in (0, 1, 2, 3, 4, 9)]
-    np.testing.assert_allclose(found.deviation, true, rtol=0.4)
-    assert found.corner == pytest.approx(CORNER, rel=0.3)
+    np.testing.assert_allclose(noise.deviation, true, rtol=0.4)
+    assert noise.corner == pytest.approx(CORNER, rel=0.3)
 
 
 def test_white_noise_of_a_channel_has_no_corner():
@@ -99,10 +99,10 @@ def test_white_noise_of_a_channel_has_no_corner():
         return NOISE * np.random.default_rng(k).standard_normal(TIME.size)
 
     runs = force_runs(white)
-    found = channel_noise(runs, [1 / RATE] * 6)
-    assert found.corner == np.inf
+    noise = channel_noise(runs, [1 / RATE] * 6)
+    assert noise.corner == np.inf
     white_ones = [white_noise(run) for run in runs[:-1]]
-    np.testing.assert_array_equal(found.deviation[:-1], white_ones)
+    np.testing.assert_array_equal(noise.deviation[:-1], white_ones)
 
 
 def test_friction_that_reverses_in_a_bearing_is_no_filtered_noise():
@@ -121,9 +121,9 @@ def test_friction_that_reverses_in_a_bearing_is_no_filtered_noise():
             slip = np.tanh(np.gradient(x, time) / (2 * amplitude * frequency))
             forces.append(10 * x + friction * slip + 0.3 * random.standard_normal(time.size))
             motions.append(x)
-    found = channel_noise(forces, [1 / 200] * len(forces), motions)
-    assert found.corner == np.inf
-    np.testing.assert_allclose(found.deviation, 0.3, rtol=0.3)
+    noise = channel_noise(forces, [1 / 200] * len(forces), motions)
+    assert noise.corner == np.inf
+    np.testing.assert_allclose(noise.deviation, 0.3, rtol=0.3)
 
 
 def test_drawn_noise_has_unit_variance_and_its_corner():
@@ -156,8 +156,8 @@ def test_rounding_that_recurs_in_every_cycle_is_noise(bits):
     exact, step = 0.013 * np.sin(omega * time), 0.03 / 2**bits
     rounded = step * np.round(exact / step)
     assert rounding_step(rounded) == pytest.approx(step, rel=1e-9)
-    found = sensor_noise(rounded)
-    assert found.rounded and found.deviation == pytest.approx(step / np.sqrt(12), rel=1e-9)
+    noise = sensor_noise(rounded)
+    assert noise.rounded and noise.deviation == pytest.approx(step / np.sqrt(12), rel=1e-9)
     # it does not reach the velocity
     velocity = 0.013 * omega * np.cos(omega * time)
     wrong = np.std(smooth(rounded, 1 / 400)[1] - velocity)
@@ -181,9 +181,9 @@ def test_harmonics_of_few_cycles_are_no_noise():
             force = force + 1.2 * np.cos(2 * np.pi * m * time + m * m)
         forces.append(force + 0.6 * random.standard_normal(time.size))
         displacements.append(x + 0.005 * random.standard_normal(time.size))
-    found = channel_noise(forces, [1 / 256] * 2, displacements)
-    assert np.isinf(found.corner)
-    np.testing.assert_allclose(found.deviation, 0.6, rtol=0.1)
+    noise = channel_noise(forces, [1 / 256] * 2, displacements)
+    assert np.isinf(noise.corner)
+    np.testing.assert_allclose(noise.deviation, 0.6, rtol=0.1)
     assert np.any(channel_noise(forces, [1 / 256] * 2).deviation > 0.9)
 
 

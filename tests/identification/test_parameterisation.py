@@ -59,8 +59,8 @@ def test_rounding_makes_no_divisor_zero():
     for k in range(n):  # as large as a fit may make it, but for one current
         values = np.minimum(parameterisation.upper, 1e30)
         values[k::n] = parameterisation.lower[k::n]
-        found = parameterisation.dependence(values).at(currents)
-        for quantity, row in zip(law.parameters, found, strict=True):
+        result = parameterisation.dependence(values).at(currents)
+        for quantity, row in zip(law.parameters, result, strict=True):
             if quantity.divides:
                 assert np.all(row > 0), (quantity.name, k)
         device = Device(law, parameterisation.dependence(values), (0.0, 3.0))
@@ -81,14 +81,14 @@ def test_the_law_keeps_its_bounds_at_currents_that_are_held_out(degree):
     line = np.polyfit([0.0, 0.25, 0.5], [1e4, 6.5e3, 3e3], degree)
     assert np.polyval(line, 1.0) < -1e3
     campaign = Campaign("falling", "made", runs)
-    found = fit(campaign, "kelvin_voigt", current_degree=degree, starts=4, threads=1)
+    result = fit(campaign, "kelvin_voigt", current_degree=degree, starts=4, threads=1)
     # rounding aside
-    assert np.min(found.device.current.at(np.linspace(0, 1, 50))) > -1e-6
-    judged = diagnose(
+    assert np.min(result.device.current.at(np.linspace(0, 1, 50))) > -1e-6
+    nominal = diagnose(
         campaign, "kelvin_voigt", current_degree=degree, tiers="causes", threads=1
     ).nominal
-    assert judged.current_range == (0.0, 1.0)
-    assert np.min(judged.parameters_at(np.linspace(0, 1, 50))) > -1e-6
+    assert nominal.current_range == (0.0, 1.0)
+    assert np.min(nominal.parameters_at(np.linspace(0, 1, 50))) > -1e-6
 
 
 @pytest.mark.parametrize(

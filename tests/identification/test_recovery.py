@@ -33,7 +33,7 @@ def test_the_bounds_of_chance():
 @cache
 def recovered(name):
     """Estimates of every seed and the true values, (seeds, 3, n) and (n,); the fits are checked."""
-    found = []
+    results = []
     for seed in range(SEEDS):
         result = fit(
             noisy_campaign(name, seed), name, current_degree=1, fixed=HELD.get(name),
@@ -43,10 +43,10 @@ def recovered(name):
         assert result.error == pytest.approx(0.01, rel=0.1)
         assert result.noise == pytest.approx(0.01, rel=0.15)
         assert all(e.determined for e in result.estimates)
-        found.append(np.array([(e.low, e.value, e.high) for e in result.estimates]).T)
+        results.append(np.array([(e.low, e.value, e.high) for e in result.estimates]).T)
     truth = [NUMBERS[name][e.name][0] + NUMBERS[name][e.name][1] * e.current
              for e in result.estimates]  # fmt: skip
-    return np.array(found), np.array(truth)
+    return np.array(results), np.array(truth)
 
 
 def held_and_tries(name):
@@ -67,8 +67,8 @@ LONG = (
     "name", [pytest.param(n, marks=[pytest.mark.slow] if n in LONG else []) for n in LAWS]
 )
 def test_a_law_comes_back_within_its_intervals(name):
-    found, truth = recovered(name)
-    low, value, high = np.moveaxis(found, 1, 0)
+    result, truth = recovered(name)
+    low, value, high = np.moveaxis(result, 1, 0)
     # ten half-widths off is no accident
     assert np.all(np.abs(value - truth) < 5 * (high - low) + 1e-3 * np.abs(truth))
     share, tries = held_and_tries(name)

@@ -75,7 +75,7 @@ def cut_out():
     return _campaign(begin=4)
 
 
-def test_cycles_cut_out_are_found(cut_out):
+def test_cycles_cut_out_are_detected(cut_out):
     data = measured_runs(cut_out.runs)
     frequency = [0.5, 0.5, 0.5, 2.0, 2.0, 2.0] * 3
     assert data.periods == pytest.approx(1 / np.array(frequency), rel=2e-3)
@@ -96,7 +96,7 @@ def test_runs_from_rest_are_left(cut_out):
 
 
 @pytest.mark.parametrize("closing", [False, True])
-def test_one_closed_cycle_is_found(closing):
+def test_one_closed_cycle_is_detected(closing):
     whole = _cycles(5e-3, 2.0, 0.0, 1.0, 2.0, 4, 0)
     n = 64 + closing
     one = _part(whole, slice(n))
@@ -185,7 +185,7 @@ def test_a_fit_tells_where_random_motion_begins(begin):
 )
 def test_noise_does_not_move_a_run_that_begins_at_rest(noise):
     rng = np.random.default_rng(5)
-    step, found = 1 / 200, {"rest": 0, "cut": 0}
+    step, results = 1 / 200, {"rest": 0, "cut": 0}
     time = step * np.arange(1600)
     for _ in range(20):
         frequency, phase = rng.uniform(0.5, 3.0), rng.uniform(0, 2 * np.pi)
@@ -195,9 +195,9 @@ def test_noise_does_not_move_a_run_that_begins_at_rest(noise):
         for name, motion in motions.items():
             x = 1e-2 * (motion + noise * np.std(motion) * rng.standard_normal(time.size))
             run = TestRun(name, time, x, smooth(x, step)[1], 1e5 * x, np.ones(time.size))
-            found[name] += bool(measured_runs([run]).return_times.any())
-    assert found["rest"] <= 1
-    assert found["cut"] >= 19
+            results[name] += bool(measured_runs([run]).return_times.any())
+    assert results["rest"] <= 1
+    assert results["cut"] >= 19
 
 
 def test_a_sum_of_sines_begins_at_rest():
@@ -220,5 +220,5 @@ def test_cycles_cut_out_whose_motion_dies_away():
         relaxing[k] = (relaxing[k - 1] + x[k] - x[k - 1]) * np.exp(-STEP / 0.3)
     run = TestRun("cut", time, x, v, 2e4 * x + 3e4 * relaxing, np.zeros(len(time)))
     late = _part(run, np.arange(int(4 / STEP), len(time)))
-    found = measured_runs([run, late]).periods
-    assert found == pytest.approx([0.0, 2.0], abs=1e-3)
+    result = measured_runs([run, late]).periods
+    assert result == pytest.approx([0.0, 2.0], abs=1e-3)

@@ -69,12 +69,12 @@ def integrated_between_corners(law, parameters, cubic, time):
         return np.array(law.rates(cubic(t), cubic(t, 1), tuple(s), parameters), float)
 
     state = np.zeros(len(law.states))
-    found = [state]
+    results = [state]
     for span in pairwise(knots):
         state = solve_ivp(rates, span, state, "DOP853", rtol=1e-11, atol=1e-16).y[:, -1]
         if span[1] in time:
-            found.append(state)
-    return law.force(cubic(time), cubic(time, 1), tuple(np.transpose(found)), parameters)
+            results.append(state)
+    return law.force(cubic(time), cubic(time, 1), tuple(np.transpose(results)), parameters)
 
 
 @pytest.mark.parametrize("name", ["bouc_wen", "improved_bouc_wen", "lugre", "dahl"])
@@ -191,8 +191,8 @@ def test_rosenbrock_steps_converge_to_the_same_force(name, numbers, wave):
     reference = fine.run(theta)
     steps = np.array([4, 4])
     errors = [
-        [relative(one - exact, exact) for one, exact in zip(found, reference, strict=True)]
-        for found in (fine.with_steps(k * steps, steps > 0).run(theta) for k in (1, 2))
+        [relative(one - exact, exact) for one, exact in zip(computed, reference, strict=True)]
+        for computed in (fine.with_steps(k * steps, steps > 0).run(theta) for k in (1, 2))
     ]
     assert errors[1][0] < 1e-4
     assert errors[1][1] < 1e-2
@@ -241,9 +241,9 @@ def test_few_steps_resolve_a_stiff_law_on_many_samples():
     exact = Simulator(
         simulator.law, simulator.motion, simulator.owner, simulator.power, 512
     ).run(theta)  # fmt: skip
-    found = resolved.run(theta)
-    assert np.max(np.abs(found[0] - exact[0])) < 2e-4 * np.max(np.abs(exact[0]))
-    assert relative((found[1] - exact[1]) * theta, exact[1] * theta) < 1e-3
+    result = resolved.run(theta)
+    assert np.max(np.abs(result[0] - exact[0])) < 2e-4 * np.max(np.abs(exact[0]))
+    assert relative((result[1] - exact[1]) * theta, exact[1] * theta) < 1e-3
     few, theta = stiff_maxwell(600, (5e-5, 0.2))
     assert not few.resolved(theta, 2e-4).stiff.any()
 

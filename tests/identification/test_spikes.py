@@ -27,13 +27,13 @@ def run(force, displacement=X, name="one"):
 @pytest.mark.parametrize(
     ("places", "value"), [([400], 1e4), ([700], -300.0), ([500, 501, 502], 0.0)]
 )
-def test_spikes_and_dropouts_are_found_and_interpolated(noise, places, value):
+def test_spikes_and_dropouts_are_detected_and_interpolated(noise, places, value):
     clean = 2e4 * X + 500 * V + noise * NOISE
     force = clean.copy()
     force[places] = value if value else 1e3
     assert spikes(force).tolist() == places
-    found, notes = repaired(Campaign("rig", "made", (run(force),)))
-    (better,) = found.runs
+    result, notes = repaired(Campaign("rig", "made", (run(force),)))
+    (better,) = result.runs
     np.testing.assert_allclose(better.force, clean, atol=8.0 if noise == 0 else 15.0)
     assert np.array_equal(better.displacement, X)
     assert notes == [
@@ -61,11 +61,11 @@ def test_fit_evaluate_and_diagnose_repair_and_say_so():
     fitted = fit(campaign, "kelvin_voigt", starts=2)
     assert fitted.error < 0.02
     assert fitted.device.parameters_at(0.0)[0] == pytest.approx(2e4, rel=0.01)
-    found = diagnose(campaign, "kelvin_voigt")
-    assert found.verdict == "adequate"
-    told = "one: 1 sample lies far off the others in the displacement, first at 3 s; interpolated"
-    assert told in found.data_notes and told in fitted.notes
-    assert told in evaluate(fitted.device, campaign).notes
+    diagnosis = diagnose(campaign, "kelvin_voigt")
+    assert diagnosis.verdict == "adequate"
+    text = "one: 1 sample lies far off the others in the displacement, first at 3 s; interpolated"
+    assert text in diagnosis.data_notes and text in fitted.notes
+    assert text in evaluate(fitted.device, campaign).notes
 
 
 @pytest.mark.parametrize(
@@ -95,12 +95,12 @@ def test_a_channel_that_stands_still_has_no_spikes():
 
 
 @pytest.mark.parametrize("level", [0.0, 2.0])
-def test_a_wrong_sample_of_a_constant_current_is_found(level):
+def test_a_wrong_sample_of_a_constant_current_is_detected(level):
     current = np.full(len(TIME), level)
     current[300] = -9999.0
     one = replace(run(2e4 * X + 500 * V), current=current)
-    found, notes = repaired(Campaign("rig", "made", (one,)))
-    assert np.all(found.runs[0].current == level)
+    result, notes = repaired(Campaign("rig", "made", (one,)))
+    assert np.all(result.runs[0].current == level)
     assert notes == [
         "one: 1 sample lies far off the others in the current, first at 1.5 s; interpolated"
     ]

@@ -17,7 +17,7 @@ def test_polynomial_in_ascending_powers():
     assert a.tolist() == [1.0, 6.0, 17.0] and b.tolist() == [4.0, 4.0, 4.0]
 
 
-def test_given_order():
+def test_prescribed_order():
     dependence = CurrentDependence.constant({"a": 1.0, "b": 2.0}, order=("b", "a"))
     assert dependence.names == ("b", "a") and dependence.at(0.0) == (2.0, 1.0)
     assert dependence.ordered(("a", "b")).at(0.0) == (1.0, 2.0)

@@ -21,10 +21,10 @@ def drive(device, amplitude, frequency=1.0, current=0.0, cycles=2, points=400):
         x, v = amplitude * np.sin(omega * t), amplitude * omega * np.cos(omega * t)
         return device.rates(x, v, states, current)
 
-    found = solve_ivp(rates, (0, t[-1]), device.initial_states(), t_eval=t, rtol=1e-9, atol=1e-12,
-                      max_step=0.01 / frequency)  # fmt: skip
+    solution = solve_ivp(rates, (0, t[-1]), device.initial_states(), t_eval=t, rtol=1e-9,
+                         atol=1e-12, max_step=0.01 / frequency)  # fmt: skip
     x, v = amplitude * np.sin(omega * t), amplitude * omega * np.cos(omega * t)
-    return t, x, v, found.y
+    return t, x, v, solution.y
 
 
 def test_bouc_wen_yields_at_its_closed_form():
@@ -44,8 +44,8 @@ def test_bouc_wen_does_not_know_the_rate():
 
 def test_bouc_wen_linearises_to_its_springs_for_every_n():
     for n in (1.0, 1.3, 2.0, 3.5):
-        found = law("bouc_wen", BOUC_WEN | {"n": n}).linearised(0.0, 2.0)
-        assert found == pytest.approx(6e4 + 2j * np.pi * 2 * 300, rel=1e-12)
+        linear = law("bouc_wen", BOUC_WEN | {"n": n}).linearised(0.0, 2.0)
+        assert linear == pytest.approx(6e4 + 2j * np.pi * 2 * 300, rel=1e-12)
 
 
 @pytest.mark.parametrize("current", [0.0, 0.7, 2.0, 2.5])
@@ -186,5 +186,5 @@ def test_derivatives_by_parameters_exist_at_rest_and_in_motion(device):
     jacobian = casadi.Function("jacobian", [every], [casadi.jacobian(outputs, every)])
     numbers = device.parameters_at(1.0)
     for size in (0.0, 1e-160, 1e-9, 1e-3, -1e-3):
-        found = jacobian(casadi.DM([size] * len(motion) + list(numbers)))
-        assert np.all(np.isfinite(np.array(found)))
+        computed = jacobian(casadi.DM([size] * len(motion) + list(numbers)))
+        assert np.all(np.isfinite(np.array(computed)))

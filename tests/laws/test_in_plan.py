@@ -53,8 +53,8 @@ def test_along_a_line_it_is_the_law_itself(planar, draw, angle):
     for force, u, own in zip(forces, unit, (constant, 0.0), strict=True):
         np.testing.assert_allclose(force - own, expected * u, atol=1e-12 * np.abs(expected).max())
     own_rates = law.rates(x, v, states, parameters)
-    for rate, wanted in zip(rates, [r * u for u in unit for r in own_rates], strict=True):
-        np.testing.assert_allclose(rate, wanted, atol=1e-11 * np.abs(own_rates).max())
+    for rate, target in zip(rates, [r * u for u in unit for r in own_rates], strict=True):
+        np.testing.assert_allclose(rate, target, atol=1e-11 * np.abs(own_rates).max())
     if law.stored_energy is not None:
         stored = law.stored_energy(x, states, parameters)
         both = law.in_plan.stored_energy(motion[0], along, parameters)

@@ -66,14 +66,14 @@ def test_at_a_constant_current_it_is_the_law(device, plain, draw):
     own = at_rest_in_its_springs(device, plain, x, states, current)
     n = len(plain.law.states)
 
-    def same(found, exact):
-        np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-12 * np.abs(exact).max())
+    def same(result, exact):
+        np.testing.assert_allclose(result, exact, rtol=1e-9, atol=1e-12 * np.abs(exact).max())
 
     same(device.force(x, v, own, current), plain.force(x, v, states, current))
     same(device.stored_energy(x, own, current), plain.stored_energy(x, states, current))
     rates, exact = device.rates(x, v, own, current), plain.rates(x, v, states, current)
-    for found, wanted in zip(rates[:n], exact, strict=True):
-        same(found, wanted)
+    for result, expected in zip(rates[:n], exact, strict=True):
+        same(result, expected)
     assert not np.any(rates[-1])
     elastic = iter(rates[n:-1])
     for spring in plain.law.springs:
@@ -130,10 +130,10 @@ def follow(device, current, stretch, end):
 
     start = [0.0] * len(device.law.states)
     t = np.linspace(0, end, 401)
-    found = solve_ivp(rate, (0, end), start, t_eval=t, rtol=1e-10, atol=1e-13, max_step=2e-3)
+    solution = solve_ivp(rate, (0, end), start, t_eval=t, rtol=1e-10, atol=1e-13, max_step=2e-3)
     x, v = np.array([stretch(s) for s in t]).T
-    force = device.force(x, v, tuple(found.y), np.array([current(s) for s in t]))
-    return t, x, np.broadcast_to(force, t.shape), found.y
+    force = device.force(x, v, tuple(solution.y), np.array([current(s) for s in t]))
+    return t, x, np.broadcast_to(force, t.shape), solution.y
 
 
 @pytest.mark.parametrize("power", [1, 3])
@@ -251,9 +251,9 @@ REFUSED = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_does_not_allow_the_rule_is_refused_with_the_reason(case):
-    given, reason = REFUSED[case]
+    inputs, reason = REFUSED[case]
     with pytest.raises(InputError, match=reason):
-        passive(given)
+        passive(inputs)
 
 
 def test_field_lag_must_be_positive():

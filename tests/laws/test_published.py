@@ -102,8 +102,8 @@ def test_refit_of_the_hybrid_tables_is_the_default():
     }
     coefficients = dict(zip(device.current.names, device.current.coefficients[0], strict=True))
     for name, row in expected.items():
-        found = per_mm[name] * coefficients[name][: len(row)]
-        np.testing.assert_allclose(found, row, rtol=2e-4)
+        computed = per_mm[name] * coefficients[name][: len(row)]
+        np.testing.assert_allclose(computed, row, rtol=2e-4)
     slope = law("hybrid", "generalised_printed").current.coefficients[0][1][1]
     assert slope == pytest.approx(3.4)  # 1/(m A)
 
@@ -153,10 +153,10 @@ def test_conditions_hold_the_printed_rows():
         assert every.tested_deformation == pytest.approx(1e-3 * amplitude)
 
 
-@pytest.mark.parametrize("given", [(3, 1), (2, 3), (2, 1, 1.5)])
-def test_conditions_that_were_not_tested(given):
+@pytest.mark.parametrize("value", [(3, 1), (2, 3), (2, 1, 1.5)])
+def test_conditions_that_were_not_tested(value):
     with pytest.raises(InputError, match="no test at"):
-        condition(*given)
+        condition(*value)
 
 
 def test_every_column_of_the_tables_is_a_set():
@@ -203,8 +203,8 @@ def test_corrupt_columns_say_so():
             (table[amplitude, 1.0] for table in (published.YU_ALPHA_N, published.YU_BETA_PER_MM))
         ]
     ]
-    told = f"{1 / max(ratios):.1f} to {1 / min(ratios):.1f} times too stiff at 1 Hz"
-    assert told in law("hybrid", "4mm_1Hz_0A").source
+    text = f"{1 / max(ratios):.1f} to {1 / min(ratios):.1f} times too stiff at 1 Hz"
+    assert text in law("hybrid", "4mm_1Hz_0A").source
 
 
 def test_refuses_a_condition_that_was_not_tested():

@@ -14,8 +14,8 @@ from isolation_sim.laws.strain_stiffening_power import base_model, power
 def test_maxwell(frequency):
     k, c = 3e4, 700.0
     dashpot = 2j * np.pi * frequency * c
-    found = law("maxwell", {"k": k, "c": c}).linearised(0.0, frequency)
-    assert found == pytest.approx(k * dashpot / (k + dashpot), rel=1e-13)
+    linear = law("maxwell", {"k": k, "c": c}).linearised(0.0, frequency)
+    assert linear == pytest.approx(k * dashpot / (k + dashpot), rel=1e-13)
 
 
 @pytest.mark.parametrize("frequency", [0.01, 1.0, 30.0])
@@ -41,8 +41,8 @@ def test_spring_pot_relaxes_with_a_power_of_time(a):
     n = len(device.law.states)
     decays = -np.diag([device.rates(0.0, 0.0, tuple(row), 0.0) for row in np.eye(n)])
     for t in (0.01, 0.1, 1.0, 5.0):
-        found = device.force(1.0, 0.0, tuple(np.exp(-decays * t)), 0.0)
-        assert found == pytest.approx(2e4 * (2 * np.pi * t) ** -a / gamma(1 - a), rel=0.02)
+        computed = device.force(1.0, 0.0, tuple(np.exp(-decays * t)), 0.0)
+        assert computed == pytest.approx(2e4 * (2 * np.pi * t) ** -a / gamma(1 - a), rel=0.02)
 
 
 def test_spring_pot_is_passive_at_every_frequency():
@@ -70,10 +70,10 @@ def test_power_of_three_is_the_published_law(draw):
         one, two = law("strain_stiffening", chosen), law("strain_stiffening_power", chosen)
         x, v, states, current = draw(one, 100)
         for call in ("force", "rates"):
-            found, expected = (getattr(d, call)(x, v, states, current) for d in (two, one))
-            np.testing.assert_allclose(found, expected, rtol=1e-12)
-        found, expected = (d.stored_energy(x, states, current) for d in (two, one))
-        np.testing.assert_allclose(found, expected, rtol=1e-12)
+            result, expected = (getattr(d, call)(x, v, states, current) for d in (two, one))
+            np.testing.assert_allclose(result, expected, rtol=1e-12)
+        result, expected = (d.stored_energy(x, states, current) for d in (two, one))
+        np.testing.assert_allclose(result, expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("n", "m"), [(3, 2), (1, 3), (3, 0), (3.0, 1), (-3, 1)])

@@ -19,12 +19,12 @@ def steady_loop():
             return device.rates(*motion(t), states, current)
 
         t = (cycles - 1 + np.arange(points) / points) / frequency
-        found = solve_ivp(
+        solution = solve_ivp(
             rate, (0.0, cycles / frequency), device.initial_states(), t_eval=t, rtol=1e-8,
             atol=1e-12, max_step=0.02 / frequency,
         )  # fmt: skip
         x, v = motion(t)
-        return x, v, device.force(x, v, found.y, current)
+        return x, v, device.force(x, v, solution.y, current)
 
     return loop
 

@@ -51,11 +51,11 @@ def test_lower_branch_peaks_at_a_third_of_its_dashpot(steady_loop, stiffness_and
     stiffer = base.with_parameters(alpha=4 * base.parameters_at(0.0)[4])
     dashpot = base.parameters_at(0.0)[2] * 2 * np.pi
     amplitudes = np.linspace(10e-3, 16e-3, 7)
-    found = [stiffness_and_damping(*steady_loop(base, a, cycles=12))[0] for a in amplitudes]
+    results = [stiffness_and_damping(*steady_loop(base, a, cycles=12))[0] for a in amplitudes]
     halved = [stiffness_and_damping(*steady_loop(stiffer, a / 2, cycles=12))[0] for a in amplitudes]
-    np.testing.assert_allclose(halved, found, rtol=1e-5)
-    assert max(found) / dashpot == pytest.approx(0.367, abs=1e-3)
-    assert 0 < np.argmax(found) < len(found) - 1
+    np.testing.assert_allclose(halved, results, rtol=1e-5)
+    assert max(results) / dashpot == pytest.approx(0.367, abs=1e-3)
+    assert 0 < np.argmax(results) < len(results) - 1
 
 
 def test_peak_force_falls_with_k0_above_0p095_hz(steady_loop):

@@ -13,19 +13,19 @@ from studies.papers.paper_000 import decay_rate
 from studies.papers.refit_000 import loops, lower_branch, refit
 
 
-def settled(square: float, cycles: int = 20) -> tuple[np.ndarray, np.ndarray]:
+def steady_response(square: float, cycles: int = 20) -> tuple[np.ndarray, np.ndarray]:
     """Phase and state of dζ/dτ = cos τ - s² ζ³ in a cycle after many."""
     tau = 2 * np.pi * (cycles + np.arange(2001) / 2000)
-    found = solve_ivp(
+    solution = solve_ivp(
         lambda t, z: np.cos(t) - square * z**3, (0, tau[-1]), [0.0], t_eval=tau,
         rtol=1e-9, atol=1e-12, method="LSODA",
     )  # fmt: skip
-    return tau, found.y[0]
+    return tau, solution.y[0]
 
 
 @pytest.mark.parametrize("s", [0.3, 1.0, 5.0])
 def test_lower_branch(s):
-    tau, zeta = settled(s**2)
+    tau, zeta = steady_response(s**2)
     force = s**2 * zeta**3
     loss = np.trapezoid(force * np.cos(tau), tau) / np.pi
     assert lower_branch()(np.log(s)) == pytest.approx([force[500], loss], rel=2e-5)
@@ -54,10 +54,10 @@ def test_refits_do_not_get_worse_with_more_parameters():
     assert misfit(2, True) < misfit(1, True) < linear / 10
 
 
-def test_decay_rate_is_of_the_settled_cycle():
+def test_decay_rate_is_of_the_steady_cycle():
     device, omega, amplitude = law("strain_stiffening"), 8 * np.pi, 8e-3
     _, _, c1, _, alpha = (float(p) for p in device.parameters_at(0.0))
-    _, zeta = settled(alpha * amplitude**2 / (c1 * omega), 40)
+    _, zeta = steady_response(alpha * amplitude**2 / (c1 * omega), 40)
     expected = 3 * alpha * (amplitude * np.max(np.abs(zeta))) ** 2 / c1
     assert expected == pytest.approx(16.58, abs=0.01)
     assert decay_rate(device, amplitude, 0.0, 4.0) == pytest.approx(expected, rel=1e-4)

@@ -26,8 +26,8 @@ def test_tensile_peaks(loops):
 def test_table_4_is_for_its_own_frequency(steady_loop):
     # ERRATA: at 0.1 Hz it gives 3.336 and 5.865 kN of compression; printed: 3.083 and 6.331
     device = law("improved_bouc_wen")
-    found = [-np.min(steady_loop(device, 1e-3, i, 0.1, cycles=3, points=2000)[2]) for i in (0, 2)]
-    np.testing.assert_allclose(found, [3.336e3, 5.865e3], rtol=1e-3)
+    results = [-np.min(steady_loop(device, 1e-3, i, 0.1, cycles=3, points=2000)[2]) for i in (0, 2)]
+    np.testing.assert_allclose(results, [3.336e3, 5.865e3], rtol=1e-3)
 
 
 def test_complex_modulus_without_current(loops, complex_modulus):

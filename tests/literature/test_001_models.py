@@ -42,7 +42,7 @@ def printed_loop(current, amplitude, frequency, position=0.0, factor=1.0):
 
 @pytest.mark.parametrize("shape", [-0.9, 0.0, 0.8])
 @pytest.mark.parametrize("slope", [2500.0, pytest.param(9000.0, marks=pytest.mark.slow)])
-def test_settled_hysteresis_in_closed_form(shape, slope):
+def test_steady_hysteresis_in_closed_form(shape, slope):
     both = slope**2 / 1500.0  # beta + gamma, alpha = 1500 1/m
     values = dict(k=0.0, c=0.0, alpha=1.0, A=1500.0, n=2.0, F0=0.0,
                   beta=both * (1 - shape) / 2, gamma=both * (1 + shape) / 2)  # fmt: skip
@@ -56,10 +56,10 @@ def test_settled_hysteresis_in_closed_form(shape, slope):
 @pytest.mark.parametrize(("factor", "stiffness"), [(1.0, 5.306e6), (1e3, 4.590e6)])
 def test_millimetres_in_z(factor, stiffness):
     sine, _, force = printed_loop(2.0, 1e-3, 0.5, factor=factor)
-    found = 2 * np.mean(force * sine) / 1e-3
-    assert found == pytest.approx(stiffness, rel=1e-3)
+    computed = 2 * np.mean(force * sine) / 1e-3
+    assert computed == pytest.approx(stiffness, rel=1e-3)
     x, _, closed = in_millimetres(2.0, factor)
-    assert closed @ x / (x @ x) == pytest.approx(found, rel=1e-3)
+    assert closed @ x / (x @ x) == pytest.approx(computed, rel=1e-3)
     # the peak does not tell the units apart
     assert np.max(closed) == pytest.approx(5535.0, rel=1e-3)
 
@@ -71,8 +71,8 @@ def test_preloaded_schemes(scheme, current):
     sine, cosine, force = printed_loop(current, 1e-3 * amplitude, frequency, 1e-3 * position)
     omega = 2 * np.pi * frequency
     expected = [2e3 * np.mean(force * y) / amplitude / w for y, w in ((sine, 1), (cosine, omega))]
-    found = modulus(amplitude, frequency, current, position)
-    assert found == pytest.approx(expected, rel=3e-3)
+    result = modulus(amplitude, frequency, current, position)
+    assert result == pytest.approx(expected, rel=3e-3)
 
 
 def test_the_traditional_model_contains_the_linear_one():

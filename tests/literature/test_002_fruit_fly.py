@@ -91,8 +91,8 @@ class TestIdentification:
 
     @pytest.mark.slow
     def test_the_adaptive_step_beats_the_fixed_one(self):
-        def found(method):
+        def median_cost(method):
             runs = (search(method, self.objective, self.BOUNDS, 5000, seed) for seed in range(5))
             return np.median([run.value for run in runs])
 
-        assert found("fruit_fly") < 0.1 * found("fruit_fly_fixed")
+        assert median_cost("fruit_fly") < 0.1 * median_cost("fruit_fly_fixed")

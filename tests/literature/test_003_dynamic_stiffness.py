@@ -10,7 +10,7 @@ from isolation_sim.laws import law
 from studies.papers.paper_003 import PRINTED
 
 
-def settled(device, amplitude, frequency, current):
+def steady_moduli(device, amplitude, frequency, current):
     """Storage and loss stiffness of the first harmonic after 12 averaging times (SciPy)."""
     omega = 2 * np.pi * frequency
     tau = device.parameters_at(0.0)[-1]
@@ -38,14 +38,14 @@ def equation(part, amplitude_mm, field_T, frequency_hz):
 )
 def test_a_sinusoid_has_the_printed_stiffness(amplitude, field, frequency):
     device = law("dynamic_stiffness", "regression_printed")
-    storage, loss = settled(device, 1e-3 * amplitude, frequency, field / 0.588)
+    storage, loss = steady_moduli(device, 1e-3 * amplitude, frequency, field / 0.588)
     assert storage == pytest.approx(equation("storage", amplitude, field, frequency), rel=2e-3)
     assert loss == pytest.approx(equation("loss", amplitude, field, frequency), rel=2e-3)
 
 
 def test_beyond_the_tests_the_ends_are_held():
     device = law("dynamic_stiffness", "regression_printed")
-    storage, loss = settled(device, 0.5e-3, 2.0, 0.0)
+    storage, loss = steady_moduli(device, 0.5e-3, 2.0, 0.0)
     assert storage == pytest.approx(equation("storage", 0.2, 0, 6), rel=5e-3)
     assert loss == pytest.approx(equation("loss", 0.2, 0, 6), rel=5e-3)
 
@@ -53,7 +53,7 @@ def test_beyond_the_tests_the_ends_are_held():
 def test_one_corrupt_column_turns_the_trend_with_amplitude():
     def growth(chosen):
         device = law("dynamic_stiffness", chosen)
-        small, large = (settled(device, a, 10.0, 0.3)[0] for a in (0.1e-3, 0.2e-3))
+        small, large = (steady_moduli(device, a, 10.0, 0.3)[0] for a in (0.1e-3, 0.2e-3))
         return (large - small) / 0.1e-3 / 1e6
 
     assert growth("regression_printed") == pytest.approx(1.4147, rel=0.02)
@@ -88,6 +88,6 @@ def test_at_rest_it_thinks_of_the_reference_frequency():
 def test_a_sinusoidal_test_measures_it():
     device = law("dynamic_stiffness")
     measured = sinusoidal(device, 1.5e-4, 0.2, 8.0, cycles=100).measured(skip=96)
-    storage, loss = settled(device, 1.5e-4, 8.0, 0.2)
+    storage, loss = steady_moduli(device, 1.5e-4, 8.0, 0.2)
     assert measured.storage_stiffness.value == pytest.approx(storage, rel=1e-3)
     assert measured.loss_stiffness.value == pytest.approx(loss, rel=1e-3)

@@ -10,18 +10,18 @@ from studies.papers.misprints import linearised_bouc_wen
 
 
 def test_coefficients_to_a_thousandth():
-    found = lbw.regression()
+    result = lbw.regression()
     printed = {
         "storage": ({"A": 1.4147, "B": 3.7001, "f": 0.01421, "constant": 5.3377}, 0.28),
         "loss": ({"A": -0.8257, "B": 0.64736, "f": 0.001091, "constant": 1.01798}, 0.04),
     }
     for name, (slopes, share) in printed.items():
         for key, value in slopes.items():
-            assert found[name][0][key] == pytest.approx(value, rel=1e-3)
-        assert found[name][1] == pytest.approx(share, abs=5e-3)
+            assert result[name][0][key] == pytest.approx(value, rel=1e-3)
+        assert result[name][1] == pytest.approx(share, abs=5e-3)
     # and the paper's own digits
     for key, value in {"A": -0.825, "B": 0.6469, "f": 0.00109, "constant": 1.017441}.items():
-        assert found["loss"][0][key] == pytest.approx(value, rel=1.2e-3)
+        assert result["loss"][0][key] == pytest.approx(value, rel=1.2e-3)
 
 
 def test_corrupt_column_flips_a_sign():

@@ -41,8 +41,8 @@ def seven(runs):
         "model_predictive_control",
         "clairvoyant",
     ]
-    given = list(runs.values())
-    return {name: given[k % 3] for k, name in enumerate(names)}
+    values = list(runs.values())
+    return {name: values[k % 3] for k, name in enumerate(names)}
 
 
 @pytest.fixture(scope="session")
@@ -136,11 +136,11 @@ def browser():
     """Headless Chromium; skips where there is none."""
     playwright = pytest.importorskip("playwright.sync_api")
     names = ("chromium", "chromium-browser", "google-chrome")
-    found = next(filter(None, map(shutil.which, names)), None)
-    if found is None:
+    result = next(filter(None, map(shutil.which, names)), None)
+    if result is None:
         pytest.skip(f"no browser to open reports in; looked for {', '.join(names)}")
     with playwright.sync_playwright() as driver:
-        chromium = driver.chromium.launch(executable_path=found, args=CHROMIUM)
+        chromium = driver.chromium.launch(executable_path=result, args=CHROMIUM)
         yield chromium
         chromium.close()
 

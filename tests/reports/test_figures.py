@@ -113,9 +113,9 @@ def check(figure):
 
 
 @pytest.mark.parametrize("name", OF_RUNS)
-@pytest.mark.parametrize("given", ["one", "three", "seven"])
-def test_figures_of_runs(name, given, runs, seven):
-    chosen = {"one": runs["on_off"], "three": runs, "seven": seven}[given]
+@pytest.mark.parametrize("value", ["one", "three", "seven"])
+def test_figures_of_runs(name, value, runs, seven):
+    chosen = {"one": runs["on_off"], "three": runs, "seven": seven}[value]
     check(OF_RUNS[name](chosen))
 
 
@@ -141,7 +141,7 @@ def test_two_directions_without_coils(passive_biaxial):
         figures.currents(passive_biaxial)
 
 
-class Given(SimpleNamespace):
+class StubRun(SimpleNamespace):
     """What the figures need of a run."""
 
     __class__ = iso.Run
@@ -151,7 +151,7 @@ def test_a_structure_without_elements(ground):
     isolated = IsolatedStructure(iso.reference_building().fixed_base(), ())
     names, n = output_names(isolated), len(ground)
     values = np.sin(np.arange(n))[:, None] * np.arange(1, len(names) + 1)
-    run = Given(
+    run = StubRun(
         isolated=isolated,
         records=(ground,),
         time=ground.time,
@@ -290,10 +290,10 @@ def test_no_value_of_a_contour_is_cut_off():
         levels = np.linspace(0, 10, 21)
         contour_lines(panel, x, y, 3 * x + np.outer(y, 1 + np.sin(4 * x)), levels, "%.1f mm")
     FigureCanvasAgg(figure).draw()
-    kept = [text for text in panel.texts if text.get_visible()]
-    assert 5 < len(kept) < len(panel.texts)
+    selected = [text for text in panel.texts if text.get_visible()]
+    assert 5 < len(selected) < len(panel.texts)
     frame = panel.get_window_extent()
-    for text in kept:
+    for text in selected:
         box = text.get_window_extent()
         middle = [(box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2]
         assert frame.contains(*middle)
@@ -409,8 +409,8 @@ def test_yielding_storeys_walls_and_soil_are_drawn_with_units():
 
 @pytest.mark.parametrize("name", ["time_histories", "floor_envelopes"])
 def test_very_long_names(name, runs):
-    given = {f"{key}_with_a_new_model_of_the_device_and_its_coil": r for key, r in runs.items()}
-    check(OF_RUNS[name](given))
+    settings = {f"{key}_with_a_new_model_of_the_device_and_its_coil": r for key, r in runs.items()}
+    check(OF_RUNS[name](settings))
 
 
 def test_the_drawing_names_every_kind_of_isolator():
@@ -425,15 +425,15 @@ def test_the_drawing_names_every_kind_of_isolator():
 
 def test_floor_spectra_are_those_of_the_accelerations(runs):
     run = runs["passive_off"]
-    found = run.floor_spectra([0.0, 0.5], damping=0.02)
-    assert list(found) == ["base", *(f"floor{k}" for k in range(1, 6))]
+    spectra = run.floor_spectra([0.0, 0.5], damping=0.02)
+    assert list(spectra) == ["base", *(f"floor{k}" for k in range(1, 6))]
     acceleration = run.output("floor5_acceleration_m_s2")
     roof = Record(acceleration, run.records[0].dt).spectrum([0.0, 0.5], 0.02)
     # without switching, nearly as between straight lines through the samples
-    np.testing.assert_allclose(found["floor5"].sa, roof.sa, rtol=0.01)
+    np.testing.assert_allclose(spectra["floor5"].sa, roof.sa, rtol=0.01)
     peak = run.criteria["peak_floor_acceleration_m_s2"]
-    assert max(each.sa[0] for each in found.values()) == pytest.approx(peak, rel=1e-3)
+    assert max(each.sa[0] for each in spectra.values()) == pytest.approx(peak, rel=1e-3)
     drawn = iso.Comparison(runs).plot("floor_spectra")
-    assert [axes.get_title() for axes in drawn.axes] == list(found)
+    assert [axes.get_title() for axes in drawn.axes] == list(spectra)
     with pytest.raises(iso.InputError, match="direction"):
         run.floor_spectra(direction="y")

@@ -103,9 +103,9 @@ def picture(page, side="left"):
 def test_the_animation_tells_what_the_run_did_and_plays(report, shown, until, runs):
     page = shown(report)
     displacement = 1e3 * runs["passive_off"].output("base_displacement_m")
-    told = page.locator("[data-side=left] figcaption").inner_text()
+    text = page.locator("[data-side=left] figcaption").inner_text()
     # at rest it shows the largest motion; frames may fall between samples
-    shown = float(told.splitlines()[0].split()[1])
+    shown = float(text.splitlines()[0].split()[1])
     assert abs(shown) == pytest.approx(abs(displacement).max(), rel=0.01)
     still = picture(page), picture(page, "right")
     assert still[0] != still[1]
@@ -148,25 +148,25 @@ def test_little_motion_is_shown_to_those_who_want_little(report, shown):
     page.emulate_media(reduced_motion="no-preference")
 
 
-def test_everything_is_reached_by_keyboard(report, opened, until):
+def test_everything_is_accessible_by_keyboard(report, opened, until):
     page = opened(report)
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.className") == "skip"
     page.keyboard.press("Enter")
     assert page.evaluate("document.activeElement.id") == "content"
-    reached, wanted = set(), {
+    peaks, expected = set(), {
         "DIV  scroll", "SELECT select-one", "BUTTON button play", "INPUT range", "INPUT checkbox",
         "INPUT number", "BUTTON submit", "BUTTON reset", "SUMMARY",
     }  # fmt: skip
     for _ in range(120):
-        if wanted <= reached:
+        if expected <= peaks:
             break
         page.keyboard.press("Tab")
-        reached.add(page.evaluate(
+        peaks.add(page.evaluate(
             "(({tagName, type, className}) => `${tagName} ${type ?? ''} ${className}`.trim())"
             "(document.activeElement)"
         ))  # fmt: skip
-    assert wanted <= reached
+    assert expected <= peaks
     page.locator(LINKED_CSS).first.get_by_role("button", name="Zoom in").focus()
     page.keyboard.press("Enter")
     all_show(until, page, 2, 6)
@@ -259,10 +259,10 @@ def test_the_first_screen_shows_the_trade_off_and_the_navigation_stays(report, s
 
 def test_the_points_of_the_trade_off_are_the_runs_criteria(report, shown, runs):
     page = shown(report)
-    found = page.evaluate(
+    evaluation = page.evaluate(
         "document.querySelector('.plot').data.map(({meta, x, y}) => [meta, x[0], y[0]])"
     )
-    assert found == [
+    assert evaluation == [
         [as_written(name), pytest.approx(1e3 * run.criteria["peak_base_displacement_m"]),
          pytest.approx(run.criteria["peak_floor_acceleration_m_s2"])]
         for name, run in runs.items()

@@ -19,17 +19,17 @@ MOST = 6_000_000
 
 
 @pytest.mark.parametrize("where", ["choice", "ladder"])
-def test_another_law_that_is_far_better_is_told_before_the_verdict(diagnosis, where):
+def test_another_law_that_is_far_better_is_reported_before_the_verdict(diagnosis, where):
     said = "Another law is better: Spencer."
-    told = replace(
+    n_known = replace(
         diagnosis,
         **{"details": {"law_choice": {"text": said, "wrong_family": True, "laws": []}}}
         if where == "choice"
         else {"ladder": Ladder((Rung("law", 0.1, 0.1, 0.1),), better_law=said)},
     )
-    verdict = diagnosis_report(told).sections[0].blocks[0].paragraphs[0]
+    verdict = diagnosis_report(n_known).sections[0].blocks[0].paragraphs[0]
     assert verdict == said
-    for text, first in ((told.summary(), "EXPLAINED."), (markdown(told), "**Explained.**")):
+    for text, first in ((n_known.summary(), "EXPLAINED."), (markdown(n_known), "**Explained.**")):
         assert text.count(said) == 1 and text.index(said) < text.index(first)
 
 
@@ -100,7 +100,7 @@ def diagnosis():
     )  # fmt: skip
 
 
-def test_the_story_is_told_in_order(diagnosis):
+def test_the_sections_are_in_order(diagnosis):
     page = diagnosis_report(diagnosis, "law = 'kelvin_voigt'")
     assert [section.title for section in page.sections] == [
         "Verdict", "Measured against simulated", "Errors by run", "Steps of the diagnosis",
@@ -108,7 +108,7 @@ def test_the_story_is_told_in_order(diagnosis):
         "Inputs and versions", "References",
     ]  # fmt: skip
     text = page.html().replace("\u00a0", " ")
-    for told in (
+    for expected_text in (
         "Kelvin-Voigt has an RMS error of 25 % on held-out data; noise alone causes 1.1 %.",
         "Explained by Coulomb friction: with it the error is 1.3 %; 2 % of the misfit remains",
         "25 (24.5 to 25.5)", "0.0001 (8e-05 to 0.00012)",
@@ -117,7 +117,7 @@ def test_the_story_is_told_in_order(diagnosis):
         "It chooses on_off.", "P. R. Dahl",
         "law = &#39;kelvin_voigt&#39;",
     ):  # fmt: skip
-        assert told in text, told
+        assert expected_text in text, expected_text
     wrong = next(s for s in page.sections if s.title == "Errors by run")
     assert any(getattr(b, "caption", "") == "Dependence of the residual" for b in wrong.blocks)
 
@@ -185,7 +185,7 @@ def test_an_adequate_model_has_a_short_report(diagnosis):
     assert "nan" not in text and "Plotly, Inc." not in text
 
 
-def test_rounds_that_begin_alike_are_told_once(diagnosis):
+def test_rounds_that_begin_alike_are_reported_once(diagnosis):
     rounds = tuple(
         Step(f"Effects tried, round {k}", "What each leaves:", ("effect", "left"), (("a", "1"),))
         for k in (1, 2)
@@ -205,8 +205,8 @@ def test_the_tables_fit_on_paper(diagnosis, opened, tmp_path):
 def test_the_folder_says_what_is_in_it(diagnosis, tmp_path):
     written = diagnosis.save(tmp_path)
     assert {path.name for path in written} == {path.name for path in tmp_path.iterdir()}
-    told = (tmp_path / "README.txt").read_text()
-    assert all(path.name in told for path in written if path.name != "README.txt")
+    lines = (tmp_path / "README.txt").read_text()
+    assert all(path.name in lines for path in written if path.name != "README.txt")
     section = (tmp_path / "extended_law.toml").read_text()
     assert 'name = "coulomb_friction"' in section
     assert "[[isolator.effect]]" in (tmp_path / "report.html").read_text()

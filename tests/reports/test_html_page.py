@@ -29,31 +29,31 @@ def every_block(text):
 
 def test_text_stays_text(read):
     text = page.Page(EVIL, EVIL, [page.Section(EVIL, every_block(EVIL))]).html()
-    found = read(text)
-    assert not any("onclick" in attributes for _, attributes in found.tags)
+    parsed = read(text)
+    assert not any("onclick" in attributes for _, attributes in parsed.tags)
     assert "alert('x')" not in text
-    data = [json.loads(content) for kind, content in found.scripts if kind.get("type")]
+    data = [json.loads(content) for kind, content in parsed.scripts if kind.get("type")]
     assert [figure["data"][0]["name"] for figure in data] == [EVIL, EVIL]
 
 
 def test_a_page_needs_nothing_but_itself(read):
     text = page.Page("Title", "", [page.Section("Part", every_block("text"))]).html()
-    found = read(text)
-    for tag, attributes in found.tags:
+    parsed = read(text)
+    for tag, attributes in parsed.tags:
         assert "src" not in attributes, tag
         assert attributes.get("href", "#").startswith(("#", "data:")), attributes
-    policy = next(a["content"] for t, a in found.tags if a.get("http-equiv"))
+    policy = next(a["content"] for t, a in parsed.tags if a.get("http-equiv"))
     assert policy.startswith("default-src 'none'")
     assert not re.search(r"url\(|@import", text[: text.index("</style>")])
 
 
 def test_plotly_is_there_only_for_charts():
-    told = page.Page("Title", "", [page.Section("Part", [page.Prose(("text",))])]).html()
-    assert len(told) < 40_000
-    assert "Plotly, Inc." not in told
+    text = page.Page("Title", "", [page.Section("Part", [page.Prose(("text",))])]).html()
+    assert len(text) < 40_000
+    assert "Plotly, Inc." not in text
 
 
-def test_a_checkout_without_plotly_is_told_what_to_do(monkeypatch):
+def test_a_checkout_without_plotly_says_what_to_install(monkeypatch):
     page._plotly.cache_clear()
     monkeypatch.setattr(page, "_file", lambda name: (_ for _ in ()).throw(FileNotFoundError(name)))
     monkeypatch.setitem(sys.modules, "plotly.offline", None)
@@ -125,23 +125,23 @@ def test_an_even_abscissa_takes_no_room(unpacked):
 def test_thinning_keeps_every_peak(n):
     random = np.random.default_rng(n)
     one, two = random.normal(size=(2, n))
-    kept = charts.choose_samples(200, one, two)
-    assert np.all(np.diff(kept) > 0)
-    assert kept[0] == 0 and kept[-1] == n - 1
+    selected = charts.choose_samples(200, one, two)
+    assert np.all(np.diff(selected) > 0)
+    assert selected[0] == 0 and selected[-1] == n - 1
     for values in (one, two):
-        assert values[kept].max() == values.max() and values[kept].min() == values.min()
+        assert values[selected].max() == values.max() and values[selected].min() == values.min()
     if n <= 200:
-        assert len(kept) == n
+        assert len(selected) == n
     else:
-        assert 100 < len(kept) < 250
+        assert 100 < len(selected) < 250
         # no stretch of the record is left out
-        assert np.diff(kept).max() < n / 20
+        assert np.diff(selected).max() < n / 20
 
 
 def test_lines_differ_by_more_than_colour():
     names = [str(k) for k in range(7)]
-    found = charts.looks(names)
-    assert len({(look.dashes, look.marker) for look in found.values()}) == len(names)
+    result = charts.looks(names)
+    assert len({(look.dashes, look.marker) for look in result.values()}) == len(names)
 
 
 def test_axes_that_have_to_be_alike_hold_everything():

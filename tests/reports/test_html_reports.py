@@ -67,13 +67,13 @@ def test_the_best_of_each_row_is_marked(comparison):
     assert not any(cell.mark for cell in rows["input, kJ"])
 
 
-def test_input_is_told(comparison):
+def test_input_is_listed(comparison):
     text = run_report(comparison, 'name = "mine"\n[sensors]\nseed = 7\n').html()
-    for told in (
+    for expected_text in (
         "mine", "sensors.seed = 7", f"isolation-sim {iso.__version__}", "numpy", "Table 2",
         "Smart base-isolated benchmark", "Dynamics of Structures", "Warning: ",
     ):  # fmt: skip
-        assert told in text, told
+        assert expected_text in text, expected_text
 
 
 def test_seven_runs_of_a_long_record_stay_small_and_keep_their_peak(
@@ -109,7 +109,7 @@ def fit():
     return iso.fit(Campaign("isolator 7", "made for a test", tuple(tests)), law="kelvin_voigt")
 
 
-def test_a_fit_report_says_what_the_fit_found(fit, tmp_path, figures, unpacked):
+def test_a_fit_report_has_the_results_of_the_fit(fit, tmp_path, figures, unpacked):
     text = fit.to_html(tmp_path / "fit.html").read_text().replace("\u00a0", " ")
     assert (tmp_path / "fit.html").stat().st_size < MOST
     drawn = figures(text)

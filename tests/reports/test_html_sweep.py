@@ -37,15 +37,15 @@ def swept(tmp_path_factory):
 @pytest.fixture(scope="module")
 def large(swept):
     """The same repeated, with another scale and result each, to twelve thousand runs."""
-    found = Sweep(swept.folder)
+    sweep = Sweep(swept.folder)
     once = swept.table[swept.table["status"] == "ok"]
     table = pandas.concat([once] * 1500, ignore_index=True)
     random = np.random.default_rng(0)
     table["case"] = np.arange(len(table)) // 2
     table["scale"] = np.repeat(random.uniform(0.2, 2.0, len(table) // 2), 2)
     table[FLOOR] *= random.uniform(0.5, 2.0, len(table))
-    vars(found)["table"] = table
-    return found
+    vars(sweep)["table"] = table
+    return sweep
 
 
 def floats(text):
@@ -78,13 +78,13 @@ def test_the_report_says_what_came_of_the_sweep(swept):
     text = sweep_report(swept, "rms_drift_m").html().replace("\u00a0", " ")
     good = swept.table[swept.table["status"] == "ok"]
     best = good.loc[good["rms_drift_m"].idxmin()]
-    for told in (
+    for phrase in (
         "12 runs: 6 cases under 2 controllers; 4 failed.",
         f"The lowest RMS storey drift, {1e3 * best['rms_drift_m']:.4g} mm, is that of "
         f"{as_written(best['controller'])} in case {best['case']} (scale {best['scale']:.5g}",
         "diverged", "table.npz", "--csv",
     ):  # fmt: skip
-        assert told in text, told
+        assert phrase in text, phrase
     median = good.groupby("controller")["peak_drift_m"].median()["on_off"]
     assert f"{1e3 * median:.4g}" in text
     with pytest.raises(InputError, match="did you mean 'rms_drift_m'"):
@@ -124,8 +124,8 @@ def test_ten_thousand_runs_stay_small_and_the_best_are_among_them(large, tmp_pat
     assert 5000 < len(cases) < len(large.table)
     for code, label in enumerate(data["fields"][0]["groups"]):
         own = large.table.loc[large.table["controller"].map(as_written) == label, FLOOR]
-        found = np.sort(values[controller == code])[:12]
-        np.testing.assert_allclose(found, np.sort(own)[:12], rtol=1e-6)
+        computed = np.sort(values[controller == code])[:12]
+        np.testing.assert_allclose(computed, np.sort(own)[:12], rtol=1e-6)
     # a quantity with many values is chosen by intervals, which hold them
     scale = data["fields"][1]
     ends = np.array([group.split(" to ") for group in scale["groups"]], float)
@@ -205,7 +205,7 @@ def test_a_study_is_shown_with_its_table_and_figures(tmp_path):
     # words that repeat are worth choosing by; numbers, and names that are all different, are not
     assert table.filters == ("motion",)
     text = page.html()
-    for told in ("It is so.", "Two maps", "data:image/svg+xml;base64,", "Which period suits",
+    for phrase in ("It is so.", "Two maps", "data:image/svg+xml;base64,", "Which period suits",
                  "isolation-sim study periods"):  # fmt: skip
-        assert told in text, told
+        assert phrase in text, phrase
     assert "Plotly, Inc." not in text

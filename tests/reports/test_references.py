@@ -51,16 +51,16 @@ def test_a_publication_of_an_effect_does_not_hide_another(cause):
         assert rest == form.source or not re.search(r"\b1[89]\d\d\b|\b20\d\d\b", rest), form.form
 
 
-def test_each_publication_is_told_once_with_all_its_uses():
-    told = references.citations(
+def test_each_publication_is_reported_once_with_all_its_uses():
+    citations_text = references.citations(
         [("a", "Li & Li, Eq 1"), ("b", "Li & Li, Table 2"), ("a", "Li & Li")]
     )
-    assert [(c.text.split(",")[0], c.uses) for c in told] == [("Y. Li", ("a", "b"))]
+    assert [(c.text.split(",")[0], c.uses) for c in citations_text] == [("Y. Li", ("a", "b"))]
 
 
 def test_a_source_that_nobody_knows_stands_for_itself():
-    told = references.citations([("motion", "my shake table"), ("law", "")])
-    assert [c.line for c in told] == ["my shake table. Used for: motion."]
+    citations_text = references.citations([("motion", "my shake table"), ("law", "")])
+    assert [c.line for c in citations_text] == ["my shake table. Used for: motion."]
 
 
 def test_a_scenario_cites_what_it_names_and_nothing_else():

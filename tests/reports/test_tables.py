@@ -49,9 +49,11 @@ def test_intervals_of_causes_stay_whole():
         for name in ("coulomb_friction", "tension_compression_asymmetry")
     )
     nothing = Errors(np.nan, np.nan)
-    found = Diagnosis("tests", "law", "explained", 0.0, nothing, nothing, causes, 0.0, (), None, ())
+    diagnosis = Diagnosis(
+        "tests", "law", "explained", 0.0, nothing, nothing, causes, 0.0, (), None, ()
+    )
     for width in (80, 100):
-        text = as_text(causes_table(found), width)
+        text = as_text(causes_table(diagnosis), width)
         assert max(map(len, text.splitlines())) <= width
         assert text.count("20.02 (19.9 to 20.1)") == 2
         assert text.count("0.001021 (0.000983 to 0.00106)") == 2
@@ -75,35 +77,35 @@ def test_a_cause_in_a_sensor_shows_its_channel_and_empty_columns_are_left_out():
     nothing, place = Errors(np.nan, np.nan), "floor3_acceleration_m_s2"
     gain = {"gain": Interval(1.15, 1.14, 1.16, "1")}
     cause = Cause("sensor_gain", 0.9, 1e-12, gain, "It.", place=place)
-    found = Diagnosis("a", "b", "explained", 0.0, nothing, nothing, (cause,), 0.0, (), None, ())
-    assert causes_table(found).headings == (
+    diagnosis = Diagnosis("a", "b", "explained", 0.0, nothing, nothing, (cause,), 0.0, (), None, ())
+    assert causes_table(diagnosis).headings == (
         ["cause", "place", "parameter", "value (95 %)", "unit", "share, %", "p"]
     )
-    assert causes_table(found).rows[0][1] == place == found.to_dict()["causes"][0]["place"]
-    assert f"sensor_gain ({place}): It." in list(shown(found))
+    assert causes_table(diagnosis).rows[0][1] == place == diagnosis.to_dict()["causes"][0]["place"]
+    assert f"sensor_gain ({place}): It." in list(shown(diagnosis))
 
 
 def test_suspicious_data_are_said_before_the_verdict():
     nothing = Errors(np.nan, np.nan)
     notes = ("all runs: the loops run the wrong way round", *(f"r{k}: clipped?" for k in range(6)))
-    found = Diagnosis(
+    diagnosis = Diagnosis(
         "tests", "law", "unexplained", 0.0, nothing, nothing, (), 0.0, (), None, (),
         data_notes=notes,
     )  # fmt: skip
-    lines = [line for line in shown(found) if isinstance(line, str)]
+    lines = [line for line in shown(diagnosis) if isinstance(line, str)]
     assert lines[1] == "Data: all runs: the loops run the wrong way round."
     assert lines[2] == "Data: r0: clipped?"
     assert lines[6] == "Data: 2 more in the step Data."
     assert lines[7].startswith("UNEXPLAINED.")
-    assert found.to_dict()["data_notes"] == list(notes)
+    assert diagnosis.to_dict()["data_notes"] == list(notes)
 
 
 def test_adequate_on_the_fitted_data_alone_is_said():
     said = {0.011: "no effect is missing.", 0.03: "misses the data held out by more"}
     for held_out, words in said.items():
         error = Errors(0.01, held_out)
-        found = Diagnosis("tests", "law", "adequate", 0.01, error, error, (), 0.0, (), None, ())
-        lines = [line for line in shown(found) if isinstance(line, str)]
+        diagnosis = Diagnosis("tests", "law", "adequate", 0.01, error, error, (), 0.0, (), None, ())
+        lines = [line for line in shown(diagnosis) if isinstance(line, str)]
         assert words in lines[1]
 
 

@@ -18,8 +18,8 @@ def comparison(values, reference="off", energy=None):
 
 
 def test_a_gain_and_its_price():
-    told = verdict(comparison({"off": (0.2, 1.0, 2e-3), "on": (0.1, 3.0, 4e-3)}))
-    assert told == (
+    sentences = verdict(comparison({"off": (0.2, 1.0, 2e-3), "on": (0.1, 3.0, 4e-3)}))
+    assert sentences == (
         "On does not lower base displacement, floor acceleration and storey drift together; the "
         "smallest peak floor acceleration, 1 m/s², is that of off.",
         "On lowers the peak base displacement most, from 200 mm to 100 mm (−50 %), "  # noqa: RUF001
@@ -50,10 +50,10 @@ def test_changes_too_small_to_see_are_none():
 
 
 @pytest.mark.parametrize("reference", [None, "off"])
-def test_a_run_alone_is_told_in_its_own_numbers(reference):
+def test_a_run_alone_is_reported_in_its_own_numbers(reference):
     energy = {"off": {"device_dissipation_J": 4e5, "input_J": 5e5, "closure_error": 2e-8}}
-    told = verdict(comparison({"off": (0.2, 1.0, 2e-3)}, reference, energy))
-    assert told == (
+    sentences = verdict(comparison({"off": (0.2, 1.0, 2e-3)}, reference, energy))
+    assert sentences == (
         "With off, the peaks are 200 mm of base displacement, 1 m/s² of floor acceleration and "
         "2 mm of storey drift.",
         "Isolators and other elements dissipated 80 % of the input energy of 500 kJ; the energy "
@@ -61,7 +61,7 @@ def test_a_run_alone_is_told_in_its_own_numbers(reference):
     )
 
 
-def test_without_a_reference_the_one_that_moves_least_is_told():
+def test_without_a_reference_the_one_that_moves_least_is_reported():
     spent = {"device_dissipation_J": 0.0, "input_J": 0.0, "closure_error": 0.0}
     energy = {"a": spent, "b": spent}
     first, _ = verdict(comparison({"a": (0.2, 1, 1), "b": (0.1, 2, 2)}, None, energy))

@@ -98,7 +98,7 @@ def simulate_by_scipy(isolated, records, current, breaks=(), at_break=None, rtol
         ground_now = a + slope * (t - start)
         return np.concatenate([v, -structure.influence @ ground_now - inverse @ pushed, rates])
 
-    y, found = np.zeros(ends[-1]), [np.zeros(ends[-1])]
+    y, results = np.zeros(ends[-1]), [np.zeros(ends[-1])]
     stops = set(np.round(inner, 12).tolist())
     for start, stop in pairwise(knots):
         if at_break is not None and start in stops:
@@ -110,9 +110,9 @@ def simulate_by_scipy(isolated, records, current, breaks=(), at_break=None, rtol
             args=(a, start, slope), first_step=(stop - start) / 2,
         ).y[:, -1]  # fmt: skip
         if np.min(np.abs(samples - stop)) < 1e-9:
-            found.append(y)
-    found = np.array(found)
-    return found[:, :n], found[:, n : 2 * n], found[:, 2 * n :]
+            results.append(y)
+    results = np.array(results)
+    return results[:, :n], results[:, n : 2 * n], results[:, 2 * n :]
 
 
 @pytest.fixture(scope="session")

@@ -20,20 +20,20 @@ def law_of_motion(t, m):
 
 @pytest.mark.parametrize("step", [0.5, 0.07, 2.0])
 def test_commands_are_the_nearest_steps(step, stiffening, strong_motion, scheduled):
-    wanted = np.random.default_rng(2).uniform(0.0, 2.9, 40)
+    expected = np.random.default_rng(2).uniform(0.0, 2.9, 40)
     time = 0.1 * np.arange(40)
     driver = CoilDriver(step=step, low=0.3, high=2.9)
     run = simulate(
-        stiffening, strong_motion, scheduled(np.clip(wanted, 0.3, 2.9), time), driver=driver
+        stiffening, strong_motion, scheduled(np.clip(expected, 0.3, 2.9), time), driver=driver
     )
     levels = np.arange(100) * step
     levels = levels[(levels >= 0.3) & (levels <= 2.9)]
-    nearest = levels[np.argmin(np.abs(np.clip(wanted, 0.3, 2.9)[:, None] - levels), axis=1)]
+    nearest = levels[np.argmin(np.abs(np.clip(expected, 0.3, 2.9)[:, None] - levels), axis=1)]
     at = np.searchsorted(time, run.time + 1e-9, side="right") - 1
     np.testing.assert_allclose(run.command[:, 0], nearest[at], rtol=1e-14)
 
 
-def test_limits_that_are_steps_can_be_reached(stiffening, strong_motion, scheduled):
+def test_limits_that_are_steps_can_be_attained(stiffening, strong_motion, scheduled):
     driver = CoilDriver(step=0.1, low=0.3, high=0.7)  # neither is 0.1's multiple in binary
     run = simulate(stiffening, strong_motion, scheduled([0.3, 0.7], [0.0, 1.0]), driver=driver)
     assert run.command.min() == pytest.approx(0.3, abs=1e-15)

@@ -78,15 +78,15 @@ def records(strong_motion):
 @pytest.fixture(scope="module")
 def cases(plants, records, scheduled):
     """Not a multiple of the lanes; held currents, and two sets of switched ones."""
-    found = []
+    results = []
     for k in range(2 * LANES + 5):
         plant, record = plants[k % 6], records[k % 3]
         if k % 4 == 0:
             controller = scheduled([0.5 + 0.05 * k, 2.5, 0.1], [0.0, 0.6, 1.22])
         else:
             controller = scheduled([0.1 * k % 3.0])
-        found.append(Case(plant, record, controller))
-    return found
+        results.append(Case(plant, record, controller))
+    return results
 
 
 @pytest.fixture(scope="module")
@@ -151,10 +151,10 @@ def test_a_failing_case_leaves_the_others_alone(cases, alone, records, scheduled
     wild = Case(stiffening, records[0].scaled(1e3), scheduled([1.5]))
     refused = Case(stiffening, records[0], scheduled([99.0]))
     batch = simulate_many([*cases[:5], wild, *cases[5:20], refused, *cases[20:]])
-    kept = [k for k in range(len(cases) + 2) if k not in (5, 21)]
+    selected = [k for k in range(len(cases) + 2) if k not in (5, 21)]
     for name, values in batch.criteria.items():
         expected = [single[name] for single in alone]
-        np.testing.assert_allclose(values[kept], expected, rtol=1e-12, err_msg=name)
+        np.testing.assert_allclose(values[selected], expected, rtol=1e-12, err_msg=name)
         assert np.isnan(values[[5, 21]]).all()
     assert "50 times further than they were tested" in batch.failure[5]
     assert batch.failure[21].startswith("scheduled: current 99 A at t = 0 s is outside")
@@ -187,9 +187,9 @@ def test_devices_tabulated_at_different_currents(stiffening, records, scheduled)
     element = stiffening.elements[0]
     cases = []
     for knots in ([0.0, 1.0, 3.0], [0.0, 2.0, 3.0], [0.0, 2.5, 3.0]):
-        given = element.device.current
+        inputs = element.device.current
         names = element.device.law.parameter_names
-        values = dict(zip(names, np.transpose([given.at(i) for i in knots]), strict=True))
+        values = dict(zip(names, np.transpose([inputs.at(i) for i in knots]), strict=True))
         values["k1"] = values["k1"] * np.array([1.0, 1.4, 1.0])
         device = replace(
             element.device, current=CurrentDependence.table(knots, values, names),

@@ -29,9 +29,9 @@ def coil_path(driver, times, start=0.5):
         def rate(t, i):
             return np.clip((command - i) / lag, -slew, slew)
 
-        found = solve_ivp(rate, (0, t[-1] + 1e-9), [i], rtol=1e-10, atol=1e-12, max_step=1e-3,
+        solution = solve_ivp(rate, (0, t[-1] + 1e-9), [i], rtol=1e-10, atol=1e-12, max_step=1e-3,
                           t_eval=t)  # fmt: skip
-        return found.y[0]
+        return solution.y[0]
 
     current = np.empty(len(times))
     ends = np.append(TIME[1:], times[-1] + 1e-9)
@@ -75,7 +75,7 @@ def test_plant_feels_the_moving_current(
     assert run.steps < 8000
 
 
-def test_what_a_controller_is_told_of_its_coil(stiffening, strong_motion, rule):
+def test_inputs_of_a_controller_about_its_coil(stiffening, strong_motion, rule):
     driver = CoilDriver(lag=0.06, initial=0.5)
     controller = rule(lambda t, m: 2.0, 0.013)
     simulate(stiffening, strong_motion, controller, driver=driver)
@@ -139,17 +139,17 @@ def test_a_command_that_is_no_number_is_always_refused(outside, stiffening, stro
         simulate(stiffening, strong_motion, controller, current_outside=outside)
 
 
-@pytest.mark.parametrize("given", [{"lag": -1.0}, {"lag": np.nan}, {"slew": 0.0}, {"lag": np.inf}])
-def test_a_driver_that_cannot_be_is_refused(given):
-    with pytest.raises(InputError, match=f"coil driver: {next(iter(given))}"):
-        CoilDriver(**given)
+@pytest.mark.parametrize("value", [{"lag": -1.0}, {"lag": np.nan}, {"slew": 0.0}, {"lag": np.inf}])
+def test_a_driver_that_cannot_be_is_refused(value):
+    with pytest.raises(InputError, match=f"coil driver: {next(iter(value))}"):
+        CoilDriver(**value)
 
 
-@pytest.mark.parametrize("given", [{"low": 2.0, "high": 1.0}, {"low": 0.5, "initial": 0.0}])
-def test_limits_that_contradict_each_other_are_refused(given, stiffening, strong_motion, rule):
+@pytest.mark.parametrize("value", [{"low": 2.0, "high": 1.0}, {"low": 0.5, "initial": 0.0}])
+def test_limits_that_contradict_each_other_are_refused(value, stiffening, strong_motion, rule):
     with pytest.raises(InputError, match="coil driver"):
         simulate(stiffening, strong_motion, rule(lambda t, m: 1.5, 0.1),
-                 driver=CoilDriver(**given), current_outside="clamp")  # fmt: skip
+                 driver=CoilDriver(**value), current_outside="clamp")  # fmt: skip
 
 
 def test_limits_outside_the_law_are_refused(stiffening, strong_motion, held):

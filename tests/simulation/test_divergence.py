@@ -41,8 +41,8 @@ def test_a_law_that_blows_up_is_diverged_with_time_and_cause(numbers, unbounded,
 
 
 def test_a_strong_motion_ends_at_fifty_times_what_was_tested(stiffening, el_centro, held):
-    told = r"deform 50 times further than they were tested; the ground motion peaks at .* its unit"
-    with pytest.raises(Diverged, match=told):
+    text = r"deform 50 times further than they were tested; the ground motion peaks at .* its unit"
+    with pytest.raises(Diverged, match=text):
         simulate(stiffening, el_centro.scaled(1e3), held())
 
 
@@ -94,7 +94,7 @@ def test_a_structure_without_elements_is_refused_in_words(stiffening, strong_mot
         simulate(replace(stiffening, elements=()), strong_motion, no_coil)
 
 
-def test_a_force_that_jumps_ends_in_bounded_work_and_says_what_was_reached(
+def test_a_force_that_jumps_ends_in_bounded_work_and_says_what_was_attained(
     stiffening, strong_motion, no_coil, constant_device
 ):
     """Where the jump is passed, no step is short enough: the smallest is taken as it is."""
@@ -105,6 +105,6 @@ def test_a_force_that_jumps_ends_in_bounded_work_and_says_what_was_reached(
         with pytest.warns(AccuracyWarning, match=f"missed the tolerance {tolerance:.3g}"):
             run = simulate(plant, strong_motion, no_coil, tolerance=tolerance)
         assert run.unresolved > 0
-        assert tolerance < run.reached < 1e-4
+        assert tolerance < run.accuracy < 1e-4
         assert run.steps < 50 * len(run.time)
         assert run.energy.closure_error < 1e-6

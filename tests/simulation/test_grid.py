@@ -18,8 +18,8 @@ def situations(draw):
     kinds = []
     for _ in range(3):
         times = np.sort(draw(st.lists(inside, max_size=12)))
-        kept = np.diff(times, prepend=-1.0) > 1e-5 * dt  # a grid merges what is closer
-        kinds.append(times[kept])
+        selected = np.diff(times, prepend=-1.0) > 1e-5 * dt  # a grid merges what is closer
+        kinds.append(times[selected])
     return n, dt, kinds
 
 

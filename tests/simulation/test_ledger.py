@@ -50,9 +50,9 @@ def test_closes_while_the_current_changes(plant, case, request, strong_motion, r
 def test_balance_is_that_of_the_terms(stiffening, strong_motion, rule):
     """The reported closure is what a reader works out from the terms."""
     e = simulate(stiffening, strong_motion, rule(on_off, 0.1)).energy
-    kept = e.kinetic_J + e.strain_J + e.device_stored_J
+    stored = e.kinetic_J + e.strain_J + e.device_stored_J
     lost = e.structural_damping_J + e.device_dissipation_J
-    mismatch = np.abs(e.input_J + e.field_work_J - kept - lost).max()
+    mismatch = np.abs(e.input_J + e.field_work_J - stored - lost).max()
     assert mismatch <= e.closure_error * np.abs(e.input_J).max() * (1 + 1e-6)
 
 
@@ -72,8 +72,8 @@ def test_input_is_the_integral_over_ground_motion(fine, stiffening, strong_motio
     structure = stiffening.structure
     v, a = fine.history.velocity.values, fine.history.ground_acceleration.values[:, 0]
     exact = running_integral(fine, -a * (v @ structure.mass @ structure.influence[:, 0]))
-    given = simulate(stiffening, strong_motion, held()).energy.input_J
-    assert np.abs(given - exact).max() < 1e-5 * np.abs(exact).max()
+    expected = simulate(stiffening, strong_motion, held()).energy.input_J
+    assert np.abs(expected - exact).max() < 1e-5 * np.abs(exact).max()
 
 
 def test_damping_and_device_losses_are_integrals_of_power(fine, stiffening, strong_motion, held):
@@ -124,9 +124,9 @@ def test_field_work_along_a_moving_current_is_its_integral(viscous, strong_motio
                     tolerance=1e-9)  # fmt: skip
     rate = 4e6 * (3.0 - fine.current[:, 0]) / 0.4
     exact = running_integral(fine, 0.5 * fine.output("isolator_deformation_m") ** 2 * rate)
-    given = simulate(isolated, strong_motion, scheduled([3.0]), driver=driver).energy
-    assert np.abs(given.field_work_J - exact).max() < 1e-5 * exact[-1]
-    assert given.device_dissipation_J[-1] < 1e-6 * given.input_J.max()
+    expected = simulate(isolated, strong_motion, scheduled([3.0]), driver=driver).energy
+    assert np.abs(expected.field_work_J - exact).max() < 1e-5 * exact[-1]
+    assert expected.device_dissipation_J[-1] < 1e-6 * expected.input_J.max()
 
 
 def test_free_vibration_after_a_pulse_keeps_or_loses_its_energy(viscous, no_coil):

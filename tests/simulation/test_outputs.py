@@ -23,10 +23,10 @@ def test_velocity_and_acceleration_are_derivatives(run):
     h, dt = run.history, run.time[1]
     away = np.abs((np.arange(len(run.time)) + 16) % 32 - 16)[2:-2] > 2
     velocity, absolute = h.velocity.values, h.acceleration.values
-    found = derivative(h.displacement.values, dt)[away]
-    assert np.abs(found - velocity[2:-2][away]).max() < 1e-6 * np.abs(velocity).max()
-    found = (derivative(velocity, dt) + h.ground_acceleration.values[2:-2])[away]
-    assert np.abs(found - absolute[2:-2][away]).max() < 1e-5 * np.abs(absolute).max()
+    result = derivative(h.displacement.values, dt)[away]
+    assert np.abs(result - velocity[2:-2][away]).max() < 1e-6 * np.abs(velocity).max()
+    result = (derivative(velocity, dt) + h.ground_acceleration.values[2:-2])[away]
+    assert np.abs(result - absolute[2:-2][away]).max() < 1e-5 * np.abs(absolute).max()
 
 
 def test_all_inertia_is_carried_by_the_isolators(run):

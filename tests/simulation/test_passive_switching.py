@@ -18,13 +18,13 @@ def passive_plant():
 @pytest.fixture(scope="module")
 def histories():
     """Random currents, held for random times."""
-    found = []
+    results = []
     for seed in range(4):
         rng = np.random.default_rng(seed)
         time = np.cumsum(rng.uniform(0.02, 0.3, 12 * (seed + 1)))
         time = np.append(0.0, time[time < 3.9])
-        found.append((rng.uniform(0, 3, len(time)), time))
-    return found
+        results.append((rng.uniform(0, 3, len(time)), time))
+    return results
 
 
 @pytest.mark.parametrize("driver", [CoilDriver(), CoilDriver(lag=0.05, slew=40.0, step=0.25)])
@@ -86,8 +86,8 @@ def test_switching_the_wrong_way_diverges_by_the_papers_rule_alone(
         simulate(stiffening, el_centro, wrong)
     run = simulate(passive_plant, el_centro, wrong)
     energy = run.energy
-    kept = energy.kinetic_J + energy.strain_J + energy.device_stored_J
-    assert np.all(kept <= energy.input_J + 1e-5 * energy.input_J.max())
+    stored = energy.kinetic_J + energy.strain_J + energy.device_stored_J
+    assert np.all(stored <= energy.input_J + 1e-5 * energy.input_J.max())
     # bounded, though the springs creep: stiffened off centre, they come to rest there
     assert 0.2 < run.criteria["peak_base_displacement_m"] < 2.0
 

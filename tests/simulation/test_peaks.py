@@ -35,15 +35,15 @@ def peaks_on_a_fine_grid(run, driver):
     )
     at = again.grid.samples
     ground, names = again.work.ground[at, :, 0], again.outputs.names
-    found = {f"peak_{name}": 0.0 for name in quantity_rows(run.isolated, names)}
+    results = {f"peak_{name}": 0.0 for name in quantity_rows(run.isolated, names)}
     for current in (again.current, currents_before(run, again, driver)):
         force = device_forces(again.isolated, again.modes, again.modal[at], again.states, current)
         values = np.concatenate([again.modal[at], force, ground], axis=1) @ again.outputs.rows.T
         for name, rows in quantity_rows(run.isolated, names).items():
             vectors = np.tensordot(values, rows, axes=(1, 2))
             sizes = np.sqrt((vectors**2).sum(axis=-1))
-            found[f"peak_{name}"] = max(found[f"peak_{name}"], sizes.max(initial=0.0))
-    return found
+            results[f"peak_{name}"] = max(results[f"peak_{name}"], sizes.max(initial=0.0))
+    return results
 
 
 def currents_before(run, again, driver):

@@ -19,8 +19,8 @@ def test_floor_spectra_under_a_switching_current_are_those_of_a_finer_record():
     base = "base_acceleration_m_s2"
     np.testing.assert_allclose(run.output(base), finer.output(base)[::20], atol=1e-4)
     expected = finer.floor_spectra(periods)
-    for level, found in run.floor_spectra(periods).items():
-        np.testing.assert_allclose(found.psa, expected[level].psa, rtol=0.02)
+    for level, spectra in run.floor_spectra(periods).items():
+        np.testing.assert_allclose(spectra.psa, expected[level].psa, rtol=0.02)
 
 
 def test_refined_outputs_pass_through_the_samples():

@@ -151,8 +151,8 @@ def a_device(rng: np.random.Generator, name: str, mass: float) -> Device:
     low, high = device.current_range
     current = (low + high) / 2 if np.isfinite(high - low) else 0.0
     stiffness = secant(device, current, 0.3 * reach)
-    wanted = mass * (2 * np.pi / rng.uniform(1.2, 3.5)) ** 2
-    device = device.scaled(force=wanted / stiffness)
+    expected = mass * (2 * np.pi / rng.uniform(1.2, 3.5)) ** 2
+    device = device.scaled(force=expected / stiffness)
     return passive(device) if name == PASSIVE else device
 
 
@@ -245,9 +245,9 @@ class Coil:
     def __init__(self, run: Any, driver: CoilDriver):
         work, grid = run.work, run.grid
         first = grid.segments[:-1, 0]
-        given = work.command[first, 0, 0]
-        begun = np.flatnonzero((np.diff(given, prepend=np.nan) != 0) | (grid.events[:, 2] >= 0))
-        self.time, self.command = grid.time[first[begun]], given[begun]
+        inputs = work.command[first, 0, 0]
+        begun = np.flatnonzero((np.diff(inputs, prepend=np.nan) != 0) | (grid.events[:, 2] >= 0))
+        self.time, self.command = grid.time[first[begun]], inputs[begun]
         self.lag, self.slew = driver.lag, driver.slew
         self.start = np.zeros(len(begun))
         current = float(work.coil_history[0, 0, 0])
@@ -317,7 +317,7 @@ def by_scipy(scenario: Scenario, run: Any, rtol: float = 1e-10) -> np.ndarray:
             out[2 * n :] = device_law.rates(x, v, s, parameters)
         return out
 
-    y, found = np.zeros(2 * n + n_states), [np.zeros(2 * n + n_states)]
+    y, results = np.zeros(2 * n + n_states), [np.zeros(2 * n + n_states)]
     y[2 * n :] = run.states[0, 0]
     at = 1
     for start, stop in pairwise(knots):
@@ -332,9 +332,9 @@ def by_scipy(scenario: Scenario, run: Any, rtol: float = 1e-10) -> np.ndarray:
             args=(a, (b - a) / (stop - start), start, parameters, k), first_step=(stop - start) / 2,
         ).y[:, -1]  # fmt: skip
         if at < len(samples) and abs(samples[at] - stop) < 1e-8:
-            found.append(y)
+            results.append(y)
             at += 1
-    return np.array(found)
+    return np.array(results)
 
 
 def motion_of(run: Any) -> np.ndarray:
@@ -362,7 +362,7 @@ def test_states_and_energy_of_a_random_scenario(k):
 @pytest.mark.parametrize(
     "name", [pytest.param("spring_pot", marks=pytest.mark.slow), "improved_bouc_wen"]
 )
-def test_a_tight_tolerance_is_reached_in_bounded_work(name):
+def test_a_tight_tolerance_is_attained_in_bounded_work(name):
     """These did not end: every kink cut the whole of its segment into the smallest steps."""
     scenario = draw(KINDS.index(name))
     run = simulate(

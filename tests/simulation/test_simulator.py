@@ -44,11 +44,11 @@ CASES = {
 
 def stepped(simulator, n=None, ground=None, measurement=None):
     """Measurements and commands of some steps, all by default."""
-    seen, given = [measurement or simulator.reset()], []
-    while not simulator.done and len(given) != n:
-        given.append(switching(simulator.time, seen[-1]))
-        seen.append(simulator.step(given[-1], *([] if ground is None else [next(ground)])))
-    return np.array(seen), given
+    seen, values = [measurement or simulator.reset()], []
+    while not simulator.done and len(values) != n:
+        values.append(switching(simulator.time, seen[-1]))
+        seen.append(simulator.step(values[-1], *([] if ground is None else [next(ground)])))
+    return np.array(seen), values
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -57,11 +57,11 @@ def test_the_same_bits_as_a_run(case, stiffening, strong_motion, rule):
     controller = rule(switching, period, MEASURED)
     simulate(stiffening, strong_motion, controller, **options)
     simulator = Simulator(stiffening, strong_motion, period=period, measures=MEASURED, **options)
-    seen, given = stepped(simulator)
+    seen, inputs = stepped(simulator)
     assert simulator.measures == (*MEASURED, "coil0_current_A")
-    assert len(given) == simulator.n_steps == len(controller.commands)
-    assert len(set(given)) == 2
-    assert given == controller.commands
+    assert len(inputs) == simulator.n_steps == len(controller.commands)
+    assert len(set(inputs)) == 2
+    assert inputs == controller.commands
     np.testing.assert_array_equal(seen[:-1], np.array(controller.seen))
     # once more from rest
     np.testing.assert_array_equal(stepped(simulator)[0], seen)
@@ -78,15 +78,15 @@ def test_the_last_measurement_is_of_the_end(stiffening, strong_motion, rule):
 
 @pytest.mark.parametrize("delay", [0.0, 0.033])
 @pytest.mark.parametrize("parts", [1, 4])
-def test_ground_motion_given_step_by_step(delay, parts, stiffening, strong_motion):
+def test_ground_motion_step_by_step(delay, parts, stiffening, strong_motion):
     record = replace(strong_motion, acceleration=strong_motion.acceleration + 0.1)
     options = {"period": parts * record.dt, "measures": MEASURED, "computation_delay": delay}
     seen, _ = stepped(Simulator(stiffening, record, **options))
     free = Simulator(stiffening, duration=record.duration, dt=record.dt, **options)
     rows = iter(record.acceleration[1:].reshape(-1, parts, 1))
     first = free.reset(ground_acceleration=record.acceleration[0])
-    found, _ = stepped(free, ground=rows, measurement=first)
-    np.testing.assert_array_equal(found, seen)
+    result, _ = stepped(free, ground=rows, measurement=first)
+    np.testing.assert_array_equal(result, seen)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -178,7 +178,7 @@ def test_what_is_refused(stiffening, strong_motion):
         free.step(1.0, 0.1)
 
 
-def test_divergence_is_told(stiffening):
+def test_divergence_is_reported(stiffening):
     free = Simulator(stiffening, period=0.02, duration=10.0)
     with pytest.raises(Diverged, match="times further than they were tested"):
         while True:

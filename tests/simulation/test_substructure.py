@@ -66,10 +66,12 @@ def test_the_device_follows_scipy(name, ramps):
     simulator = iso.DeviceSimulator(device, PERIOD)
     if not ramps:
         simulator._end[2] = v[0]  # the motion begins at a velocity; a test would ramp up to it
-    found = [simulator.step(x[k + 1], currents[k], None if ramps else v[k + 1]) for k in range(80)]
+    results = [
+        simulator.step(x[k + 1], currents[k], None if ramps else v[k + 1]) for k in range(80)
+    ]
 
     exact = by_scipy(device, path, currents)
-    assert np.max(np.abs(found - exact)) < 2e-6 * np.max(np.abs(exact))
+    assert np.max(np.abs(results - exact)) < 2e-6 * np.max(np.abs(exact))
 
 
 def test_a_device_s_state_continues_to_the_same_bits():
@@ -110,8 +112,8 @@ def test_a_building_takes_a_force_from_outside():
     for k, force in enumerate(forces):
         z[2 * n :] = ground[k], force, (ground[k + 1] - ground[k]) / PERIOD
         z = step @ z
-        found = simulator.step(force, ground[k + 1])
-        np.testing.assert_allclose(found[:n], z[:n], rtol=1e-7, atol=1e-12)
+        result = simulator.step(force, ground[k + 1])
+        np.testing.assert_allclose(result[:n], z[:n], rtol=1e-7, atol=1e-12)
 
 
 def test_both_halves_make_the_whole(strong_motion, stiffening):

@@ -44,8 +44,8 @@ def test_each_has_the_bits_of_a_plant_alone(parts, driver, stiffening):
         np.testing.assert_array_equal(seen[start, lane], alone.reset(ground_acceleration=first))
         for k in range(start, n_steps):
             ground = motions[lane, k * parts + 1 : (k + 1) * parts + 1]
-            found = alone.step(currents[lane, k], ground)
-            np.testing.assert_array_equal(seen[k + 1, lane], found)
+            result = alone.step(currents[lane, k], ground)
+            np.testing.assert_array_equal(seen[k + 1, lane], result)
 
 
 def test_a_plant_that_diverges_leaves_the_others_alone(stiffening):

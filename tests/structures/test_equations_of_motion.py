@@ -44,8 +44,8 @@ def test_reference_trajectories(shared_data, device, file):
     building, expected = np.load(folder / "building.npz"), np.load(folder / f"{file}.npz")
     samples = 150
     isolated = reference_building().on(reference_isolators(device))
-    found = trajectory(
+    result = trajectory(
         isolated, building["ground_m_s2"][: samples + 1], expected["current_A"], building["dt_s"]
     )
-    error = np.abs(found - expected["displacement_m"][: samples + 1]).max()
+    error = np.abs(result - expected["displacement_m"][: samples + 1]).max()
     assert error < 1e-7 * np.abs(expected["displacement_m"][: samples + 1]).max()

@@ -170,7 +170,7 @@ def test_bad_files(tmp_path):
         read_matrices(tmp_path / "one.npy")
 
 
-def told(call):
+def warnings_of(call):
     """PlausibilityWarnings of a call, and what it returns."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -179,16 +179,16 @@ def told(call):
 
 
 @pytest.mark.parametrize("what", ["stiffness", "damping"])
-def test_a_spring_or_damper_to_the_ground_is_told(what):
+def test_a_spring_or_damper_to_the_ground_is_reported(what):
     """At construction and in the run, by the dof and its value; files alike."""
     whole = reference()
     matrices = {key: getattr(whole, key).copy() for key in ("mass", "damping", "stiffness")}
     matrices[what][0, 0] += 2e7
-    (line,), building = told(lambda: from_matrices(**matrices, name="frame"))
+    (line,), building = warnings_of(lambda: from_matrices(**matrices, name="frame"))
     for part in ("frame: rigid motion along x", f"a {what} of 2e+07 N", "at base 2e+07 N"):
         assert part in line
     isolated = building.on(reference_isolators())
-    lines, run = told(lambda: simulate(isolated, el_centro_1940().cut(0, 0.5)))
+    lines, run = warnings_of(lambda: simulate(isolated, el_centro_1940().cut(0, 0.5)))
     assert line in lines and line in run.warnings()
 
 
@@ -196,13 +196,13 @@ def test_foreign_matrices_without_such_parts_are_silent():
     whole = reference()
     matrices = [whole.mass, whole.damping, whole.stiffness]
     six_digits = [np.array([[float(f"{x:.6g}") for x in row] for row in each]) for each in matrices]
-    lines, _ = told(lambda: from_matrices(*six_digits))
+    lines, _ = warnings_of(lambda: from_matrices(*six_digits))
     assert lines == []
 
 
-def test_damping_and_stiffness_exchanged_are_told():
+def test_damping_and_stiffness_exchanged_are_reported():
     whole = reference()
-    (line,), _ = told(lambda: from_matrices(whole.mass, whole.stiffness, whole.damping))
+    (line,), _ = warnings_of(lambda: from_matrices(whole.mass, whole.stiffness, whole.damping))
     assert "the order of the matrices, M, C, K" in line and "% in the first mode" in line
 
 

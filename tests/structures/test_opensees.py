@@ -64,11 +64,11 @@ def test_periods_and_response_are_those_of_opensees(frame):
     run = iso.simulate(isolated, record, "passive_off")
     on_springs()
     # of the whole on its springs, by OpenSees' own eigenvalues
-    found = np.sort(np.array(ops.eigen("-fullGenLapack", 3)))
+    computed = np.sort(np.array(ops.eigen("-fullGenLapack", 3)))
     rows = isolated.element_rows
     stiffness = building.stiffness + STIFFNESS * rows.T @ rows
-    wanted = np.sort(np.linalg.eigvals(np.linalg.solve(building.mass, stiffness)).real)[:3]
-    np.testing.assert_allclose(found, wanted, rtol=1e-6)
+    expected = np.sort(np.linalg.eigvals(np.linalg.solve(building.mass, stiffness)).real)[:3]
+    np.testing.assert_allclose(computed, expected, rtol=1e-6)
     # and the response, by Newmark's rule at a tenth of the sample
     ops.wipeAnalysis()
     n, dt = 10, record.dt
@@ -124,8 +124,8 @@ def test_a_slab_that_turns_has_its_isolators_positions():
     names = list(building.names)
     for axis, value in k.items():
         a, b = names.index(f"node50_{axis}"), names.index(f"node150_{axis}")
-        found = sorted([building.stiffness[a, a], -building.stiffness[a, b]])
-        np.testing.assert_allclose(found, value, rtol=1e-9)
+        result = sorted([building.stiffness[a, a], -building.stiffness[a, b]])
+        np.testing.assert_allclose(result, value, rtol=1e-9)
     np.testing.assert_allclose(building.influence.sum(axis=0), 2.0)
 
 

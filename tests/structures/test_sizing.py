@@ -36,9 +36,9 @@ def test_modes_are_those_of_the_eigenvalue_problem():
     stiffness = structure.stiffness.copy()
     stiffness[0, 0] += 2e7
     squares, shapes = eigh(stiffness, structure.mass)
-    found = isolated.modes()
-    np.testing.assert_allclose(found.periods, 2 * np.pi / np.sqrt(squares), rtol=1e-9)
-    np.testing.assert_allclose(np.abs(found.shapes), np.abs(shapes), atol=1e-9)
+    modes = isolated.modes()
+    np.testing.assert_allclose(modes.periods, 2 * np.pi / np.sqrt(squares), rtol=1e-9)
+    np.testing.assert_allclose(np.abs(modes.shapes), np.abs(shapes), atol=1e-9)
 
 
 @pytest.mark.parametrize("target", [1.5, 2.0, 3.2])
@@ -73,19 +73,19 @@ def test_an_effective_period_is_that_of_the_bilinear_loop(slab):
     stiffness = MASS * (2 * np.pi / 2.5) ** 2
     scale = isolated.elements[0].device.force_scale
     assert scale == pytest.approx(stiffness / (k + strength / D), rel=1e-4)
-    found = isolated.effective(D)
-    assert (found.period, found.stiffness) == pytest.approx((2.5, stiffness), rel=1e-8)
+    effective = isolated.effective(D)
+    assert (effective.period, effective.stiffness) == pytest.approx((2.5, stiffness), rel=1e-8)
     area = 4 * scale * strength * (D - u_y)
-    assert found.damping == pytest.approx(area / (2 * np.pi * stiffness * D**2), rel=0.01)
+    assert effective.damping == pytest.approx(area / (2 * np.pi * stiffness * D**2), rel=0.01)
     assert isolated.periods()[0] < 0.9
 
 
 def test_effective_properties_of_spring_and_dashpot_are_exact(slab):
     isolated = slab.on(iso.law("kelvin_voigt", {"k": STIFFNESS, "c": DAMPING}))
     omega = np.sqrt(STIFFNESS / MASS)
-    found = isolated.effective(0.1)
+    effective = isolated.effective(0.1)
     expected = STIFFNESS, DAMPING * omega / (2 * STIFFNESS), 2 * np.pi / omega
-    assert tuple(found) == pytest.approx(expected, rel=1e-3)
+    assert tuple(effective) == pytest.approx(expected, rel=1e-3)
     with pytest.raises(InputError, match=r"displacement is 0\.0; expected"):
         isolated.effective(0.0)
 
@@ -94,21 +94,21 @@ def test_springs_beside_the_isolators_limit_the_effective_period():
     """A slab on springs of its own: isolators only make it stiffer."""
     held = iso.from_matrices([[MASS]], [[0.0]], [[STIFFNESS]], name="slab")
     device = iso.law("kelvin_voigt", {"k": 1.0, "c": 0.0})
-    found = held.on(device, effective_period_s=1.5, design_displacement_m=0.1).effective(0.1)
-    assert found.period == pytest.approx(1.5, rel=1e-8)
+    effective = held.on(device, effective_period_s=1.5, design_displacement_m=0.1).effective(0.1)
+    assert effective.period == pytest.approx(1.5, rel=1e-8)
     with pytest.raises(InputError, match=r"expected: below 1\.72 s, the period of slab without"):
         held.on(device, effective_period_s=2.0, design_displacement_m=0.1)
 
 
-def test_an_effective_damping_is_reached_at_the_design_displacement():
+def test_an_effective_damping_is_attained_at_the_design_displacement():
     text = (
         "[structure]\nkind = 'shear'\nfloor_masses_kg = [2e5]\nbase_mass_kg = 1e5\n"
         "storey_stiffnesses_N_per_m = [4e8]\n[isolator]\nlaw = 'strain_stiffening'\n"
         "effective_period_s = 2.5\ndesign_displacement_m = 0.2\ndamping_ratio = 0.35\n"
     )
     isolated = iso.Scenario.from_toml(text).build().isolated
-    found = isolated.effective(0.2, 1.5)
-    assert (found.period, found.damping) == pytest.approx((2.5, 0.35), rel=2e-3)
+    effective = isolated.effective(0.2, 1.5)
+    assert (effective.period, effective.damping) == pytest.approx((2.5, 0.35), rel=2e-3)
     assert isolated.element_names == ("isolator", "damper")
     with pytest.raises(InputError, match="effective_period_s and target_period_s are both set"):
         iso.Scenario.from_toml(text + "target_period_s = 2.0\n").build()
@@ -121,7 +121,7 @@ def test_the_old_name_of_the_damping_ratio_is_accepted(slab):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         ({"target_period_s": 0.4}, "target_period_s is 0.4; expected: above 0.5"),
         ({"target_period_s": -1.0}, "target_period_s is -1.0; expected: a number above 0"),
@@ -142,8 +142,8 @@ def test_the_old_name_of_the_damping_ratio_is_accepted(slab):
         ),
     ],
 )
-def test_what_cannot_be_reached_is_refused(options, told):
-    with pytest.raises(InputError, match=told):
+def test_what_cannot_be_attained_is_refused(options, message):
+    with pytest.raises(InputError, match=message):
         iso.reference_building().on(iso.law("strain_stiffening"), **options)
 
 
@@ -155,17 +155,17 @@ def test_a_scenario_takes_a_target_period():
     job = iso.Scenario.from_toml(text).build()
     assert job.isolated.periods(1.5)[0] == pytest.approx(2.5, rel=1e-6)
     assert job.isolated.damping_ratio(1.5) == pytest.approx(0.35, rel=1e-6)
-    true, believed = (each.elements[0].device for each in (job.isolated, job.options["nominal"]))
-    assert believed.force_scale == pytest.approx(2 * true.force_scale)
+    true, nominal = (each.elements[0].device for each in (job.isolated, job.options["nominal"]))
+    assert nominal.force_scale == pytest.approx(2 * true.force_scale)
     assert job.fixed_base
     with pytest.raises(InputError, match="force_scale and target_period_s are both set"):
         iso.Scenario.from_toml("[isolator]\ntarget_period_s = 2.0\nforce_scale = 9.0\n").build()
 
 
 def test_the_repr_names_masses_periods_and_the_tested_range():
-    told = repr(iso.reference_building().on(iso.reference_isolators()))
+    text = repr(iso.reference_building().on(iso.reference_isolators()))
     for part in ("1550 t", "fixed-base period 0.5 s", "at 0 A", "80 mm", "tested current 3 A"):
-        assert part in told
+        assert part in text
 
 
 def test_the_period_at_full_current_is_that_at_the_highest_tested_one():
@@ -176,7 +176,7 @@ def test_the_period_at_full_current_is_that_at_the_highest_tested_one():
 
 
 @pytest.mark.parametrize(
-    ("masses", "stiffnesses", "period", "told"),
+    ("masses", "stiffnesses", "period", "message"),
     [
         ([250.0], [1e9], 2.0, "check for masses in t"),
         ([2.5e5], [2e3], 2.0, "check for stiffnesses in kN/m"),
@@ -184,11 +184,11 @@ def test_the_period_at_full_current_is_that_at_the_highest_tested_one():
         ([2.5e5], [1e7], 0.9, "below its fixed-base period of 0.993 s"),
     ],
 )
-def test_a_wrong_unit_is_told_with_the_period(masses, stiffnesses, period, told):
+def test_a_wrong_unit_is_reported_with_the_period(masses, stiffnesses, period, message):
     building = iso.shear_building(masses, stiffnesses, base_mass=1e5)
     isolated = building.on(iso.law("linear", {"k": 1.0}))
     (line,) = implausible(isolated, period)
-    assert told in line
+    assert message in line
 
 
 def test_the_reference_building_is_plausible():

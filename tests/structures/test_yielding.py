@@ -18,7 +18,7 @@ def building():
     return iso.shear_building(FLOORS, STIFFNESSES, base_mass=3e5)
 
 
-def test_storey_stiffnesses_are_those_that_were_given():
+def test_storey_stiffnesses_are_the_inputs():
     for structure in (building(), building().fixed_base()):
         np.testing.assert_allclose(storey_stiffnesses(structure), STIFFNESSES, rtol=1e-9)
     with pytest.raises(InputError, match="expected for yielding storeys: a shear building"):
@@ -48,11 +48,11 @@ def test_yielding_storeys_against_an_independent_integration():
         slip = speed * (1 - 0.5 * over * (1 + np.sign(speed * z)))
         return np.concatenate((v, acceleration, slip))
 
-    found = iso.simulate(plant, record, "passive_off").output("floor5_displacement_m")
+    run = iso.simulate(plant, record, "passive_off").output("floor5_displacement_m")
     solved = solve_ivp(rate, (0, 3), np.zeros(15), t_eval=time, max_step=dt / 2, rtol=1e-7)
     assert np.all(np.abs(rows @ solved.y[:5]).max(axis=1)[[0, 4]] > yield_drift[[0, 4]])
     expected = solved.y[4]
-    np.testing.assert_allclose(found, expected, rtol=0, atol=3e-4 * np.abs(expected).max())
+    np.testing.assert_allclose(run, expected, rtol=0, atol=3e-4 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(
@@ -90,11 +90,11 @@ name = "passive_off"
 def test_the_yielding_section_of_a_scenario():
     scenario = Scenario.from_toml(YIELDING.format(shear="6e5"))
     assert Scenario.from_toml(scenario.to_toml()) == scenario
-    found = scenario.build().isolated
+    result = scenario.build().isolated
     expected = yielding_storeys(Scenario().build().isolated, 6e5)
-    assert found.element_names == expected.element_names
-    assert found.element_names[:2] == ("isolator", "storey1_hysteresis")
-    np.testing.assert_array_equal(found.structure.stiffness, expected.structure.stiffness)
+    assert result.element_names == expected.element_names
+    assert result.element_names[:2] == ("isolator", "storey1_hysteresis")
+    np.testing.assert_array_equal(result.structure.stiffness, expected.structure.stiffness)
     said = r"yielding: yield_shear is \[600000.0, 600000.0\]; expected: a number or 5"
     with pytest.raises(InputError, match=said):
         Scenario.from_toml(YIELDING.format(shear="[6e5, 6e5]")).build()

@@ -89,8 +89,8 @@ def test_linear_bearings_equal_an_independent_solution(linear, matrices, data, n
         ("displacement_m", states[:, :27]), ("acceleration_m_s2", acceleration)
     ):  # fmt: skip
         dofs = run.isolated.structure.names
-        found = np.stack([run.output(f"{dof}_{quantity}") for dof in dofs], axis=1)
-        assert (np.abs(found - expected).max(0) / np.abs(expected).max(0)).max() < 1e-6
+        computed = np.stack([run.output(f"{dof}_{quantity}") for dof in dofs], axis=1)
+        assert (np.abs(computed - expected).max(0) / np.abs(expected).max(0)).max() < 1e-6
 
 
 def test_both_orientations_of_a_record(data):
@@ -141,7 +141,7 @@ def test_nonlinear_bearings_have_the_linear_stiffness_after_yielding_or_slip():
 
 
 def test_short_form(tmp_path, data):
-    found, path = perform("benchmark_building", tmp_path / "study", True)
+    outcome, path = perform("benchmark_building", tmp_path / "study", True)
     with (path / "runs.csv").open(newline="", encoding="utf-8") as file:
         runs = list(csv.DictReader(file))
     assert len(runs) == 2 * 2 * 6
@@ -152,7 +152,7 @@ def test_short_form(tmp_path, data):
             np.testing.assert_allclose(values[[0, 1, 2, 3, 4, 6, 7]], 1.0)
         # the building turns, so that some isolator moves farther than the centre
         assert float(row["peak_isolator_displacement_m"]) > float(row["peak_base_displacement_m"])
-    assert "0.8974" in found.finding and "0.8920" in found.finding
+    assert "0.8974" in outcome.finding and "0.8920" in outcome.finding
     # the second orientation is another motion
     peaks = {
         (row["record"], row["along_x"]): row["peak_base_displacement_m"]
@@ -162,7 +162,7 @@ def test_short_form(tmp_path, data):
     assert (path / "figures" / "indices.svg").is_file()
 
 
-def test_absent_data_are_told(monkeypatch, tmp_path):
+def test_absent_data_are_reported(monkeypatch, tmp_path):
     monkeypatch.setenv("ISOLATION_SIM_DATA", str(tmp_path))
     with pytest.raises(InputError, match="ISOLATION_SIM_DATA"):
         perform("benchmark_building", tmp_path / "study", True)

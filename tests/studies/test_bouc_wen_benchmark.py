@@ -20,8 +20,8 @@ def test_a_force_on_the_mass_moves_it_as_scipy_says():
     exact = solve_ivp(
         rates, (0, time[-1]), (0, 0), t_eval=time, rtol=1e-9, atol=1e-12, max_step=study.DT
     )
-    found = study.response(m, iso.law("kelvin_voigt", {"k": k, "c": c}), force)
-    assert found == pytest.approx(exact.y[0], abs=1e-5 * np.abs(exact.y[0]).max())
+    result = study.response(m, iso.law("kelvin_voigt", {"k": k, "c": c}), force)
+    assert result == pytest.approx(exact.y[0], abs=1e-5 * np.abs(exact.y[0]).max())
 
 
 def test_a_linear_system_is_identified_from_noisy_periods():
@@ -40,9 +40,9 @@ def test_a_linear_system_is_identified_from_noisy_periods():
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_drawing")
 def test_short_form_predicts_what_was_not_shown(tmp_path, shared_data):
-    found, path = perform("bouc_wen_benchmark", tmp_path / "study", True)
+    outcome, path = perform("bouc_wen_benchmark", tmp_path / "study", True)
     multisine, sweep = study.TESTS.values()
-    linear, fitted, refined, *published = found.table
+    linear, fitted, refined, *published = outcome.table
     assert linear[multisine] > 150 and linear[sweep] > 150
     assert max(fitted[multisine], fitted[sweep]) < 30
     # the benchmark's own equations leave 7.3 and 4.7 um
@@ -50,5 +50,5 @@ def test_short_form_predicts_what_was_not_shown(tmp_path, shared_data):
     # the mass of the benchmark's equations is 2 kg
     assert refined["mass, kg"] == pytest.approx(2.0, rel=0.02)
     assert all(refined[multisine] < row[multisine] for row in published)
-    assert f"{refined[multisine]:.1f} and {refined[sweep]:.1f} um" in found.finding
+    assert f"{refined[multisine]:.1f} and {refined[sweep]:.1f} um" in outcome.finding
     assert (path / "figures" / "sine_sweep.svg").is_file()

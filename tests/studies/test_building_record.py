@@ -30,7 +30,7 @@ def test_stiff_storeys_move_with_the_base():
     assert floors == pytest.approx(np.repeat(base[:, np.newaxis], 5, axis=1), abs=0.03)
 
 
-def test_storeys_found_above_the_base_follow_the_floors(first):
+def test_storeys_above_the_base_follow_the_floors(first):
     building = study.identify_superstructure(first)
     base, floors = first.values[:, 0], first.values[:, 1:-1]
     missed = study.floor_accelerations(building, base, first.dt) - floors
@@ -52,12 +52,12 @@ def test_short_form(tmp_path, shared_data, monkeypatch, laws, causes):
     monkeypatch.setattr(study, "SHORT_EVERY", 5)
     monkeypatch.setattr(device_tests, "choose_law", partial(choose_law, laws=laws))
     monkeypatch.setattr(device_tests, "EFFECTS", {name: EFFECTS[name] for name in causes})
-    found, path = perform("building_record", tmp_path / "study", True)
+    outcome, path = perform("building_record", tmp_path / "study", True)
     linear, extended = (
-        {row["record"]: row for row in found.table if row["isolation layer"].startswith(name)}
+        {row["record"]: row for row in outcome.table if row["isolation layer"].startswith(name)}
         for name in ("linear", "extended")
     )
-    assert "by amplitude_softening" in found.finding and "stress_softening" in found.finding
+    assert "by amplitude_softening" in outcome.finding and "stress_softening" in outcome.finding
     unseen = "Canoga Park 100 %"
     assert extended[unseen]["used"] == "not seen"
     for key in ("isolator displacement, RMS error %", "accelerations, %"):

@@ -22,7 +22,7 @@ def find():
     return count
 
 
-def test_what_was_found_is_found_once(folder, find):
+def test_a_result_is_computed_once(folder, find):
     assert cached_result("bounds", b"a", find) == cached_result("bounds", b"a", find) == {"J": 2.0}
     assert cached_result("bounds", b"b", find) == {"J": 3.0} and find.calls == 2
     assert len(list((folder / "bounds").iterdir())) == 2
@@ -34,7 +34,7 @@ def test_other_sources_find_anew(folder, find, monkeypatch):
     assert cached_result("bounds", b"a", find) == {"J": 3.0}
 
 
-def test_a_file_cut_short_is_found_anew(folder, find):
+def test_a_file_cut_short_is_computed_again(folder, find):
     cached_result("bounds", b"a", find)
     (path,) = (folder / "bounds").iterdir()
     path.write_text(path.read_text()[:-3])

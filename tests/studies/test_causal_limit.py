@@ -23,9 +23,9 @@ def test_a_cut_pulse_equals_the_whole_one_until_it_is_cut_and_then_stops():
 
 @pytest.mark.slow
 def test_short_form_says_what_its_table_says(tmp_path):
-    found = study.outcome(tmp_path, True, lambda what, share=0.0: None)
-    assert [row["motion"] for row in found.table] == list(study.motions(True))
-    worst = max(row["limit"] for row in found.table)
-    assert f"is {worst:+.2f} at least" in found.finding
+    outcome = study.outcome(tmp_path, True, lambda what, share=0.0: None)
+    assert [row["motion"] for row in outcome.table] == list(study.motions(True))
+    worst = max(row["limit"] for row in outcome.table)
+    assert f"is {worst:+.2f} at least" in outcome.finding
     # a controller that is not told the motion is not better on both than one that is told it later
-    assert max(row["mpc"] for row in found.table) >= worst - 1e-3
+    assert max(row["mpc"] for row in outcome.table) >= worst - 1e-3

@@ -29,12 +29,12 @@ ALL = tuple(LAWS), tuple(EFFECTS)
 def test_short_form(tmp_path, monkeypatch, laws, causes):
     monkeypatch.setattr(diagnose, "choose_law", partial(choose_law, laws=laws))
     monkeypatch.setattr(device_tests, "EFFECTS", {name: EFFECTS[name] for name in causes})
-    found, path = perform("damper_diagnosis", tmp_path / "study", True)
-    assert len(found.table) == 18
-    left_out = [row for row in found.table if row["used"] == "left out"]
+    outcome, path = perform("damper_diagnosis", tmp_path / "study", True)
+    assert len(outcome.table) == 18
+    left_out = [row for row in outcome.table if row["used"] == "left out"]
     assert [row["run"].startswith("10mm_1Hz") for row in left_out] == [True] * 3
     # a dashpot in the law, a thinning fluid in the damper
-    assert f"Of {len(laws)} laws rate_dependent_bouc_wen fits best" in found.finding
+    assert f"Of {len(laws)} laws rate_dependent_bouc_wen fits best" in outcome.finding
     means = (mean(row[key] for row in left_out) for key in ("Bouc-Wen, RMS error %", "extended, %"))
     before, after = means
     assert after < 0.85 * before

@@ -29,11 +29,11 @@ def test_far_field_motions_are_of_two_processes_on_three_soils():
 
 
 def test_the_table_tells_mean_worst_and_harm():
-    found = [
+    results = [
         {"kind": "a", "motion": str(k), "controller": "c", "J": 2.0 + over, "constant": 2.0}
         for k, over in enumerate((-0.3, 0.01, 0.5))
     ]
-    (row,) = study.table(found)
+    (row,) = study.table(results)
     assert row["motions"] == 3 and row["harmed"] == 1
     assert row["over_constant"] == pytest.approx(0.07)
     assert row["worst"] == pytest.approx(0.5) and row["worst_motion"] == "2"
@@ -42,8 +42,8 @@ def test_the_table_tells_mean_worst_and_harm():
 
 
 def test_the_short_study(tmp_path):
-    found, path = perform("ground_motion_types", tmp_path / "study", True)
+    outcome, path = perform("ground_motion_types", tmp_path / "study", True)
     assert (path / "figures" / "ground_motion_types.png").stat().st_size > 10_000
-    assert [(row["kind"], row["motions"]) for row in found.table] == [
+    assert [(row["kind"], row["motions"]) for row in outcome.table] == [
         (study.NEAR_FAULT, 2), (study.FAR_FIELD, 2),
     ]  # fmt: skip

@@ -12,8 +12,8 @@ RUBBER = {name: T[name] for name in ("R2", "R3", "h", "h1", "alpha")}
 
 
 def test_eq_5_contradicts_table_1():
-    found = design.upper_radius(T["R2"], T["h"], T["h1"], T["alpha"])
-    assert found == pytest.approx(32.84e-3, abs=5e-6) and T["R1"] == 32.5e-3
+    result = design.upper_radius(T["R2"], T["h"], T["h1"], T["alpha"])
+    assert result == pytest.approx(32.84e-3, abs=5e-6) and T["R1"] == 32.5e-3
 
 
 def test_moduli_and_back():

@@ -41,14 +41,14 @@ from studies.papers.table import (
 @pytest.fixture(scope="module")
 def outcome(tmp_path_factory):
     """Checks by paper, and the folder of a short run without figures."""
-    found: dict[str, list[Check]] = {}
+    results: dict[str, list[Check]] = {}
     folder = tmp_path_factory.mktemp("study") / "papers"
     numbers = {paper.TITLE: name.removeprefix("paper_") for name, (paper, _) in PAPERS.items()}
     path = reproduce(
         folder, figures=False, short=True,
-        show=lambda title, rows: found.update({numbers[title]: rows}),
+        show=lambda title, rows: results.update({numbers[title]: rows}),
     )  # fmt: skip
-    return found, path
+    return results, path
 
 
 # paper, what the row begins with, ERRATA's number, relative tolerance, verdict
@@ -221,12 +221,12 @@ def test_verdicts_of_errata(outcome, paper, what, verdict):
     assert row.verdict is verdict
 
 
-def test_corrupt_rows_of_table_3_are_found(outcome):
-    found = {
+def test_corrupt_rows_of_table_3_are_detected(outcome):
+    result = {
         check.what for check in outcome[0]["001"]
         if check.what.startswith("departure") and check.verdict is Verdict.CORRUPT
     }  # fmt: skip
-    assert found == {f"departure of phase, scheme {k}, 2 A" for k in (2, 7, 10, 13, 18)}
+    assert result == {f"departure of phase, scheme {k}, 2 A" for k in (2, 7, 10, 13, 18)}
 
 
 def test_stiffness_at_2_and_3_A_is_that_of_000(outcome):
@@ -261,18 +261,18 @@ def test_the_corrupt_column_of_003_was_measured_well_and_printed_wrongly(outcome
 
 
 def test_every_verdict_is_declared_and_every_row_is_complete(outcome):
-    found, folder = outcome
+    result, folder = outcome
     declared = tuple(verdict.value for verdict in Verdict)
-    assert set(found) == {"000", "001", "002", "003"}
-    for name, checks in found.items():
+    assert set(result) == {"000", "001", "002", "003"}
+    for name, checks in result.items():
         with (folder / f"paper_{name}.csv").open(newline="", encoding="utf-8") as file:
             written = list(csv.DictReader(file))
         assert len(written) == len(checks)
         for row, check in zip(written, checks, strict=True):
             assert row["verdict"].startswith(declared) and row["what"] and row["where"]
             assert check.computed is None or math.isfinite(check.computed)
-            judged = check.verdict in (Verdict.REPRODUCED, Verdict.NOT_PRINTED, Verdict.WITHIN)
-            assert not judged or check.computed is not None
+            is_compared = check.verdict in (Verdict.REPRODUCED, Verdict.NOT_PRINTED, Verdict.WITHIN)
+            assert not is_compared or check.computed is not None
 
 
 def other_verdict(check: Check) -> Check:
@@ -465,7 +465,7 @@ def test_command(tmp_path, monkeypatch):
 
 
 def test_the_page_shows_every_number(outcome):
-    found, path = outcome
+    result, path = outcome
     page = (path / "report.html").read_text()
-    assert page.count('<th scope="row">') == sum(map(len, found.values()))
+    assert page.count('<th scope="row">') == sum(map(len, result.values()))
     assert "report.html" in (path / "README.txt").read_text()

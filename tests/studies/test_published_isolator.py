@@ -49,14 +49,14 @@ def test_short_form(tmp_path, monkeypatch, names):
         }
         monkeypatch.setattr(model, "EFFECTS", compared)
         monkeypatch.setattr(loop_table, "EFFECTS", compared)
-    found, path = perform("published_isolator", tmp_path / "study", True)
-    published, fitted, extended = found.table
+    outcome, path = perform("published_isolator", tmp_path / "study", True)
+    published, fitted, extended = outcome.table
     # the errors of the paper's own numbers are known apart from this project
     assert published["stiffness, RMS error %"] == pytest.approx(299, abs=1)
     assert fitted["both, %"] > 10
     assert extended["stiffness, RMS error %"] < 5 and extended["damping, %"] < 5
     assert extended["rows left out, %"] < fitted["rows left out, %"] / 2
     assert extended["causes"].startswith("amplitude_softening")
-    assert "amplitude_softening" in found.finding.lower()
+    assert "amplitude_softening" in outcome.finding.lower()
     assert (path / "figures" / "loops.svg").is_file()
     assert (path / "diagnosis_Li" / "extended_law.toml").is_file()

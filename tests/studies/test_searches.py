@@ -106,9 +106,9 @@ def test_without_the_damper_the_study_says_so(monkeypatch, tmp_path):
     monkeypatch.setattr(searches, "SHORT_BUDGET", BUDGET)
     monkeypatch.setattr(searches, "SHORT_SEEDS", 1)
     shares = []
-    found = searches.outcome(tmp_path, True, lambda what, share=0.0: shares.append(share))
-    assert found.finding.startswith("Without the measured damper: ")
-    assert {row["problem"] for row in found.table} == {"strain stiffening, synthetic"}
+    outcome = searches.outcome(tmp_path, True, lambda what, share=0.0: shares.append(share))
+    assert outcome.finding.startswith("Without the measured damper: ")
+    assert {row["problem"] for row in outcome.table} == {"strain stiffening, synthetic"}
     assert sum(shares) == pytest.approx(1.0)
 
 
@@ -118,5 +118,5 @@ def test_the_measured_damper_is_one_current_of_the_campaign(shared_data):
     assert np.unique(problem.simulator.motion.current).tolist() == [1.0]
     assert problem.parameterisation.fixed == {"A": 200.0, "n": 2.0}
     # one start in four ends in a poorer minimum
-    reached = [run_search(problem, LEAST_SQUARES, 1500, seed).best() for seed in range(3)]
-    assert np.median(reached) < 0.13
+    peaks = [run_search(problem, LEAST_SQUARES, 1500, seed).best() for seed in range(3)]
+    assert np.median(peaks) < 0.13

@@ -30,7 +30,7 @@ def method(request):
     return request.param
 
 
-def test_budget_is_kept_and_history_falls(method):
+def test_budget_is_respected_and_history_falls(method):
     seen = []
 
     def counted(x):
@@ -47,9 +47,9 @@ def test_budget_is_kept_and_history_falls(method):
 
 
 def test_finds_the_bottom(method):
-    reached = {"fish_swarm": 0.05, "fruit_fly_fixed": 1.0, "genetic": 0.01}  # they stay coarse
+    peaks = {"fish_swarm": 0.05, "fruit_fly_fixed": 1.0, "genetic": 0.01}  # they stay coarse
     values = [search(method, bowl, BOUNDS, 3000, seed).value for seed in range(3)]
-    assert np.median(values) < reached.get(method, 1e-5)
+    assert np.median(values) < peaks.get(method, 1e-5)
 
 
 def test_a_seed_repeats(method):
@@ -70,7 +70,7 @@ def test_values_that_are_not_finite_are_worst(method):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         ({"method": "fruit_flies"}, "did you mean 'fruit_fly'"),
         ({"bounds": [(0, 1, 2)]}, "shape"),
@@ -84,10 +84,10 @@ def test_values_that_are_not_finite_are_worst(method):
         ({"method": "fish_swarm", "crowding": 2}, "crowding 2"),
     ],
 )
-def test_refused(arguments, told):
-    given = {"method": "fruit_fly", "bounds": BOUNDS, "budget": 10} | arguments
-    with pytest.raises(InputError, match=told) as caught:
-        search(objective=bowl, seed=0, **given)
+def test_refused(arguments, message):
+    settings = {"method": "fruit_fly", "bounds": BOUNDS, "budget": 10} | arguments
+    with pytest.raises(InputError, match=message) as caught:
+        search(objective=bowl, seed=0, **settings)
     assert "expected" in str(caught.value) and "\n" not in str(caught.value)
 
 

@@ -17,8 +17,8 @@ def test_it_varies_the_reference_building():
     job = scenario_of(middle.data(design.base)).build()
     expected = reference_building().on(reference_isolators())
     for name in ("mass", "damping", "stiffness"):
-        given, wanted = (getattr(each.structure, name) for each in (job.isolated, expected))
-        np.testing.assert_allclose(given, wanted, rtol=1e-12)
+        inputs, target = (getattr(each.structure, name) for each in (job.isolated, expected))
+        np.testing.assert_allclose(inputs, target, rtol=1e-12)
 
 
 def test_it_counts_the_kernel_and_leaves_it_as_it_was():

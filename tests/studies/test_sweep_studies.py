@@ -42,10 +42,10 @@ def short(tmp_path_factory):
     def run(name):
         if name not in done:
             steps = []
-            found, path = perform(
+            outcome, path = perform(
                 name, folder / name, True, lambda what, share: steps.append(share)
             )
-            done[name] = found, path, steps
+            done[name] = outcome, path, steps
         return done[name]
 
     return run
@@ -56,14 +56,14 @@ def short(tmp_path_factory):
     [pytest.param(n, marks=[pytest.mark.slow] if n in LONG else []) for n in SWEEPS],
 )
 def test_a_study_leaves_a_table_a_finding_a_figure_and_its_sweep(short, name):
-    found, path, steps = short(name)
+    result, path, steps = short(name)
     with (path / "table.csv").open(newline="", encoding="utf-8") as file:
-        assert len(list(csv.DictReader(file))) == len(found.table) > 0
-    assert found.finding in (path / "finding.txt").read_text(encoding="utf-8")
-    assert "nan" not in found.finding and "inf " not in found.finding
+        assert len(list(csv.DictReader(file))) == len(result.table) > 0
+    assert result.finding in (path / "finding.txt").read_text(encoding="utf-8")
+    assert "nan" not in result.finding and "inf " not in result.finding
     page = (path / "report.html").read_text(encoding="utf-8")
-    assert page.count("data:image/svg+xml") == len(found.figures) and len(page) < 6_000_000
-    for stem in found.figures:
+    assert page.count("data:image/svg+xml") == len(result.figures) and len(page) < 6_000_000
+    for stem in result.figures:
         assert (path / "figures" / f"{stem}.png").stat().st_size > 20_000
         assert (path / "figures" / f"{stem}.svg").is_file()
     assert Sweep(path / "sweep").counts.keys() == {"ok"}
@@ -78,10 +78,10 @@ def test_the_whole_plan_can_be_run(name):
 
 
 def test_a_pair_of_period_and_current_keeps_the_base_within_its_gap(short):
-    found, path, _ = short("level_and_period")
+    result, path, _ = short("level_and_period")
     runs = Sweep(path / "sweep").table
-    assert found.table
-    for row in found.table:
+    assert result.table
+    for row in result.table:
         assert row["peak_base_displacement_m"] <= row["gap_m"]
         within = runs[
             (runs["motion"] == row["motion"]) & (runs["peak_base_displacement_m"] <= row["gap_m"])
@@ -97,12 +97,12 @@ def test_designs_of_one_stiffness_have_one_period_and_the_reference_has_two_seco
 
 
 def test_a_larger_isolator_is_strained_less(short):
-    found, path, _ = short("device_scaling")
+    result, path, _ = short("device_scaling")
     runs = Sweep(path / "sweep").table
     runs["strain"] = runs["peak_base_displacement_m"] / runs["size"].astype(float)
     small, large = (runs[runs["size"] == size]["strain"].median() for size in ("10", "30"))
     assert large < small
-    for row in found.table:
+    for row in result.table:
         assert row["peak_base_displacement_m"] <= row["size"] * device_scaling.TESTED
 
 
@@ -122,8 +122,8 @@ def test_a_gap_that_the_base_does_not_fill_changes_nothing(short):
 
 @pytest.mark.slow
 def test_late_commands_cost_more_by_the_papers_rule_than_by_the_passive_one(short):
-    found, _, _ = short("robustness")
-    late = {row["switching"]: row["40 ms late"] / row["right and prompt"] for row in found.table}
+    result, _, _ = short("robustness")
+    late = {row["switching"]: row["40 ms late"] / row["right and prompt"] for row in result.table}
     assert late["instantaneous"] > 2 * late["passive"]
 
 
@@ -160,7 +160,7 @@ def test_bounds_narrow_with_more_motions():
     assert widths == pytest.approx([0.50, 0.124], rel=0.3)
 
 
-def test_command_prints_a_table_and_what_was_found(tmp_path, monkeypatch):
+def test_command_prints_a_table_and_the_finding(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(app, ["study", "moat_wall", "--short"])
     assert result.exit_code == 0

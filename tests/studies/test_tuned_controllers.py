@@ -13,7 +13,7 @@ from isolation_sim.written_names import as_written
 from studies.study import perform
 from studies.tuned_controllers import TUNED, scores, tuned_settings
 
-FOUND = tuned_settings()
+TUNED_SETTINGS = tuned_settings()
 
 
 def test_every_controller_with_a_search_range_has_been_tuned():
@@ -21,20 +21,20 @@ def test_every_controller_with_a_search_range_has_been_tuned():
         name for name, kind in CONTROLLERS.items()
         if any(one.search for one in kind.settings.values()) and name != "constant"
     }  # fmt: skip
-    assert set(FOUND) >= ranged - {"mpc"}
+    assert set(TUNED_SETTINGS) >= ranged - {"mpc"}
 
 
-@pytest.mark.parametrize("name", FOUND)
-def test_what_was_found_is_the_default_or_a_preset(name):
+@pytest.mark.parametrize("name", TUNED_SETTINGS)
+def test_tuned_settings_are_the_default_or_a_preset(name):
     """A default where it is surely no worse on unseen motions; on_off would not switch at all."""
     presets = CONTROLLERS[name].presets
     text = (TUNED / f"{name}.toml").read_text()
     assert "isolation-sim tune" in text and "--seed" in text
     if name == "on_off":
-        assert FOUND[name]["on"] == FOUND[name]["off"]
+        assert TUNED_SETTINGS[name]["on"] == TUNED_SETTINGS[name]["off"]
         return
     one = controller(name, **({"preset": "tuned"} if "tuned" in presets else {}))
-    settings = {key: value for key, value in FOUND[name].items() if key != "preset"}
+    settings = {key: value for key, value in TUNED_SETTINGS[name].items() if key != "preset"}
     assert {key: getattr(one, key) for key in settings} == settings
     # one of the two is named beside the default, with the same settings
     assert len(presets) == 1 and set(next(iter(presets.values()))) == set(settings)
@@ -43,20 +43,20 @@ def test_what_was_found_is_the_default_or_a_preset(name):
 
 
 def test_the_study_says_what_its_table_says(tmp_path):
-    found, path = perform("tuned_controllers", tmp_path / "out", short=True)
-    assert len(found.table) == 2 and (path / "report.html").is_file()
-    for row in found.table:
+    outcome, path = perform("tuned_controllers", tmp_path / "out", short=True)
+    assert len(outcome.table) == 2 and (path / "report.html").is_file()
+    for row in outcome.table:
         for what in ("published", "tuned"):
             assert row[f"{what}_from"] <= row[what] <= row[f"{what}_to"]
-        assert row["tuned"] < row["published"] and as_written(row["controller"]) in found.finding
-    assert "Tuned worse than published: none" in found.finding
+        assert row["tuned"] < row["published"] and as_written(row["controller"]) in outcome.finding
+    assert "Tuned worse than published: none" in outcome.finding
 
 
 def test_scores_are_those_of_the_controllers_that_are_named():
     job = Scenario.read(TUNED / "reference.toml").build()
     group = motion_set("mixture:2", job, 3)
-    given = {"old": Candidate("fuzzy", {"preset": "published"}),
+    settings = {"old": Candidate("fuzzy", {"preset": "published"}),
              "off": Candidate("passive_off", {})}  # fmt: skip
-    first = scores(group, given)
-    assert first == scores(group, given) and set(first) == {"old", "off"}
+    first = scores(group, settings)
+    assert first == scores(group, settings) and set(first) == {"old", "off"}
     assert np.all(np.array(first["off"]) >= 0), "no current is one of the constant currents"

@@ -29,14 +29,14 @@ def test_it_yields_at_the_strength_that_is_declared(elastic, drift):
 def test_small_drifts_meet_the_elastic_building(elastic):
     fixed = elastic.fixed_base()
     record = study.motion(EL_CENTRO).scaled(0.01)
-    found = iso.simulate(study.yielding(fixed), record).output("floor5_displacement_m")
+    run = iso.simulate(study.yielding(fixed), record).output("floor5_displacement_m")
     n = fixed.n_dofs
     rates = -np.linalg.solve(fixed.mass, np.hstack([fixed.stiffness, fixed.damping]))
     A = np.vstack([np.eye(2 * n)[n:], rates])
     B = np.concatenate([np.zeros(n), -fixed.influence[:, 0]])[:, np.newaxis]
     roof = np.eye(2 * n)[n - 1 : n]
     _, expected, _ = lsim((A, B, roof, [[0.0]]), record.acceleration, record.time)
-    assert np.abs(found - expected.ravel()).max() < 1e-5 * np.abs(expected).max()
+    assert np.abs(run - expected.ravel()).max() < 1e-5 * np.abs(expected).max()
 
 
 def test_shear_beyond_yielding_is_that_of_the_hardening_line(elastic, drift):
@@ -50,12 +50,12 @@ def test_shear_beyond_yielding_is_that_of_the_hardening_line(elastic, drift):
 
 
 def test_short_form(tmp_path):
-    found, path = perform("yielding_storeys", tmp_path / "study", True)
+    outcome, path = perform("yielding_storeys", tmp_path / "study", True)
     assert (path / "figures" / "ductility.png").is_file() and (path / "runs.csv").is_file()
-    rows = {(row["motion"], row["building"]): row for row in found.table}
+    rows = {(row["motion"], row["building"]): row for row in outcome.table}
     assert len(rows) == 8
     fixed, off = (rows["El Centro", name] for name in (study.FIXED, "passive_off"))
     assert fixed["yields at scale"] < off["yields at scale"]
-    for row in found.table:
+    for row in outcome.table:
         assert row["yields at scale"] < row["ductility 3 at scale"]
-    assert "None" not in found.finding
+    assert "None" not in outcome.finding

@@ -56,8 +56,8 @@ def test_a_run_is_the_one_of_compare(plant, suite):
         runs = iso.compare(plant, record, CONTROLLERS, driver=DRIVER, criteria=["rms_current_A"])
         for label, expected in runs.criteria.items():
             for criterion in ("peak_base_displacement_m", "rms_drift_m", "J5", "rms_current_A"):
-                found = table.loc[(name, label), criterion]
-                assert found == pytest.approx(expected[criterion], rel=1e-9, abs=1e-12)
+                result = table.loc[(name, label), criterion]
+                assert result == pytest.approx(expected[criterion], rel=1e-9, abs=1e-12)
 
 
 def test_mean_spread_and_in_how_many_motions_it_is_better(suite):
@@ -84,15 +84,15 @@ def test_mean_spread_and_in_how_many_motions_it_is_better(suite):
 
 def test_it_is_saved_loaded_and_drawn(suite, tmp_path):
     suite.save(tmp_path / "kept")
-    found = iso.load(tmp_path / "kept")
-    assert str(found) == str(suite) and isinstance(found.plot(), Figure)
-    pd.testing.assert_frame_equal(found.statistics, suite.statistics)
+    loaded = iso.load(tmp_path / "kept")
+    assert str(loaded) == str(suite) and isinstance(loaded.plot(), Figure)
+    pd.testing.assert_frame_equal(loaded.statistics, suite.statistics)
     assert "better than off in n of N motions" in (tmp_path / "kept/report.html").read_text()
     with pytest.raises(InputError, match="contains a saved result"):
         suite.save(tmp_path / "kept")
     with pytest.raises(InputError, match="made of Python objects, without a plan"):
-        _ = found.sweep.plan
-    assert "Sensitivity" not in found.sweep.to_html(tmp_path / "a.html").read_text()
+        _ = loaded.sweep.plan
+    assert "Sensitivity" not in loaded.sweep.to_html(tmp_path / "a.html").read_text()
 
 
 def test_a_suite_that_is_not_saved_leaves_no_files(plant):
@@ -108,20 +108,22 @@ def test_records_are_scaled_to_a_target_and_read_from_a_folder(plant, tmp_path):
     write_csv(RECORDS["early"], tmp_path / "early.csv")
     target = {"kind": "en1998_1_2004", "a_g_m_s2": 1.0, "ground": "B"}
     ground = {"rule": "en1998_1_2004", "target": target, "isolated_period_s": 1.0}
-    found = [
+    comparison = [
         iso.compare_records(plant, records, ["passive_off", "on_off"], ground=ground)
         for records in (tmp_path, {"early": RECORDS["early"]})
     ]
-    pd.testing.assert_frame_equal(found[0].table, found[1].table)
-    assert found[0].meets_rule and "3 records or more are required" in " ".join(verdict(found[0]))
-    factor = found[0].index["motions"][0]["scale_factor"]
+    pd.testing.assert_frame_equal(comparison[0].table, comparison[1].table)
+    assert comparison[0].meets_rule and "3 records or more are required" in " ".join(
+        verdict(comparison[0])
+    )
+    factor = comparison[0].index["motions"][0]["scale_factor"]
     run = iso.simulate(plant, RECORDS["early"].scaled(factor))
     expected = run.criteria["peak_drift_m"]
-    assert found[1].table["peak_drift_m"][0] == pytest.approx(expected, rel=1e-9)
+    assert comparison[1].table["peak_drift_m"][0] == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("records", "options", "told"),
+    ("records", "options", "message"),
     [
         ([WHOLE, WHOLE], {}, "two called el_centro_1940_ns; expected: a mapping"),
         ([], {}, "records: given none"),
@@ -132,10 +134,10 @@ def test_records_are_scaled_to_a_target_and_read_from_a_folder(plant, tmp_path):
         ([WHOLE], {"controllers": ["on_off", "on_off"]}, "expected: different names"),
     ],
 )
-def test_what_cannot_be_used_is_refused(plant, records, options, told):
+def test_what_cannot_be_used_is_refused(plant, records, options, message):
     with pytest.raises(InputError) as caught:
         iso.compare_records(plant, records, **{"controllers": ["passive_off"], **options})
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_single_runs_may_fail_and_all_may_not(plant):

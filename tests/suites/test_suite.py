@@ -208,8 +208,8 @@ def test_motions_that_touch_a_wall_are_counted(suite):
 
 
 def test_the_level_of_an_asce_target_is_that_of_python(suite):
-    given = {"kind": "asce7_22_two_period", "S_DS_g": 1.0, "S_D1_g": 0.6, "T_L_s": 8.0}
-    section = Scenario.model_validate({"ground": {"folder": "x", "target": given}}).ground[0]
+    settings = {"kind": "asce7_22_two_period", "S_DS_g": 1.0, "S_D1_g": 0.6, "T_L_s": 8.0}
+    section = Scenario.model_validate({"ground": {"folder": "x", "target": settings}}).ground[0]
     target, g = section.target.spectrum(), STANDARD_GRAVITY
     assert target.psa(2.0)[0] == pytest.approx(0.3 * g)
     assert target.name == asce7_22_two_period(g, 0.6 * g, 8.0).name
@@ -228,8 +228,8 @@ def test_two_directions_are_shaken_together(tmp_path):
         np.diag([1e5, 1e5]), np.zeros((2, 2)), np.zeros((2, 2)), influence=np.eye(2),
         directions=("x", "y"), base=(0, 1), names=("x", "y"),
     ).on(iso.law("linear", {"k": 4e6}))  # fmt: skip
-    given = {"ground": {"files": [list(map(str, files))], "scaling": "none"}}
-    index = prepare(Scenario.model_validate(given).ground[0], plan, tmp_path / "out")
+    settings = {"ground": {"files": [list(map(str, files))], "scaling": "none"}}
+    index = prepare(Scenario.model_validate(settings).ground[0], plan, tmp_path / "out")
     (motion,) = index["motions"]
     assert len(motion["files"]) == 2
     second = read_csv(tmp_path / "out" / motion["files"][1])
@@ -242,9 +242,9 @@ def test_two_directions_are_shaken_together(tmp_path):
         ([str(other)], r"has 1 horizontal component; expected: 2, .*files = .*one_H1"),
         ([str(other), str(fine)], "record other: steps of its components: given "),
     ):
-        given = {"ground": {"files": [list(map(str, files)), last], "scaling": "none"}}
+        settings = {"ground": {"files": [list(map(str, files)), last], "scaling": "none"}}
         with pytest.raises(InputError, match=said):
-            prepare(Scenario.model_validate(given).ground[0], plan, tmp_path / "refused")
+            prepare(Scenario.model_validate(settings).ground[0], plan, tmp_path / "refused")
         assert not (tmp_path / "refused").exists()
 
 
@@ -258,11 +258,11 @@ def test_the_vertical_component_goes_along(tmp_path, scaling):
     structure = with_vertical_motion(plan, 0.1)
     isolated = structure.on(iso.law("linear", {"k": 4e6}))
     target = {"kind": "en1998_1_2004", "a_g_m_s2": 3.0, "ground": "B"}
-    given = {
+    settings = {
         "files": [files], "scaling": scaling, "isolated_period_s": 0.5, "target": target,
         "rule": "asce7_22_17", "match_tolerance": 0.1,
     }  # fmt: skip
-    section = Scenario.model_validate({"ground": given}).ground[0]
+    section = Scenario.model_validate({"ground": settings}).ground[0]
     (motion,) = prepare(section, isolated, tmp_path / "out")["motions"]
     x, y, up = (read_csv(tmp_path / "out" / file) for file in motion["files"])
     assert len(x) == len(y) == len(up)
@@ -270,13 +270,13 @@ def test_the_vertical_component_goes_along(tmp_path, scaling):
     # at the same instants as before, after the quiet ground that matching needs
     first, later = (np.flatnonzero(each.acceleration)[0] * each.dt for each in (ground, up))
     shift = later - first
-    wanted = 0.0 if scaling == "none" else (x.duration - ground.duration) / 2
-    assert shift == pytest.approx(wanted, abs=ground.dt)
+    expected = 0.0 if scaling == "none" else (x.duration - ground.duration) / 2
+    assert shift == pytest.approx(expected, abs=ground.dt)
     factor = motion["scale_factor"]
     assert up.pga == pytest.approx(0.5 * ground.pga * factor, rel=0.1)
     with pytest.raises(InputError, match="0 has no vertical component"):
-        given = given | {"files": [files[:2]]}
-        section = Scenario.model_validate({"ground": given}).ground[0]
+        settings = settings | {"files": [files[:2]]}
+        section = Scenario.model_validate({"ground": settings}).ground[0]
         prepare(section, isolated, tmp_path / "two")
 
 
@@ -286,12 +286,12 @@ def test_all_records_that_cannot_be_matched_are_named(tmp_path, monkeypatch):
     monkeypatch.setattr("isolation_sim.sweeps.suites.prepare.match_spectrum", None)
     for name, start in (("a", 0.0), ("b", 2.0)):
         write_csv(el_centro_1940().cut(start, start + 3.0), tmp_path / f"{name}.csv")
-    given = {
+    settings = {
         "folder": str(tmp_path), "scaling": "matched", "isolated_period_s": 0.5,
         "target": {"kind": "en1998_1_2004", "a_g_m_s2": 3.0, "ground": "B"},
         "rule": "asce7_22_17", "match_tolerance": 0.001,
     }  # fmt: skip
-    section = Scenario.model_validate({"ground": given}).ground[0]
+    section = Scenario.model_validate({"ground": settings}).ground[0]
     plant, steps = iso.reference_building().on(iso.reference_isolators()), []
     said = r"2 of 2 components: given a .*% from the target .*, b .*; expected: 0\.1%"
     with pytest.raises(InputError, match=said):
@@ -325,9 +325,9 @@ def test_the_command_prints_tables_and_json(folder, suite, capsys):
                  "the maximum is the response to design for"):  # fmt: skip
         assert text in " ".join(out.split())
     code, out, _ = run(capsys, *command, "--json")
-    told = json.loads(out)
-    assert (code, told["design_statistic"], len(told["runs"])) == (0, "maximum", 8)
-    assert told["warnings"] == suite.warnings()
+    content = json.loads(out)
+    assert (code, content["design_statistic"], len(content["runs"])) == (0, "maximum", 8)
+    assert content["warnings"] == suite.warnings()
 
 
 @pytest.mark.parametrize(

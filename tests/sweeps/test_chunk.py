@@ -62,9 +62,9 @@ def test_compilation_does_not_count_in_an_estimate(monkeypatch):
     monkeypatch.setattr(Chunk, "run", fake)
     monkeypatch.setattr(run.time, "perf_counter", lambda: now[0])
     vary = [{"field": "isolator.count", "low": 0.5, "high": 1.5, "count": 1000}]
-    found = run.estimate(design_of(vary=vary))
-    assert found.seconds == pytest.approx(1000 * 0.002)
-    assert found.cases_per_chunk == run.MOST_CASES
+    estimate = run.estimate(design_of(vary=vary))
+    assert estimate.seconds == pytest.approx(1000 * 0.002)
+    assert estimate.cases_per_chunk == run.MOST_CASES
 
 
 def test_a_row_is_the_single_run_of_its_case(mixed, together):
@@ -121,10 +121,10 @@ def test_options_that_differ_from_case_to_case():
     assert (rows["status"] == "ok").all() and rows["peak_drift_m"].nunique() > 10
     for number in (0, 7, 15):
         comparison = run_scenario(scenario_of(design.case(number).data(design.base)))
-        found = comparison.criteria["on_off"]
+        result = comparison.criteria["on_off"]
         at = (rows["case"] == number) & (rows["controller"] == "on_off")
         (row,) = rows[at].to_dict("records")
-        assert {name: row[name] for name in found} == found
+        assert {name: row[name] for name in result} == result
 
 
 FAILING = {
@@ -199,11 +199,11 @@ def test_histories_are_those_of_the_single_run(tmp_path, mixed):
     ]
     path = tmp_path / "run.nc"
     path.write_bytes(finished.histories["case_0000017_constant.nc"])
-    kept = read_run(path)
+    saved = read_run(path)
     # the scenario that is kept with it makes the same run again
-    run = run_scenario(Scenario.from_toml(kept.attrs["scenario"])).runs["constant"]
-    assert (kept.displacement == run.history.displacement).all()
-    assert kept.attrs["criterion_peak_drift_m"] == run.criteria["peak_drift_m"]
+    run = run_scenario(Scenario.from_toml(saved.attrs["scenario"])).runs["constant"]
+    assert (saved.displacement == run.history.displacement).all()
+    assert saved.attrs["criterion_peak_drift_m"] == run.criteria["peak_drift_m"]
 
 
 def test_a_chunk_goes_to_another_process_as_it_is(mixed):

@@ -17,9 +17,9 @@ from .conftest import MIXED, design_of, plan_of
 def test_cases_are_all_combinations_the_last_axis_fastest():
     design = design_of(**MIXED)
     assert (design.n_cases, design.n_runs) == (36, 108)
-    found = [tuple(design.case(k).shown.values()) for k in range(design.n_cases)]
+    results = [tuple(design.case(k).shown.values()) for k in range(design.n_cases)]
     expected = itertools.product(np.linspace(0.7, 1.6, 4), [0.5, 1.5, 2.5], [0.2, 0.6, 1.0])
-    np.testing.assert_allclose(found, list(expected), rtol=1e-14)
+    np.testing.assert_allclose(results, list(expected), rtol=1e-14)
     assert design.parameters == {"isolators": float, "current": float, "ground.scale_factor": float}
 
 
@@ -37,7 +37,7 @@ def test_the_plan_that_new_writes_can_be_run(tmp_path):
     assert full.plan.energy and full.plan.histories == [0, 5]
 
 
-def test_a_scenario_file_is_found_beside_the_plan(tmp_path):
+def test_a_scenario_file_is_read_beside_the_plan(tmp_path):
     (tmp_path / "mine.toml").write_text('[[controller]]\nname = "on_off"\nrule = "skyhook"\n')
     path = tmp_path / "plan.toml"
     path.write_text('scenario = "mine.toml"\n')
@@ -81,13 +81,13 @@ def test_seeds_follow_from_the_case_not_from_its_place():
 
     def seeds(vary, **seeds):
         design = design_of(scenario={"ground": noise}, vary=vary, seeds=seeds)
-        found = {}
+        results = {}
         for k in range(design.n_cases):
             shown = dict(design.case(k).shown)
             data = design.case(k).data(design.base)
             assert data["ground"][0]["seed"] == data["sensors"]["seed"] == shown["seed"]
-            found[tuple(sorted(shown.items()))[:3]] = shown["seed"]
-        return found
+            results[tuple(sorted(shown.items()))[:3]] = shown["seed"]
+        return results
 
     first = seeds(vary, count=4)
     assert len(set(first.values())) == len(first) == 24
@@ -148,19 +148,19 @@ def test_the_content_names_what_differs(tmp_path):
         return design_of(**{"scenario": {"ground": ground}, **keys}).content()
 
     vary = [{"field": "isolator.count", "values": [1.0, 2.0]}]
-    kept = content(vary=vary)
-    assert list(differences(kept, content(vary=vary))) == []
+    saved = content(vary=vary)
+    assert list(differences(saved, content(vary=vary))) == []
     changed = content(vary=[{**vary[0], "values": [1.0, 3.0]}], energy=True)
-    assert set(differences(kept, changed)) == {
+    assert set(differences(saved, changed)) == {
         "vary[0].values[1] was 2.0, is 3.0",
         "energy was false, is true",
     }
     file.write_text(file.read_text().replace("0.02,1", "0.02,2"))
-    (line,) = differences(kept, content(vary=vary))
+    (line,) = differences(saved, content(vary=vary))
     assert line.startswith("files.") and str(file) in line
 
 
-def test_a_plan_reads_back_from_what_is_kept():
+def test_a_plan_reads_back_from_what_is_saved():
     design = design_of(**MIXED)
     again = Design(SweepPlan.from_dict(design.content()["plan"]))
     assert again.content() == design.content()

@@ -66,15 +66,15 @@ def finished_chunks(folder):
 def test_killed_at_random_moments(tmp_path, workers, uninterrupted):
     folder = tmp_path / "sweep"
     random = np.random.default_rng(workers)
-    kept: set[str] = set()
+    selected: set[str] = set()
     kills = 0
     while not (folder / "table.npz").exists():
         process = begin(folder, workers)
         # some time after some chunks more, in the middle of whatever it is doing then
-        wanted = len(kept) + int(random.integers(0, 4))
+        expected = len(selected) + int(random.integers(0, 4))
         deadline = time.monotonic() + 300
         while process.is_alive() and time.monotonic() < deadline:
-            if (folder / "chunks").exists() and len(finished_chunks(folder)) >= wanted:
+            if (folder / "chunks").exists() and len(finished_chunks(folder)) >= expected:
                 break
             time.sleep(0.002)
         time.sleep(random.uniform(0, 0.06))
@@ -87,8 +87,8 @@ def test_killed_at_random_moments(tmp_path, workers, uninterrupted):
             assert process.exitcode == 0
         if (folder / "chunks").exists():
             # what was finished is still there, and never less
-            assert kept <= finished_chunks(folder)
-            kept = finished_chunks(folder)
+            assert selected <= finished_chunks(folder)
+            selected = finished_chunks(folder)
         assert time.monotonic() < deadline
     assert kills
     assert (folder / "table.npz").read_bytes() == uninterrupted
@@ -302,7 +302,7 @@ def test_killed_before_the_manifest_and_after_the_table(tmp_path, small_chunks, 
     assert (folder / "table.npz").read_bytes() == uninterrupted
 
 
-def test_a_table_that_cannot_be_read_is_told(tmp_path, uninterrupted):
+def test_a_table_that_cannot_be_read_is_reported(tmp_path, uninterrupted):
     """A bit that fell over, and a folder of an earlier release."""
     folder = tmp_path / "sweep"
     sweep(plan(), folder, workers=1)

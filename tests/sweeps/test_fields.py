@@ -73,7 +73,7 @@ def test_one_number_of_a_published_set():
     assert altered.current_range == device.current_range
 
 
-def test_belief_and_noise_that_the_scenario_leaves_out():
+def test_nominal_model_and_noise_that_the_scenario_leaves_out():
     new = apply_changes(data_of(), [
         Change("nominal.force_factor", 1.2), Change("sensors.noise.displacement_m", 1e-3),
     ])  # fmt: skip
@@ -108,7 +108,7 @@ def test_an_unknown_field_names_the_nearest(field, nearest):
         (Change("structure.kind", 2.0, factor=True), "cannot be multiplied"),
     ],
 )
-def test_what_cannot_be_changed_so_is_told(change, said):
+def test_what_cannot_be_changed_so_is_reported(change, said):
     with pytest.raises(InputError, match=said):
         apply_changes(data_of(), [change])
 

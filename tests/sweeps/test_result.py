@@ -61,11 +61,11 @@ def test_the_best_runs(mixed):
 
 
 def test_the_best_take_most_energy_out(mixed):
-    found = Sweep(mixed.folder)
-    vars(found)["table"] = mixed.table.assign(J9=np.linspace(0.5, 0.9, len(mixed.table)))
-    good = found.table[found.table["status"] == "ok"]
-    assert found.best("J9", 2)["J9"].tolist() == sorted(good["J9"], reverse=True)[:2]
-    assert as_text(best_table(found, "J9", 2)).startswith(
+    sweep = Sweep(mixed.folder)
+    vars(sweep)["table"] = mixed.table.assign(J9=np.linspace(0.5, 0.9, len(mixed.table)))
+    good = sweep.table[sweep.table["status"] == "ok"]
+    assert sweep.best("J9", 2)["J9"].tolist() == sorted(good["J9"], reverse=True)[:2]
+    assert as_text(best_table(sweep, "J9", 2)).startswith(
         "highest J9 control work / input energy\n"
     )
     assert as_text(best_table(mixed, "rms_drift_m", 2)).startswith("lowest RMS storey drift\n")
@@ -83,7 +83,7 @@ def test_the_best_list_has_a_result_once(tmp_path):
     assert sorted(best["controller"]) == ["constant"] * 3 + ["passive_off"]
 
 
-def test_histories_are_kept_on_request(tmp_path):
+def test_histories_are_saved_on_request(tmp_path):
     keys = {**MIXED, "vary": MIXED["vary"][:1], "histories": [2]}
     result = iso.sweep(plan_of(**keys), tmp_path / "sweep", workers=1)
     history = result.history(2, "on_off")
@@ -124,12 +124,12 @@ def test_sensitivity_of_a_linear_building_is_known(tmp_path, method, count, colu
     pytest.importorskip("SALib")
     plan = plan_of(**LINEAR, sample={"method": method, "count": count, "seed": 2})
     result = iso.sweep(plan, tmp_path / "sweep", workers=1)
-    found = result.sensitivity("peak_drift_m")
-    assert list(found.index) == ["ground.scale_factor", "sensors.delay_s"]
-    assert list(found.columns) == columns
+    computed = result.sensitivity("peak_drift_m")
+    assert list(computed.index) == ["ground.scale_factor", "sensors.delay_s"]
+    assert list(computed.columns) == columns
     at_one = result.table["peak_drift_m"] / result.table["ground.scale_factor"]
     np.testing.assert_allclose(at_one, at_one[0], rtol=1e-6)
-    scale, delay = found.iloc[0], found.iloc[1]
+    scale, delay = computed.iloc[0], computed.iloc[1]
     if method == "morris":
         # the elementary effect over the whole range, 2 in scale
         assert scale["mu_star"] == pytest.approx(2 * at_one[0], rel=1e-5)
@@ -141,7 +141,7 @@ def test_sensitivity_of_a_linear_building_is_known(tmp_path, method, count, colu
     (axes,) = figure.axes
     factor = 1e3 if method == "morris" else 1.0  # mm
     widths = [bar.get_width() for bar in axes.patches]
-    np.testing.assert_allclose(widths[:2], factor * found[columns[0]])
+    np.testing.assert_allclose(widths[:2], factor * computed[columns[0]])
 
 
 def test_what_sensitivity_needs(mixed, tmp_path):
@@ -177,7 +177,7 @@ def test_the_force_of_a_wall_that_is_not_touched_is_left_out(mixed, recwarn):
     assert not recwarn.list
 
 
-def test_the_reference_is_found_by_what_it_is(tmp_path):
+def test_the_reference_is_recognised_by_what_it_is(tmp_path):
     """Under another label; and a label alone is not a reference."""
     entries = [
         {"name": "constant", "label": "passive_off", "amperes": 1.0},
@@ -300,6 +300,6 @@ def test_a_map_needs_two_numbers(tmp_path):
         result.plot_map()
 
 
-def test_a_folder_without_a_sweep_is_told(tmp_path):
+def test_a_folder_without_a_sweep_is_reported(tmp_path):
     with pytest.raises(InputError, match="no sweep there"):
         Sweep(tmp_path)

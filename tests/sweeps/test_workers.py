@@ -36,8 +36,8 @@ def expected(design):
 
 
 def test_processes_give_the_same_bytes(design, expected):
-    found = list(workers.in_processes(chunks_of(design), 2))
-    assert {each.number: each.table for each in found} == expected
+    result = list(workers.in_processes(chunks_of(design), 2))
+    assert {each.number: each.table for each in result} == expected
 
 
 SQUARES = """
@@ -91,10 +91,10 @@ def started(monkeypatch):
 
 def test_a_worker_that_dies_is_replaced(squares, started):
     finished = workers.in_processes(squares(), 1)
-    found = [next(finished)]
+    results = [next(finished)]
     os.kill(started[0].pid, signal.SIGKILL)
-    found += finished
-    assert sorted(found) == [n**2 for n in range(9)]
+    results += finished
+    assert sorted(results) == [n**2 for n in range(9)]
     assert len(started) == 2
 
 
@@ -208,7 +208,7 @@ def _until_gone(pid):
         time.sleep(0.02)
 
 
-def test_an_address_without_a_scheduler_is_told(tmp_path, monkeypatch):
+def test_an_address_without_a_scheduler_is_reported(tmp_path, monkeypatch):
     distributed = pytest.importorskip("distributed", reason="Dask is not installed")
     original = distributed.Client
     monkeypatch.setattr(distributed, "Client", lambda at, timeout: original(at, timeout="1s"))

@@ -20,31 +20,31 @@ def valley(candidates):
     return np.array([[np.log(r["a"] / 0.1) ** 2 + (r["b"] - 2) ** 2 - 1] for r in rows])
 
 
-def found(evaluate, ranges=RANGES, evaluations=400, known=(), saved=None, seed=3):
+def run_search(evaluate, ranges=RANGES, evaluations=400, known=(), saved=None, seed=3):
     start = {"a": 1.0, "b": 0.0}
     save = (lambda trials: None) if saved is None else lambda t: saved.append(list(t))
     return search(ranges, start, evaluate, evaluations, seed, known, save)
 
 
-def test_the_least_of_a_valley_is_found():
-    trials = found(valley)
+def test_search_ends_at_the_least_of_a_valley():
+    trials = run_search(valley)
     assert trials[0].settings == {} and len(trials) <= 400
     best = min(trials, key=lambda trial: trial.mean)
     assert best.settings["a"] == pytest.approx(0.1, rel=0.02)
     assert best.settings["b"] == pytest.approx(2.0, abs=0.02)
 
 
-def test_an_optimum_on_the_bounds_is_found():
+def test_search_ends_at_an_optimum_on_the_bounds():
     def slope(candidates):
         return np.array([[each.get("a", 1.0) - each.get("b", 0.0)] for each in candidates])
 
-    best = min(found(slope, evaluations=200), key=lambda trial: trial.mean)
+    best = min(run_search(slope, evaluations=200), key=lambda trial: trial.mean)
     assert best.settings == {"a": 0.01, "b": 3.0}
 
 
-def test_known_trials_are_told_again_and_not_run_again():
+def test_known_trials_are_reported_and_not_run_again():
     saved = []
-    whole = found(valley, saved=saved, evaluations=150)
+    whole = run_search(valley, saved=saved, evaluations=150)
     half = saved[len(saved) // 2]
     assert 1 < len(half) < len(whole)
     counted = []
@@ -53,17 +53,17 @@ def test_known_trials_are_told_again_and_not_run_again():
         counted.extend(candidates)
         return valley(candidates)
 
-    assert found(counting, known=half, evaluations=150) == whole
+    assert run_search(counting, known=half, evaluations=150) == whole
     assert len(counted) == len(whole) - len(half)
     with pytest.raises(InputError, match="do not belong to this search"):
-        found(valley, known=half, evaluations=150, seed=4)
+        run_search(valley, known=half, evaluations=150, seed=4)
 
 
 def test_a_converged_search_begins_anew_elsewhere():
     def flat(candidates):
         return np.zeros((len(candidates), 1))
 
-    trials = found(flat, {"b": RANGES["b"]}, evaluations=1500)
+    trials = run_search(flat, {"b": RANGES["b"]}, evaluations=1500)
     sizes = [len(trials[k].settings) for k in (0, 1)]
     assert sizes == [0, 1]
     # the larger population of the second search asks beyond where the first one stayed

@@ -45,8 +45,8 @@ def tuned(scenario, strong, tmp_path_factory):
 
 
 def tune_constant(scenario, strong, folder, **options):
-    given = {"motions": strong[0], "unseen": strong[1], "criteria": CRITERIA} | options
-    return iso.tune("constant", scenario, evaluations=50, out=folder, workers=1, **given)
+    settings = {"motions": strong[0], "unseen": strong[1], "criteria": CRITERIA} | options
+    return iso.tune("constant", scenario, evaluations=50, out=folder, workers=1, **settings)
 
 
 def weighted(scenario, record, current):
@@ -65,16 +65,16 @@ def test_a_constant_current_is_tuned_to_the_least_of_a_scan(scenario, strong, tu
     scan = [weighted(scenario, strong[0][0], i) for i in currents]
     best = int(np.argmin(scan))
     assert 0 < best < 24, "the optimum must be inside"
-    found = tuning.settings["amperes"]
-    assert currents[best - 1] < found < currents[best + 1]
+    result = tuning.settings["amperes"]
+    assert currents[best - 1] < result < currents[best + 1]
     (seen, unseen) = tuning.outcomes
     assert seen.constant[0] <= scan[best] + 1e-9
-    assert seen.current[0] == pytest.approx(found, abs=0.05)
+    assert seen.current[0] == pytest.approx(result, abs=0.05)
     # one motion's best constant current is what it is measured by
     assert seen.after[0] == pytest.approx(0.0, abs=1e-3)
     start = weighted(scenario, strong[0][0], 1.5)
     assert seen.before[0] == pytest.approx(start - seen.constant[0], abs=1e-9)
-    after = weighted(scenario, strong[1][0], found)
+    after = weighted(scenario, strong[1][0], result)
     assert unseen.after[0] == pytest.approx(after - unseen.constant[0], abs=1e-9)
 
 
@@ -101,8 +101,8 @@ def test_an_interrupted_search_goes_on_to_the_same_bits(scenario, strong, tuned,
     # the state of a generation is there before anybody is told of the next one
     state = json.loads((other / "kept.json").read_text())
     shutil.copy(other / "kept.json", other / "tuning.json")
-    kept = len(state["trials"])
-    assert 0 < kept < len(whole.trials) and state["outcomes"] == []
+    selected = len(state["trials"])
+    assert 0 < selected < len(whole.trials) and state["outcomes"] == []
     run = []
     genuine = Trials.scores
     monkeypatch.setattr(
@@ -110,7 +110,7 @@ def test_an_interrupted_search_goes_on_to_the_same_bits(scenario, strong, tuned,
     )
     resumed = tune_constant(scenario, strong, other, resume=True)
     assert resumed == whole
-    assert sum(run) == len(whole.trials) - kept + 7 + 2 * 2
+    assert sum(run) == len(whole.trials) - selected + 7 + 2 * 2
     for name in ("tuning.json", "controller.toml", "report.html"):
         assert (other / name).read_bytes() == (folder / name).read_bytes()
     with pytest.raises(iso.InputError, match=r"seed differs from the tuning begun there; expected"):
@@ -162,16 +162,16 @@ def test_a_controller_of_a_file_is_tuned_from_the_command_line(tmp_path, monkeyp
 @pytest.mark.slow
 def test_predictive_control_is_tuned_by_its_declared_ranges(scenario, strong):
     """A setting whose default depends on the preview time starts in the middle of its range."""
-    found = iso.tune(
+    result = iso.tune(
         "mpc", scenario, motions=[strong[0][0].cut(1.0, 3.0)], unseen=[strong[0][0].cut(1.0, 2.5)],
         settings=("regret", "change"), evaluations=9, workers=1,
     )  # fmt: skip
-    assert len(found.trials) == 9 and found.best.mean < found.trials[0].mean
-    assert iso.controller("mpc", **found.settings).change == found.settings["change"]
+    assert len(result.trials) == 9 and result.best.mean < result.trials[0].mean
+    assert iso.controller("mpc", **result.settings).change == result.settings["change"]
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         ("clipped_lqx", "did you mean 'clipped_lqr'? expected: "),
         ("passive_off", "passive_off: no setting has a search range; expected: "),
@@ -192,18 +192,20 @@ def test_predictive_control_is_tuned_by_its_declared_ranges(scenario, strong):
         ("fuzzy --out empty/../file", "expected: a new folder"),
     ],
 )
-def test_input_that_cannot_be_used_is_refused_in_a_line(words, told, tmp_path, monkeypatch, capsys):
+def test_input_that_cannot_be_used_is_refused_in_a_line(
+    words, message, tmp_path, monkeypatch, capsys
+):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty").mkdir()
     (tmp_path / "file").write_text("")
     (tmp_path / "short.toml").write_text(PLANT.replace("8.0", "2.0"))
-    given = ["tune", *words.split(), "--scenario", "short.toml"]
-    given += [] if "--motions" in words else ["--motions", "scenario"]
+    values = ["tune", *words.split(), "--scenario", "short.toml"]
+    values += [] if "--motions" in words else ["--motions", "scenario"]
     with pytest.raises(SystemExit) as stop:
-        main(given)
+        main(values)
     shown = capsys.readouterr()
     assert stop.value.code == 2
-    assert told in shown.err and shown.err.count("\n") == 1 and "Traceback" not in shown.err
+    assert message in shown.err and shown.err.count("\n") == 1 and "Traceback" not in shown.err
     assert not (tmp_path / "results").exists()  # the mended command finds a free folder
 
 
@@ -226,19 +228,19 @@ def test_wrong_types_are_refused_with_what_is_accepted(strong):
 
 def test_a_bound_and_a_single_motion_are_said(scenario, strong, tmp_path):
     """Floor acceleration is least without current, the lower bound."""
-    found = iso.tune(
+    computed = iso.tune(
         "constant", scenario, motions=strong[0][0], unseen=strong[1][0], evaluations=50,
         criteria={"peak_floor_acceleration_m_s2": 1.0}, out=tmp_path / "out", workers=1,
     )  # fmt: skip
-    assert found.settings["amperes"] == 0.0 and found.outcomes[0].name == "1 record"
-    told = (
+    assert computed.settings["amperes"] == 0.0 and computed.outcomes[0].name == "1 record"
+    text = (
         "amperes = 0 is at the lower bound of its search range, 0 to 3: the optimum may lie beyond "
         "it."
     )
-    assert told in str(found) and f"# {told}\n" in (tmp_path / "out/controller.toml").read_text()
-    assert told in (tmp_path / "out/report.html").read_text()
-    assert "one motion gives no interval" in str(found)
-    for sentence in found.verdict()[-2:]:
+    assert text in str(computed) and f"# {text}\n" in (tmp_path / "out/controller.toml").read_text()
+    assert text in (tmp_path / "out/report.html").read_text()
+    assert "one motion gives no interval" in str(computed)
+    for sentence in computed.verdict()[-2:]:
         assert "one motion: no interval" in sentence and "significantly" not in sentence
 
 

@@ -147,7 +147,7 @@ class BuildingRecords(Problem[FittedBuilding]):
                 share=split[k],
                 p_value=p_value(self.without[k], best),
                 parameters=numbers[k],
-                evidence=self._evidence(best, k, numbers[k]),
+                reason=self._reason(best, k, numbers[k]),
                 confusable_with=tuple(one.causes[-1] for one in space.rivals[cause.label]),
                 form=cause.form,
                 place=cause.place,
@@ -155,7 +155,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             for k, (cause, _) in enumerate(best.cause_values)
         ]
 
-    def _evidence(self, best: FittedBuilding, k: int, numbers: dict[str, Interval]) -> str:
+    def _reason(self, best: FittedBuilding, k: int, numbers: dict[str, Interval]) -> str:
         comparison, without = self.space.comparison, self.without[k]
         errors = [percent(mean_error(comparison, one, True)) for one in (without, best)]
         what = best.cause_values[k][0].says.format(

@@ -125,7 +125,7 @@ class LoopTableTests(Problem[FittedLoops]):
                         freedom, len(EFFECTS),
                     ),
                     parameters=numbers[k],
-                    evidence=(
+                    reason=(
                         f"With {in_sentence(effect.title)} the error on rows left out falls "
                         f"from {100 * without.left_out:.1f} to {100 * extended.left_out:.1f} %."
                     ),

@@ -443,12 +443,12 @@ def _around(
 def _few_of_each(ranked: Sequence[T], key: Callable[[T], tuple[str, str]]) -> list[T]:
     """Leave out what is ranked below several forms of the same cause: there are other causes."""
     seen: dict[tuple[str, str], int] = {}
-    kept = []
+    shortlist = []
     for one in ranked:
         seen[key(one)] = seen.get(key(one), 0) + 1
         if seen[key(one)] <= FORMS_TRIED:
-            kept.append(one)
-    return kept
+            shortlist.append(one)
+    return shortlist
 
 
 def _is_last(outcome: FittedBuilding) -> bool:

@@ -64,8 +64,8 @@ class Channel(NamedTuple):
 
 def channel(name: str) -> Channel | None:
     """Read a column's name in SI; None for any other name."""
-    found = in_any_unit(name)
-    return found[0] if found and found[0].name == name else None
+    match = in_any_unit(name)
+    return match[0] if match and match[0].name == name else None
 
 
 def in_any_unit(name: str) -> tuple[Channel, float] | None:

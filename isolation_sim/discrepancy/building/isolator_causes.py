@@ -18,7 +18,7 @@ from .model import BuildingModel, force_scales, total_force_scale
 from .record import BuildingRecord
 
 _WEAK = 0.05
-"""Share of its strength with which an effect begins where it does too much in full."""
+"""Share of its magnitude with which an effect begins where it does too much in full."""
 
 
 def layer_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
@@ -222,7 +222,7 @@ def _around_the_law(
         tuple(
             q.starts[min(k, len(q.starts) - 1)]
             * (1.0 if q.unit in ("s", "1") else scales.size(q.unit))
-            * (share if q.strength else 1.0)
+            * (share if q.magnitude else 1.0)
             for q in free
         )
         for share in (1.0, _WEAK)

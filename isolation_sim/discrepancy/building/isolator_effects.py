@@ -1,6 +1,6 @@
 """Effects that the law of an isolation layer may lack.
 
-All of them stand around the law at once, those that are absent with strength zero: one law to
+All of them stand around the law at once, those that are absent with magnitude zero: one law to
 compile, whatever combination is tried. Another law has the effects that are tried last, too.
 """
 
@@ -40,7 +40,7 @@ DAMPER = Effect(
     form="power_of_velocity",
     title="Nonlinear damper",
     parameters=(
-        EffectParameter("level", "N", "force at 0.1 m/s", lower=0.0, strength=True, starts=(0.1,)),
+        EffectParameter("level", "N", "force at 0.1 m/s", lower=0.0, magnitude=True, starts=(0.1,)),
         EffectParameter(
             "exponent", "1", "exponent of the velocity", lower=0.2, upper=2.0, starts=(0.6,)
         ),
@@ -138,6 +138,6 @@ def absent(one: Effect, size: float) -> dict[str, float]:
     """Numbers that leave a law as it is."""
     numbers = {}
     for q in one.parameters:
-        value = 0.0 if q.strength else q.starts[0] * (size if q.unit == "m" else 1.0)
+        value = 0.0 if q.magnitude else q.starts[0] * (size if q.unit == "m" else 1.0)
         numbers[q.name] = float(np.clip(value, q.lower, q.upper))
     return numbers

@@ -70,16 +70,16 @@ def unknown_force(
     by_causes = left[causes][_NOWHERE] / misfit if misfit > 0 else np.nan
     if not by_causes >= WELL_EXPLAINED:
         return None
-    found = [
+    unknown_forces = [
         UnknownForce(place, beside, one / misfit, by_causes)
         for beside, places in left.items()
         for place, one in places.items()
         if place != _NOWHERE
     ]
-    least = min((one.left for one in found), default=np.inf)
+    least = min((one.left for one in unknown_forces), default=np.inf)
     if not least < IMITATION * by_causes:
         return None
-    near = [one for one in found if one.left < max(least, 0.0) + NEARLY_RIGHT**2]
+    near = [one for one in unknown_forces if one.left < max(least, 0.0) + NEARLY_RIGHT**2]
     # a cause is preferred to an unknown force in its place
     near.sort(key=lambda one: (one.complexity, -len(one.beside), round(one.left, 3)))
     best = near[0]

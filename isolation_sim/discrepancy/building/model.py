@@ -305,10 +305,10 @@ def _check_directions(record: BuildingRecord, structure: Structure) -> None:
     """Refuse a structure that moves along other directions than a record."""
     directions = structure.directions
     if len(directions) != len(record.axes):
-        given = {1: "one direction", 2: "two directions"}
+        count = {1: "one direction", 2: "two directions"}
         names = ", ".join(record.ground_channels)
         raise InputError(
-            f"{record.name} has ground motion along {given[len(record.axes)]} ({names}); "
+            f"{record.name} has ground motion along {count[len(record.axes)]} ({names}); "
             f"{structure.name} moves along {', '.join(directions)}; expected: the same number"
         )
     for axis in record.axes:

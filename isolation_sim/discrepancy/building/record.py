@@ -192,15 +192,15 @@ def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRe
     cells = read_csv_table(path)
     unused = [name for name in cells.names if _is_foreign(name)]
     used = [k for k, name in enumerate(cells.names) if name not in unused]
-    given = [cells.names[k] for k in used]
-    names, factors = _in_si(given, cells.head)
+    headings = [cells.names[k] for k in used]
+    names, factors = _in_si(headings, cells.head)
     axes = _axes(names)
     _check_names(names, axes, cells.head)
     table = cells.numbers(used, [k for k in used if cells.names[k] != _TIME])[:, used]
     if len(table) < MINIMUM_SAMPLES:
         raise InputError(f"{path}: {len(table)} samples; expected: {MINIMUM_SAMPLES} or more")
     times, gaps = table[:, names.index(_TIME)], []
-    for k, column in enumerate(given):
+    for k, column in enumerate(headings):
         table[:, k], missing = fill_gaps(table[:, k], path, cells.lines[1:], column)
         if missing.size:
             gaps.append(gap_note(column, missing.size, times[missing[0]]))
@@ -213,7 +213,7 @@ def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRe
     )
     current = columns.pop(_CURRENT, None)
     changes = {
-        "converted to SI": [one for one, name in zip(given, names, strict=True) if one != name],
+        "converted to SI": [one for one, name in zip(headings, names, strict=True) if one != name],
         "columns not used": unused,
     }
     said = [f"{what}: {', '.join(these)}" for what, these in changes.items() if these]
@@ -232,8 +232,8 @@ def _in_si(names: Sequence[str], place: str) -> tuple[list[str], list[float]]:
     """Names of columns in SI, and the factors to it; refuses one quantity in two units."""
     result: dict[str, tuple[str, float]] = {}
     for name in names:
-        found = in_any_unit(name)
-        si, factor = (found[0].name, found[1]) if found else (name, 1.0)
+        match = in_any_unit(name)
+        si, factor = (match[0].name, match[1]) if match else (name, 1.0)
         if si in result:
             first = result[si][0]
             twice = f"given twice, as {first!r} and {name!r}" if first != name else "given twice"
@@ -253,10 +253,10 @@ def _check_names(names: list[str], axes: tuple[str, ...], place: str) -> None:
     for name in names:
         one = channel(name)
         if one is not None and not _fits(one, axes):
-            given = "of a rotation beside one direction" if one.axis else "without a direction"
+            lack = "of a rotation beside one direction" if one.axis else "without a direction"
             expected = (one.name for one in (one._replace(axis=axis) for axis in AXES))
             raise InputError(
-                f"{place}: column {name!r} {given}; expected: columns along x and y, such as "
+                f"{place}: column {name!r} {lack}; expected: columns along x and y, such as "
                 f"{', '.join(expected)}"
             )
         if name not in known and one is None:

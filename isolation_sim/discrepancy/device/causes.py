@@ -72,7 +72,7 @@ def effect_causes(
                     len(space.effects),
                 ),
                 parameters=numbers[k],
-                evidence=_evidence(effect, numbers[k], split[k], float(ratio), errors, doubt),
+                reason=_reason(effect, numbers[k], split[k], float(ratio), errors, doubt),
                 confusable_with=inference.rivals(
                     effect.cause,
                     [
@@ -113,7 +113,7 @@ def _less_than_remains(
     return [max(one - after, 0.0) < BESIDE_REMAINDER * remains for one in without]
 
 
-def _evidence(
+def _reason(
     effect: Effect, values: Mapping[str, Interval], share: float, ratio: float,
     errors: ForceErrors, doubt: str,
 ) -> str:  # fmt: skip
@@ -183,11 +183,11 @@ def wrong_numbers(law: FittedModel, prescribed: NDArray, errors: ForceErrors) ->
     share = 1 - errors.misfit(law.force) / misfit
     if share < NUMBERS_WRONG:
         return []
-    evidence = (
+    reason = (
         f"Fitting the law's own {n} numbers to the data, without any effect, removes "
         f"{100 * share:.0f} % of the misfit."
     )
-    return [Cause(PARAMETERS, share, float(chdtrc(n, gain)), {}, evidence)]
+    return [Cause(PARAMETERS, share, float(chdtrc(n, gain)), {}, reason)]
 
 
 def periodic_cause(one: Interference, errors: ForceErrors, misfit: float) -> Cause:
@@ -202,7 +202,7 @@ def periodic_cause(one: Interference, errors: ForceErrors, misfit: float) -> Cau
         share=size / (size + misfit),
         p_value=0.0,
         parameters={"frequency": Interval(one.frequency, low, high, "Hz")},
-        evidence=(
+        reason=(
             f"A disturbance at {one.frequency:.2f} Hz {how} the force in all runs, whatever "
             f"their motion: {100 * one.size:.2g} % of it."
         ),

@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from ...compilation.kernel_text import assigned, kernel_text
 from ...effects import Effect, Signals
-from ...generated import load_written
-from ...identification.measured_runs import MeasuredRuns
+from ...generated import in_cache, load_written, name_of_content
+from ...identification.measured_runs import MeasuredRuns, measured_runs
 from ...identification.run_starts import lead_in
+from ...identification.run_table import TestRun
 from ...laws.emit import function_text, straight_line, symbols
 from ...laws.fingerprint import fingerprint
 from .carried_history import RestSlopes, after_rests, by_inputs, first_states, has_unknown_starts
@@ -186,9 +187,35 @@ def _width(effect: Effect, hook: str) -> int:
 
 @lru_cache(maxsize=256)
 def _compiled(effect: Effect) -> ModuleType:
+    return load_written("effect", _fingerprint(effect), lambda: _text(effect))
+
+
+@lru_cache(maxsize=256)
+def _fingerprint(effect: Effect) -> str | None:
     sizes = [len(effect.states), len(effect.parameters), "force" in effect.needs]
-    computation = [*sizes, effect.rates, *(getattr(effect, hook) for hook in HOOKS)]
-    return load_written("effect", fingerprint(computation), lambda: _text(effect))
+    return fingerprint([*sizes, effect.rates, *(getattr(effect, hook) for hook in HOOKS)])
+
+
+def is_compiled(effect: Effect, differentiated: bool) -> bool:
+    """Whether an effect, or its derivatives, are in the cache folder, or need no compilation."""
+    if not effect.states or (differentiated and "force" not in effect.needs):
+        return True
+    content = _fingerprint(effect)
+    function = "trajectory_with_slopes" if differentiated else "trajectory"
+    return content is None or in_cache(name_of_content("effect", content, _text), function)
+
+
+def compile_effect(effect: Effect, differentiated: bool) -> None:
+    """Compile an effect, or its derivatives, to the cache folder."""
+    wave = np.sin(np.linspace(0.0, 1.0, 32))
+    zero, parameters = np.zeros_like(wave), np.ones(len(effect.parameters))
+    data = measured_runs([TestRun("wave", np.arange(32) / 32, wave, wave, wave, zero)])
+    with np.errstate(all="ignore"):
+        if differentiated:
+            by_force = np.zeros((len(wave), len(parameters)))
+            differentiate(effect, data, data.force, parameters, by_force, 0)
+        else:
+            evaluate(effect, data, data.force, parameters)
 
 
 def _text(effect: Effect) -> str:
@@ -227,8 +254,8 @@ def _text(effect: Effect) -> str:
             return function_text(name, arguments, ["return"], "@exact_inline")
         slopes = casadi.jacobian(casadi.vertcat(*values), casadi.vertcat(*by))
         entries = [(i, j) for i in range(len(values)) for j in range(len(by))]
-        wanted = [*values, *(slopes[i, j] for i, j in entries)]
-        _, _, statements, results = straight_line(inputs, wanted)
+        expressions = [*values, *(slopes[i, j] for i, j in entries)]
+        _, _, statements, results = straight_line(inputs, expressions)
         last = [f"{stored.format(i)} = {one}" for i, one in enumerate(results[: len(values)])]
         derivatives = zip(entries, results[len(values) :], strict=True)
         last += [f"by[{i}, {j}] = {one}" for (i, j), one in derivatives]

@@ -106,7 +106,7 @@ def _term(
 ) -> Effect:
     used = {"acceleration": acceleration, "temperature": temperature, "current": current}
     coefficient = EffectParameter(
-        "coefficient", unit, f"coefficient of {text}", strength=True, starts=(0.1,)
+        "coefficient", unit, f"coefficient of {text}", magnitude=True, starts=(0.1,)
     )
     return Effect(
         cause=OUTSIDE,
@@ -140,7 +140,7 @@ def with_each_power(term: Effect) -> tuple[Effect, int] | None:
     coefficients = tuple(
         EffectParameter(
             f"coefficient_{k}", _newtons_per((*factors, one)), f"coefficient of {text} I^{k}",
-            strength=k == 0, starts=(0.1,) if k == 0 else (0.0,),
+            magnitude=k == 0, starts=(0.1,) if k == 0 else (0.0,),
         )
         for k, one in enumerate(_BY_I)
     )  # fmt: skip

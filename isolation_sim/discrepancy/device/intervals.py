@@ -54,12 +54,12 @@ def intervals(final: FittedModel, shifts: NDArray, seed: int = 0) -> list[dict[s
 def may_be_zero(final: FittedModel, place: int, numbers: Mapping[str, Interval]) -> bool:
     """Whether the interval of an effect's size is finite and holds zero, where little is left."""
     effect, at = final.effects[place], final.model.slices()[place]
-    size = numbers[effect.parameters[effect.strength].name]
+    size = numbers[effect.parameters[effect.magnitude].name]
     if not (size.low <= 0.0 <= size.high and np.isfinite(size.high - size.low)):
         return False
     # other numbers may keep an effect up: the slow part of a lag without its quick one
     nothing = final.values.copy()
-    nothing[at.start + effect.strength] = 0.0
+    nothing[at.start + effect.magnitude] = 0.0
     others = final.values_without(place)
     without = final.model.without(place).forces(others, False)[0]
     left = np.linalg.norm(final.model.forces(nothing, False)[0] - without)

@@ -26,7 +26,7 @@ EACH_RUN = Effect(
     form="each_run",
     title="Force offset, another in each run",
     parameters=(
-        EffectParameter("spread", "N", "RMS of the offsets", strength=True, starts=(0.01,)),
+        EffectParameter("spread", "N", "RMS of the offsets", magnitude=True, starts=(0.01,)),
     ),
     of_device=False,
     source="zero of the load cell",

@@ -41,7 +41,7 @@ def rival_tests(
                 rivals[cause, other] = first
     data = final.model.data
     noise = float(np.median(data.force_noise)) or 1e-12
-    found: dict[tuple[str, str], tuple[float, MeasuredRuns, str]] = {}
+    best: dict[tuple[str, str], tuple[float, MeasuredRuns, str]] = {}
     for test, words in _tests(data) if rivals else ():
         if not _within(data, test):
             continue
@@ -52,10 +52,10 @@ def rival_tests(
             if not np.max(np.abs(forces)) <= BEYOND_TESTED * np.max(np.abs(data.force)):
                 continue  # a law that diverges, or a force that the rig may not reach
             differ = float(np.sqrt(np.mean((forces[0] - forces[1])[moves] ** 2))) / noise
-            if differ > found.get(pair, (0.0,))[0]:
-                found[pair] = differ, test, words
+            if differ > best.get(pair, (0.0,))[0]:
+                best[pair] = differ, test, words
     rate = float(np.median(1 / data.dt))
-    return tuple(_planned(pair, *found[pair], rate) for pair in rivals if pair in found)
+    return tuple(_planned(pair, *best[pair], rate) for pair in rivals if pair in best)
 
 
 def _planned(

@@ -24,11 +24,11 @@ from ..decisions import (
 from .model import FittedModel, Model, fit_model
 
 _LITTLE = 0.05
-"""Share of an effect's first strength from which it is fitted if the whole of it does not help."""
+"""Share of an effect's first magnitude from which it is fitted if the whole of it does not help."""
 
 _FAILED, _MUCH = 0.1, 4.0
-"""Share of the expected gain below which a fit has failed, and factor on the strength from which it
-is made again."""
+"""Share of the expected gain below which a fit has failed, and factor on the magnitude from which
+it is made again."""
 
 
 def noise_gain(step: NDArray, noise: NDArray) -> float:
@@ -70,14 +70,14 @@ class _Probe:
         return ((force - data.force) * data.weight)[data.fitted] - self.base.residual
 
     def starts(self) -> list[NDArray]:
-        """Parameters to look at: a strength or several, and some of each other's first values."""
-        # What changes the motion or the current does not act in proportion to its strength: a slow
+        """Parameters to look at: a magnitude or several, and some of each other's first values."""
+        # What changes the motion or the current does not act in proportion to its magnitude: a slow
         # field does not follow from a quick one, nor a wide gap from a narrow one.
-        one_strength = self.effect.current is None and self.effect.motion is None
+        in_proportion = self.effect.current is None and self.effect.motion is None
         choices = []
         for q, size in zip(self.effect.parameters, self.sizes, strict=True):
             result = [min(max(s * size, q.lower), q.upper) for s in q.starts]
-            choices.append(result[:1] if q.strength and one_strength else result)
+            choices.append(result[:1] if q.magnitude and in_proportion else result)
         return [np.array(numbers) for numbers in product(*choices)][:SCREEN_STARTS]
 
     def problem(self, parameters: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
@@ -99,7 +99,7 @@ class _Probe:
 def screen_effect(base: FittedModel, effect: Effect, noise: NDArray) -> Direction | None:
     """Find the shape in which an effect helps a fitted model most; None if it is not excited."""
     probe = _Probe(base, effect)
-    place = effect.strength
+    place = effect.magnitude
     best: Direction | None = None
     for start in probe.starts():
         moved = probe.moved(start)
@@ -149,7 +149,7 @@ def fit_direction(base: FittedModel, one: Direction) -> FittedModel:
         return fitted
     # the law that lacks the effect imitates it, so that little of it helps less than none
     strong = np.concatenate([base.values, one.start])
-    strong[len(base.values) + one.effect.strength] *= _MUCH
+    strong[len(base.values) + one.effect.magnitude] *= _MUCH
     strong = np.clip(strong, *model.bounds())
     other = fit_model(model, strong, SEARCH_STEPS, 1e-4)
     return other if other.cost < fitted.cost else fitted
@@ -172,7 +172,7 @@ def first_values(base: FittedModel, model: Model, one: Direction) -> NDArray:
         starts[_cost(model.residuals(follow, False)[0])] = follow
     if min(starts) > base.cost:  # neither helps: the effect grows from little
         little = stay.copy()
-        little[n:][one.effect.strength] *= _LITTLE
+        little[n:][one.effect.magnitude] *= _LITTLE
         starts[_cost(model.residuals(little, False)[0])] = little
     return starts[min(starts)]
 

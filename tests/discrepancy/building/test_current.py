@@ -114,7 +114,7 @@ LEVELS = np.repeat(RNG.uniform(0, 3, 50), 4)
         (RNG.uniform(0, 3, 200), False),
     ],
 )
-def test_a_current_that_jumps_and_rests_is_told_from_one_that_moves(current, steps):
+def test_a_current_that_jumps_and_rests_is_distinguished_from_one_that_moves(current, steps):
     assert _with_current(current).current_steps is steps
 
 
@@ -123,7 +123,7 @@ def test_a_ramp_behind_a_slew_rate_is_followed_without_delay():
     ramp = np.interp(time, [0.5, 0.75], [0.0, 3.0])
     table = RecordedCurrent(time, ramp, 0.0, None, slew=8.0)._table
     fine = np.arange(0, 2.9, 1e-5)
-    given = table[1][np.searchsorted(table[0], fine, side="right") - 1]
+    inputs = table[1][np.searchsorted(table[0], fine, side="right") - 1]
     exact = np.clip((fine - 0.5) * 8.0, 0.0, 3.0)
     # the area between them over the height is the mean delay
-    assert abs(np.sum(exact - given) * 1e-5 / 3.0) < 0.02 * DT
+    assert abs(np.sum(exact - inputs) * 1e-5 / 3.0) < 0.02 * DT

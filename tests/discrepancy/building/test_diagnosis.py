@@ -108,7 +108,7 @@ def _with(model, name, place, values):
     return with_causes(model, ((cause, values),))
 
 
-def test_noise_is_found_in_every_channel_and_in_the_ground(isolated):
+def test_noise_is_detected_in_every_channel_and_in_the_ground(isolated):
     record = _record(isolated, seed=3)
     floor = noise_floor(building_model(isolated, [record]), record)
     true = NOISE * np.sqrt(np.mean(record.values**2, axis=0))
@@ -157,7 +157,7 @@ def test_the_storey_that_lost_stiffness_is_named(isolated, storey):
     assert numbers["storey"].value == storey
     assert numbers["loss"].value == pytest.approx(0.1, abs=0.005)
     assert numbers["loss"].low < numbers["loss"].value < numbers["loss"].high
-    assert f"storey{storey} has lost" in diagnosis.causes[0].evidence
+    assert f"storey{storey} has lost" in diagnosis.causes[0].reason
     assert diagnosis.error_after.held_out < 0.6 * diagnosis.error_before.held_out
     assert 0 < diagnosis.gain[0] < diagnosis.gain[1] < 1
     assert diagnosis.building is not None
@@ -347,7 +347,7 @@ def test_a_wall_on_one_side_is_named_with_its_side(isolated, side):
     assert cause.parameters["gap"].value == pytest.approx(gap, rel=0.03)
 
 
-def test_a_dashpot_beside_the_spring_of_a_wall_is_told_from_other_contacts(isolated):
+def test_a_dashpot_beside_the_spring_of_a_wall_is_distinguished_from_other_contacts(isolated):
     quiet = _record(isolated, noise=0.0)
     gap = -0.85 * float(np.abs(quiet.displacement("")).max())
     model = building_model(isolated, [quiet])
@@ -483,9 +483,9 @@ def test_a_simple_cause_takes_the_place_of_one_of_many_numbers(isolated):
     )  # fmt: skip
     space = CauseSearch(compare_records(model, [record]))
     imitated = space.comparison.fit((), ((many, (0.1, 1e-3, 4.0, 10.0)),))
-    found = space.finish(imitated)
-    assert found.causes == ("isolator_force_error",)
-    assert found.cause_values[0][1][0] == pytest.approx(-0.1, abs=5e-3)
+    result = space.finish(imitated)
+    assert result.causes == ("isolator_force_error",)
+    assert result.cause_values[0][1][0] == pytest.approx(-0.1, abs=5e-3)
 
 
 def test_what_the_fitted_part_lacks_is_not_explained(isolated):
@@ -504,10 +504,13 @@ def test_what_the_fitted_part_lacks_is_not_explained(isolated):
         model = building_model(isolated, [record])
         space = CauseSearch(compare_records(model, [record]))
         base = next(c for c in candidates(model, [record]) if c.name == "base_mass_error")
-        found = space.comparison.evaluate(((base, (0.3,)),))
-        assert space.removed_share(found) > 0.95 and excess_error(space.comparison, found) < 0.03
-        assert (excess_error(space.comparison, found, held_out=False) < 0.03) is explained
-        assert space.explains(found, 0.0) is explained
+        evaluation = space.comparison.evaluate(((base, (0.3,)),))
+        assert (
+            space.removed_share(evaluation) > 0.95
+            and excess_error(space.comparison, evaluation) < 0.03
+        )
+        assert (excess_error(space.comparison, evaluation, held_out=False) < 0.03) is explained
+        assert space.explains(evaluation, 0.0) is explained
 
 
 def test_a_biased_sensor_is_named_with_its_channel(isolated):
@@ -516,7 +519,7 @@ def test_a_biased_sensor_is_named_with_its_channel(isolated):
     response["floor3_acceleration_m_s2"] = response["floor3_acceleration_m_s2"] + 0.03
     diagnosis = diagnose_building(replace(record, response=response), isolated)
     assert [cause.name for cause in diagnosis.causes] == ["sensor_bias"]
-    assert "floor3_acceleration_m_s2 is off by" in diagnosis.causes[0].evidence
+    assert "floor3_acceleration_m_s2 is off by" in diagnosis.causes[0].reason
     assert diagnosis.causes[0].parameters["mean"].value == pytest.approx(0.03, abs=0.003)
     # the building itself is as it was
     np.testing.assert_allclose(diagnosis.building.structure.stiffness, isolated.structure.stiffness)
@@ -531,7 +534,7 @@ def test_a_cause_is_named_with_its_place(isolated, name, place, values):
     record = _record(isolated, lambda model: _with(model, name, place, values), seed=12)
     diagnosis = diagnose_building(record, isolated, tiers="causes")
     (cause,) = diagnosis.causes
-    assert cause.name == name and place in cause.evidence
+    assert cause.name == name and place in cause.reason
     (number,) = (one for key, one in cause.parameters.items() if key != "floor")
     assert number.value == pytest.approx(values[0], rel=0.05)
     assert diagnosis.verdict == "explained"
@@ -590,7 +593,7 @@ def test_two_exchanged_sensors_are_named(isolated):
     diagnosis = diagnose_building(replace(record, response=response), isolated, tiers="causes")
     (cause,) = diagnosis.causes
     assert cause.name == "sensor_exchange" and cause.parameters == {}
-    assert "are exchanged" in cause.evidence and diagnosis.verdict == "explained"
+    assert "are exchanged" in cause.reason and diagnosis.verdict == "explained"
 
 
 def test_records_whose_quantities_do_not_belong_together_are_refused(isolated):

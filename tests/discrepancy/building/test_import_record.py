@@ -78,14 +78,14 @@ def written(folder, content, name="log.csv"):
 
 def assert_is(record, channels, **tolerances):
     close = {"rtol": 1e-6, "atol": 1e-8, **tolerances}
-    found = dict(zip(record.ground_channels, (m.acceleration for m in record.ground), strict=True))
-    found |= record.response
+    result = dict(zip(record.ground_channels, (m.acceleration for m in record.ground), strict=True))
+    result |= record.response
     if "current" in channels:
         np.testing.assert_allclose(record.current, channels["current"], **close)
     expected = {channel_of(key).name: one for key, one in channels.items() if channel_of(key)}
-    assert set(found) == set(expected)
+    assert set(result) == set(expected)
     for name, values in expected.items():
-        np.testing.assert_allclose(found[name], values, **close, err_msg=name)
+        np.testing.assert_allclose(result[name], values, **close, err_msg=name)
 
 
 def refused(files, out=None, **options):
@@ -268,22 +268,22 @@ def test_settings_give_sign_scale_unit_and_column(tmp_path):
 
 def test_absolute_displacements_give_that_of_the_isolators(tmp_path):
     channels = motion(axes=("x", "y"))
-    given, table = {}, 0.02 * np.sin(3 * TIME)
+    settings, table = {}, 0.02 * np.sin(3 * TIME)
     for key, values in channels.items():
         if key.startswith("isolator"):
-            given[key.replace("isolator", "base")] = values + table
-            given[key.replace("isolator", "ground")] = table
+            settings[key.replace("isolator", "base")] = values + table
+            settings[key.replace("isolator", "ground")] = table
         else:
-            given[key] = values
-    imported = iso.import_building_record(written(tmp_path, plain(given)))
+            settings[key] = values
+    imported = iso.import_building_record(written(tmp_path, plain(settings)))
     assert_is(imported.record, channels)
     assert "isolator_y_displacement is base_y_displacement minus ground_y_displacement" in (
         imported.notes
     )
-    del given["ground_y_displacement"]
-    told = refused(written(tmp_path, plain(given)))
-    assert "a displacement of the base without one of the ground" in told
-    assert "--column isolator_y_displacement=" in told
+    del settings["ground_y_displacement"]
+    message = refused(written(tmp_path, plain(settings)))
+    assert "a displacement of the base without one of the ground" in message
+    assert "--column isolator_y_displacement=" in message
 
 
 def test_relative_accelerations_are_made_absolute_only_if_the_settings_say_so(tmp_path):
@@ -291,8 +291,8 @@ def test_relative_accelerations_are_made_absolute_only_if_the_settings_say_so(tm
     ground = channels["ground_acceleration"]
     relative = {k: v - ground if k[:4] in ("base", "floo") else v for k, v in channels.items()}
     path = written(tmp_path, plain(relative))
-    told = refused(path)
-    assert told.endswith('accelerations = "relative" in the settings')
+    message = refused(path)
+    assert message.endswith('accelerations = "relative" in the settings')
     imported = iso.import_building_record(path, settings={"accelerations": "relative"})
     assert_is(imported.record, channels)
     assert "added to base_acceleration, floor1_acceleration, floor2_ac" in " ".join(imported.notes)
@@ -362,8 +362,8 @@ def test_loggers_of_other_rates_are_resampled_only_if_asked(tmp_path):
     half = slice(0, N, 2)
     b = text([TIME[half], channels[ONE[2]][half], channels[ONE[3]][half]], ",")
     written(tmp_path, f"t [s],F1 [m/s2],LVDT iso [m]\n{b}", "b.csv")
-    told = refused(tmp_path)
-    assert "b.csv: given 50 samples per second, where" in told and "resample_Hz = 50" in told
+    message = refused(tmp_path)
+    assert "b.csv: given 50 samples per second, where" in message and "resample_Hz = 50" in message
     fine = iso.import_building_record(tmp_path, settings={"resample_Hz": 100})
     assert len(fine.record) == N - 1
     inner = slice(0, -20)
@@ -386,8 +386,8 @@ def test_directions(tmp_path):
     heads = {key: f"{key} [{'m' if 'displ' in key else 'm/s2'}]" for key in named}
     content = ",".join(["t [s]", *heads.values()]) + "\n" + text([TIME, *named.values()], ",")
     path = written(tmp_path, content)
-    told = refused(path)
-    assert "given directions ew, ns" in told and 'directions = { x = "EW", y = "NS" }' in told
+    message = refused(path)
+    assert "given directions ew, ns" in message and 'directions = { x = "EW", y = "NS" }' in message
     both = iso.import_building_record(path, settings={"directions": {"x": "EW", "y": "NS"}})
     assert_is(both.record, channels)
     one = iso.import_building_record(path, settings={"direction": "NS"})
@@ -398,8 +398,8 @@ def test_directions(tmp_path):
     assert_is(one.record, {key.replace("_x", ""): values for key, values in only.items()})
     mixed = {"floor2_acceleration" if key == "floor1_y_acceleration" else key: values
              for key, values in channels.items()}  # fmt: skip
-    told = refused(written(tmp_path, plain(mixed)))
-    assert "no direction, beside columns along x and y" in told
+    message = refused(written(tmp_path, plain(mixed)))
+    assert "no direction, beside columns along x and y" in message
 
 
 def test_rotations_and_a_second_floor_in_one_direction(tmp_path):
@@ -410,7 +410,7 @@ def test_rotations_and_a_second_floor_in_one_direction(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("floor1_acceleration [m/s2]", "A_roof [g]", "number of floors is not known; expected: f"),
         ("floor1_acceleration [m/s2]", "CH07 [g]", "not recognised: floor1_acceleration; exp"),
@@ -425,14 +425,14 @@ def test_rotations_and_a_second_floor_in_one_direction(tmp_path):
         ("Time [s]", "Zeile", "not recognised: time; expected: --column time=HEADING"),
     ],
 )  # fmt: skip
-def test_what_is_not_clear_is_refused(tmp_path, old, new, told):
+def test_what_is_not_clear_is_refused(tmp_path, old, new, message):
     path = written(tmp_path, plain().replace(old, new))
-    assert told in refused(path, tmp_path / "quake.csv")
+    assert message in refused(path, tmp_path / "quake.csv")
     assert not (tmp_path / "quake.csv").exists()
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("value", "message"),
     [
         ({"chanels": {}}, "unknown key in settings, 'chanels'; did you mean 'channels'?"),
         ({"channels": {"roof_acceleration": 3}}, "settings, channels: given 'roof_acceleration'"),
@@ -458,8 +458,8 @@ def test_what_is_not_clear_is_refused(tmp_path, old, new, told):
         ({"start_s": 3}, "settings, start_s: given 3; expected: a table"),
     ],
 )
-def test_wrong_settings_are_refused(tmp_path, given, told):
-    assert told in refused(written(tmp_path, plain()), settings=given)
+def test_wrong_settings_are_refused(tmp_path, value, message):
+    assert message in refused(written(tmp_path, plain()), settings=value)
 
 
 def test_the_settings_of_the_documentation_are_accepted():
@@ -474,7 +474,7 @@ def test_the_settings_of_the_documentation_are_accepted():
     assert set(keys) == set(READERS)
 
 
-def test_what_is_not_used_is_told(tmp_path):
+def test_what_is_not_used_is_reported(tmp_path):
     channels = motion()
     content = plain({**channels, "Spare": TIME, "Table setpoint": TIME, "Base z": TIME})
     content = content.replace("[A]", "[g]").replace("setpoint [g]", "setpoint [mm]")
@@ -493,9 +493,11 @@ def test_missing_samples_and_wrong_numbers(tmp_path):
     assert_is(imported.record, channels, atol=1e-3)
     assert any("1 sample is missing in the isolator_displ" in note for note in imported.notes)
     still = {**channels, "floor1_acceleration": 0 * TIME}
-    told = refused(written(tmp_path, plain(still)))
-    assert told.startswith(f"{tmp_path}/log.csv, column 'floor1_acceleration [m/s2]', floor1_acc")
-    assert "the same number throughout" in told
+    message = refused(written(tmp_path, plain(still)))
+    assert message.startswith(
+        f"{tmp_path}/log.csv, column 'floor1_acceleration [m/s2]', floor1_acc"
+    )
+    assert "the same number throughout" in message
 
 
 def test_files_that_are_read_are_never_replaced(tmp_path, capsys):
@@ -505,48 +507,48 @@ def test_files_that_are_read_are_never_replaced(tmp_path, capsys):
         path, path, overwrite=True
     )
     assert "expected: a file *.csv" in refused(path, tmp_path / "quake.txt")
-    code, _, told = called(capsys, path, "--building", "--write-settings", path, "--force")
-    assert code == 2 and "given a file of the record; expected: another file" in told
+    code, _, errors = called(capsys, path, "--building", "--write-settings", path, "--force")
+    assert code == 2 and "given a file of the record; expected: another file" in errors
     assert path.read_text() == plain()
 
 
 def called(capsys, *arguments):
     with pytest.raises(SystemExit) as ended:
         main(["import", *map(str, arguments)])
-    out, told = capsys.readouterr()
-    return ended.value.code, out, told
+    out, captured = capsys.readouterr()
+    return ended.value.code, out, captured
 
 
 def test_settings_are_shown_written_completed_and_used(tmp_path, capsys):
     content = plain().replace("base_acceleration", "CH02 A").replace("floor1_acc", "Dach acc")
     raw, sensors, quake = written(tmp_path, content), tmp_path / "s.toml", tmp_path / "q.csv"
-    code, out, told = called(capsys, raw, "--building")
-    assert code == 2 and told.count("\n") == 1 and "(and 1 more that is not clear)" in told
+    code, out, errors = called(capsys, raw, "--building")
+    assert code == 2 and errors.count("\n") == 1 and "(and 1 more that is not clear)" in errors
     template = out[out.index("# Settings of an import") :]
     assert set(tomllib.loads(template)["channels"]) == {
         "time", "ground_acceleration", "base_acceleration", "isolator_displacement",
     }  # fmt: skip
     assert '# PLACE_acceleration = { column = "CH02 A [m/s2]", unit = "m/s2" }' in template
     assert '# floorN_acceleration = { column = "Dach acceleration [m/s2]"' in template
-    code, out, told = called(capsys, raw, "--building", "--write-settings", sensors)
-    assert code == 0 and told == "" and f"settings: {sensors}, to be completed" in out
-    code, _, told = called(capsys, raw, "--building", "--write-settings", sensors)
-    assert code == 2 and "s.toml: exists; expected: a new name, or --force" in told
-    code, _, told = called(capsys, raw, "--settings", sensors, "--out", quake)
-    assert code == 2 and "channels.base_acceleration.column: given '?'" in told
+    code, out, errors = called(capsys, raw, "--building", "--write-settings", sensors)
+    assert code == 0 and errors == "" and f"settings: {sensors}, to be completed" in out
+    code, _, errors = called(capsys, raw, "--building", "--write-settings", sensors)
+    assert code == 2 and "s.toml: exists; expected: a new name, or --force" in errors
+    code, _, errors = called(capsys, raw, "--settings", sensors, "--out", quake)
+    assert code == 2 and "channels.base_acceleration.column: given '?'" in errors
     completed = (
         sensors.read_text().replace('"?"', '"CH02 A [m/s2]"').replace("# floors = 5", "floors = 1")
     )
     sensors.write_text(completed)
-    code, out, told = called(capsys, raw, "--settings", sensors, "--out", quake)
-    assert code == 0 and told == "" and f"record: {quake}" in out
+    code, out, errors = called(capsys, raw, "--settings", sensors, "--out", quake)
+    assert code == 0 and errors == "" and f"record: {quake}" in out
     assert_is(read_building_record(quake), motion())
     assert (
         "# floor1_acceleration: 'Dach acceleration [m/s2]' in m/s2 of log.csv" in quake.read_text()
     )
     before = quake.read_text()
-    code, out, told = called(capsys, raw, "--settings", sensors, "--out", quake)
-    assert code == 2 and out == "" and "exists; expected: a new name, or --force" in told
+    code, out, errors = called(capsys, raw, "--settings", sensors, "--out", quake)
+    assert code == 2 and out == "" and "exists; expected: a new name, or --force" in errors
     assert quake.read_text() == before
     code, *_ = called(capsys, raw, "--settings", sensors, "--out", quake, "--force")
     assert code == 0
@@ -554,10 +556,12 @@ def test_settings_are_shown_written_completed_and_used(tmp_path, capsys):
 
 def test_options_of_device_tests_are_refused(tmp_path, capsys):
     raw = written(tmp_path, plain())
-    code, _, told = called(capsys, raw, "--building", "--hold-out", "2")
-    assert code == 2 and "--hold-out: given with a building record; expected: device tests" in told
-    code, _, told = called(capsys, raw, "--force")
-    assert code == 2 and "--force: given with device tests" in told
+    code, _, errors = called(capsys, raw, "--building", "--hold-out", "2")
+    assert (
+        code == 2 and "--hold-out: given with a building record; expected: device tests" in errors
+    )
+    code, _, errors = called(capsys, raw, "--force")
+    assert code == 2 and "--force: given with device tests" in errors
 
 
 def test_several_sensors_of_a_channel(tmp_path):
@@ -583,8 +587,8 @@ def test_several_sensors_of_a_channel(tmp_path):
     assert stop.value.code == 0
     assert "one column" in refused(files, columns={"time": [1, 2]})
     placed = {"column": "A3", "position_m": [0, 3]}
-    told = refused(files, settings={"channels": {"floor1_acceleration": placed}})
-    assert "given one of floor1_acceleration; expected: that of an acceleration along x" in told
+    message = refused(files, settings={"channels": {"floor1_acceleration": placed}})
+    assert "given one of floor1_acceleration; expected: that of an acceleration along x" in message
     assert "none alone" in refused(files, columns={"floor1_acceleration": ["A3", "none"]})
 
 
@@ -595,8 +599,8 @@ def planar(channels, places):
         quantity = "displacement" if place == "isolator" else "acceleration"
         turn = channels[f"{place}_rotation_{quantity}"]
         for k, (axis, x, y) in enumerate(sensors):
-            lever = -y if axis == "x" else x
-            shown[place, k] = channels[f"{place}_{axis}_{quantity}"] + lever * turn
+            arm = -y if axis == "x" else x
+            shown[place, k] = channels[f"{place}_{axis}_{quantity}"] + arm * turn
     return shown
 
 
@@ -622,8 +626,8 @@ def test_sensors_at_positions_give_the_rotation(tmp_path):
         for k, (axis, *at) in enumerate(each):
             entry = {"column": 4 + list(sensors).index((place, k)), "position_m": at}
             entries.setdefault(f"{place}_{axis}_{quantity}", []).append(entry)
-    given = {"channels": entries}
-    imported = iso.import_building_record(files, settings=given)
+    options = {"channels": entries}
+    imported = iso.import_building_record(files, settings=options)
     assert_is(imported.record, channels)
     assert any("rigid body by 4 sensors, which differ from it by" in n for n in imported.notes)
     again = written(tmp_path, imported.settings, "again.toml")
@@ -634,8 +638,8 @@ def test_sensors_at_positions_give_the_rotation(tmp_path):
     assert not any(name.startswith("floor1_rotation") for name in record.response)
     alone = {**entries, "floor1_y_acceleration": entries["floor1_y_acceleration"][:1]}
     alone["floor1_x_acceleration"] = entries["floor1_x_acceleration"][:1]
-    told = refused(files, settings={"channels": alone})
-    assert "floor1, acceleration: given 2 sensors at (1, 4) m, (6, 1) m" in told
+    message = refused(files, settings={"channels": alone})
+    assert "floor1, acceleration: given 2 sensors at (1, 4) m, (6, 1) m" in message
     lacking = {**entries, "floor1_x_acceleration": entries["floor1_x_acceleration"][0]["column"]}
     assert "given no position of 's3" in refused(files, settings={"channels": lacking})
     ground = {"ground_x_acceleration": {"column": 2, "position_m": [0, 1]}}
@@ -643,8 +647,8 @@ def test_sensors_at_positions_give_the_rotation(tmp_path):
     # of one direction, whose keys have it
     entries = {key: one for key, one in entries.items() if "_y_" not in key}
     entries |= {"ground_y_acceleration": "none"}
-    told = refused(files, settings={"channels": entries, "direction": "x"})
-    assert "given position_m, in a record of one direction" in told
+    message = refused(files, settings={"channels": entries, "direction": "x"})
+    assert "given position_m, in a record of one direction" in message
 
 
 def channel_of_csmip(number, location, acceleration, displacement):

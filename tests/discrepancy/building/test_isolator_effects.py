@@ -75,7 +75,7 @@ def test_numbers_are_of_all_isolators_together():
     assert factors == pytest.approx({"gain": 1 / 20, "cooling": 1.0})
 
 
-def test_a_number_at_its_bound_is_told():
+def test_a_number_at_its_bound_is_reported():
     record = _blank()
     model, late = _late(_isolated(), record)
     heating = late["self_heating", "exponential"]

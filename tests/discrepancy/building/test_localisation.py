@@ -71,7 +71,7 @@ def _with_damper(isolated):
 
 
 @pytest.mark.parametrize(
-    ("name", "place", "values", "found"),
+    ("name", "place", "values", "result"),
     [
         ("storey_stiffness_loss", "storey3", (0.2,), "storey3"),
         ("floor_mass_error", "floor2", (0.3,), "floor2"),
@@ -80,7 +80,7 @@ def _with_damper(isolated):
     ],
 )
 @pytest.mark.parametrize("end", [None, 250])
-def test_a_force_is_found_where_the_model_is_wrong(isolated, name, place, values, found, end):
+def test_a_force_is_placed_where_the_model_is_wrong(isolated, name, place, values, result, end):
     """Also in a record that ends in strong motion."""
     true = with_causes(
         building_model(isolated, [_blank()]), (_cause(isolated, name, place, values),)
@@ -89,7 +89,7 @@ def test_a_force_is_found_where_the_model_is_wrong(isolated, name, place, values
     comparison = compare_records(building_model(isolated, [record]), [record])
     unknown = unknown_force(comparison, comparison.evaluate(()), ())
     assert unknown is not None
-    assert unknown.place == found and unknown.beside == ()
+    assert unknown.place == result and unknown.beside == ()
     assert unknown.left < 0.03 and unknown.left_by_causes == pytest.approx(1.0)
 
 

@@ -80,7 +80,7 @@ def test_few_missing_samples_are_interpolated(tmp_path):
     )
 
 
-def test_floors_without_a_sensor_are_told():
+def test_floors_without_a_sensor_are_reported():
     structure = iso.reference_building()
     assert unmeasured_floors(_record(), structure) == (
         f"floors 4 to 5 of {structure.name} were not measured",
@@ -88,7 +88,7 @@ def test_floors_without_a_sensor_are_told():
 
 
 @pytest.mark.parametrize(
-    ("names", "change", "told"),
+    ("names", "change", "message"),
     [
         (NAMES[:5] + NAMES[6:], None, "no column 'isolator_displacement_m'"),
         ([*NAMES[:3], "floor1_acceleration_v", *NAMES[4:]], None, "did you mean"),
@@ -102,14 +102,14 @@ def test_floors_without_a_sensor_are_told():
         (NAMES, (slice(None), 4, 0.25), "the same number throughout"),
     ],
 )
-def test_what_cannot_be_used_is_one_line_with_the_place(tmp_path, names, change, told):
+def test_what_cannot_be_used_is_one_line_with_the_place(tmp_path, names, change, message):
     rows = _rows()[:, : len(names)]
     if change is not None:
         rows[change[0], change[1]] = change[2]
     path = _write(tmp_path / "quake.csv", names, rows)
     with pytest.raises(InputError) as error:
         read_building_record(path)
-    assert told in str(error.value)
+    assert message in str(error.value)
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
 
@@ -142,7 +142,7 @@ def test_a_record_that_ends_in_strong_motion_hangs_together(n):
 
 
 @pytest.mark.parametrize(
-    ("channel", "spoil", "told"),
+    ("channel", "spoil", "message"),
     [
         ("isolator_displacement_m", lambda x: 2 * x, "0.50 times"),
         ("isolator_displacement_m", lambda x: -x, "a sign"),
@@ -152,9 +152,9 @@ def test_a_record_that_ends_in_strong_motion_hangs_together(n):
         ("floor3_acceleration_m_s2", lambda x: 0.01 * x, "does not move with the building"),
     ],
 )
-def test_what_does_not_hang_together_is_told(channel, spoil, told):
+def test_what_does_not_hang_together_is_reported(channel, spoil, message):
     spoilt = spoil(_record().response[channel])
-    assert any(told in problem for problem in record_problems(_record(**{channel: spoilt})))
+    assert any(message in problem for problem in record_problems(_record(**{channel: spoilt})))
 
 
 TWO = [
@@ -192,7 +192,7 @@ def test_two_directions_are_read_by_their_names(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("base_y_acceleration_m_s2", "base_acceleration_m_s2", "without a direction"),
         ("base_y_acceleration_m_s2", "base_acceleration_y_m_s2", "mean 'base_y_acceleration_m_s2'"),
@@ -202,12 +202,12 @@ def test_two_directions_are_read_by_their_names(tmp_path):
         ("isolator_y_displacement_m", "isolator_y_acceleration_m_s2", "unknown column"),
     ],
 )
-def test_names_that_do_not_fit_two_directions_are_refused(tmp_path, old, new, told):
+def test_names_that_do_not_fit_two_directions_are_refused(tmp_path, old, new, message):
     names = [new if name == old else name for name in TWO]
     path = _write(tmp_path / "quake.csv", names, _two_rows())
     with pytest.raises(InputError) as error:
         read_building_record(path)
-    assert told in str(error.value) and f"{path}, line 1" in str(error.value)
+    assert message in str(error.value) and f"{path}, line 1" in str(error.value)
     assert "\n" not in str(error.value)
 
 
@@ -217,7 +217,7 @@ def test_a_rotation_needs_two_directions(tmp_path):
         read_building_record(_write(tmp_path / "quake.csv", names, _rows()))
 
 
-def test_exchanged_directions_are_told():
+def test_exchanged_directions_are_reported():
     columns = dict(zip(TWO, _two_rows(1600).T, strict=True))
     ground = [Record(columns[name], 0.01, name) for name in TWO[1:3]]
     response = {name: columns[name] for name in TWO[3:11]}

@@ -128,7 +128,7 @@ def test_the_force_that_the_isolators_lack_is_seen_through_the_building(record):
             assert 0.5 < np.mean(power[band]) < 2.0
 
 
-def test_the_equation_is_found_and_lowers_the_held_out_error(diagnosis):
+def test_the_equation_is_identified_and_lowers_the_held_out_error(diagnosis):
     (term,) = diagnosis.ladder.terms
     (coefficient,) = term.numbers.values()
     assert term.text == "x^2 v" and coefficient.unit == "N s/m^3"
@@ -152,10 +152,10 @@ def test_the_reports_show_the_ladder(folder):
 
 def test_the_extended_building_simulates_as_the_hidden_one(diagnosis, folder, record):
     assert type(diagnosis).__name__ == "BuildingDiagnosis"
-    hidden, found = (
+    hidden, result = (
         building_model(one, [record]).predict(record) for one in (squeezed(), diagnosis.building)
     )
-    assert np.all(np.std(found - hidden, axis=0) < 0.02 * np.std(hidden, axis=0))
+    assert np.all(np.std(result - hidden, axis=0) < 0.02 * np.std(hidden, axis=0))
     law = LAWS[f"{folder / 'extended_law.py'}:LAW"]
     assert law.parameter_names == ("k", "c", "c_1")
     device = iso.Scenario.read(folder / "extended_law.toml").isolator.device()
@@ -165,8 +165,8 @@ def test_the_extended_building_simulates_as_the_hidden_one(diagnosis, folder, re
 
 def test_nothing_is_added_where_nothing_is_missing():
     clean = record_of(nominal(), seed=1)
-    found = diagnose_building(clean, nominal(), most_causes=0)
-    assert found.verdict == "adequate" and found.ladder is None
+    diagnosis = diagnose_building(clean, nominal(), most_causes=0)
+    assert diagnosis.verdict == "adequate" and diagnosis.ladder is None
     asked = diagnose_building(clean, nominal(), most_causes=0, tiers="equation")
     assert asked.verdict == "adequate" and asked.extended is None
     assert asked.ladder.terms == () and asked.ladder.offered == "causes"
@@ -186,8 +186,8 @@ def test_numbers_are_reported_for_all_isolators_and_written_for_one_device(recor
     length, force = 10.0, 100.0
     small = {"k": SPRING * length / force, "c": DASHPOT * length / force}
     scaled = iso.reference_building().on(iso.law("kelvin_voigt", small).scaled(length, force))
-    found = diagnose_building(record, scaled, most_causes=0, tiers="equation")
-    ((coefficient,),) = (term.numbers.values() for term in found.ladder.terms)
+    diagnosis = diagnose_building(record, scaled, most_causes=0, tiers="equation")
+    ((coefficient,),) = (term.numbers.values() for term in diagnosis.ladder.terms)
     assert coefficient.value == pytest.approx(SQUEEZE, rel=0.03)
-    own = found.extended.current.coefficients[0, -1, 0]
+    own = diagnosis.extended.current.coefficients[0, -1, 0]
     assert own == pytest.approx(coefficient.value * length**3 / force)

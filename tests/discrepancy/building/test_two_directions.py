@@ -46,11 +46,11 @@ def isolated():
     return structure.on(iso.law("kelvin_voigt", {"k": 1e7, "c": 1e6}), biaxial=True)
 
 
-def test_dofs_are_found_by_direction_and_level(isolated):
+def test_dofs_by_direction_and_level(isolated):
     names = isolated.structure.names
     for axis in ("x", "y", "rotation"):
-        found = [names[dof] for dof in dofs_by_level(isolated.structure, axis)]
-        assert found == [f"{level}_{axis}" for level in ("base", "floor1", "floor2")]
+        results = [names[dof] for dof in dofs_by_level(isolated.structure, axis)]
+        assert results == [f"{level}_{axis}" for level in ("base", "floor1", "floor2")]
 
 
 def test_causes_are_asked_in_each_direction_and_in_both(isolated):
@@ -87,8 +87,8 @@ def test_a_storey_loses_the_stiffness_of_its_frames(isolated):
         for y in (0.9e8, 1e8)
     )  # fmt: skip
     expected = next(weaker).stiffness
-    found = changed(isolated, "storey_stiffness_loss", "storey2_y", "", (0.1,)).stiffness
-    np.testing.assert_allclose(found, expected, atol=1e-9 * expected.max())
+    result = changed(isolated, "storey_stiffness_loss", "storey2_y", "", (0.1,)).stiffness
+    np.testing.assert_allclose(result, expected, atol=1e-9 * expected.max())
     both = changed(isolated, "storey_stiffness_loss", "storey2", "", (0.1,))
     own = shear_stiffness(isolated.structure)
     np.testing.assert_allclose(shear_stiffness(both) / own, [1, 1, 1, 0.9, 0.9, 0.9], rtol=1e-9)
@@ -118,9 +118,9 @@ def test_an_eccentric_mass_is_that_of_two_bodies(isolated):
     distance = (at - centre) @ (at - centre)
     turning = 2.5e5 * added / (2.5e5 + added) * distance / inertia
     values = (added / 2.5e5, *shift, turning)
-    found = changed(isolated, "base_mass_error", "", "eccentric", values).mass
-    np.testing.assert_allclose(found[:3, :3], expected, rtol=1e-9, atol=1e-3)
-    np.testing.assert_array_equal(found[3:], isolated.structure.mass[3:])
+    result = changed(isolated, "base_mass_error", "", "eccentric", values).mass
+    np.testing.assert_allclose(result[:3, :3], expected, rtol=1e-9, atol=1e-3)
+    np.testing.assert_array_equal(result[3:], isolated.structure.mass[3:])
 
 
 def uniaxial(isolated):

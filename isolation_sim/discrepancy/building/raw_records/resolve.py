@@ -29,9 +29,9 @@ class Resolver:
 
     def resolve(self, sensors: Sequence[Sensor]) -> list[Column]:
         """Columns of all sensors that are clear."""
-        sensors = self._drop_given(sensors)
+        sensors = self._drop_prescribed(sensors)
         sensors = self._number_roofs(sensors)
-        sensors = self._drop_given(self._choose_direction(sensors))
+        sensors = self._drop_prescribed(self._choose_direction(sensors))
         sensors = self._adopt_lone_displacement(sensors)
         sensors = self._pair_displacements(sensors)
         sensors = self._refuse_duplicates(sensors)
@@ -49,7 +49,7 @@ class Resolver:
                 for k, heading in enumerate(table.headings) if (name, k) not in used
             ]  # fmt: skip
             shown = listed(rest[:MOST_SHOWN]) + (" ..." if len(rest) > MOST_SHOWN else "")
-            given = f"{'further ' if used else ''}columns {shown or 'none'}"
+            columns_shown = f"{'further ' if used else ''}columns {shown or 'none'}"
             options = f"--column {lacking[0]}=HEADING (or its number), or [channels] in --settings"
             if lacking[0] == TIME:
                 options += ", or --rate 200 (samples per second) without a time"
@@ -58,7 +58,7 @@ class Resolver:
             self.unclear.append(
                 InputError(
                     places_of(self.tables.values()),
-                    f"{given}; not recognised: {', '.join(lacking)}",
+                    f"{columns_shown}; not recognised: {', '.join(lacking)}",
                     options,
                 )
             )
@@ -77,7 +77,7 @@ class Resolver:
     def _place(self, *sensors: Sensor) -> str:
         return " and ".join(dict.fromkeys(self.tables[one.table].place for one in sensors))
 
-    def _drop_given(self, sensors: Sequence[Sensor]) -> list[Sensor]:
+    def _drop_prescribed(self, sensors: Sequence[Sensor]) -> list[Sensor]:
         """Leave out guesses of channels that the settings give or exclude."""
         result = []
         for one in sensors:
@@ -110,14 +110,14 @@ class Resolver:
 
     def _choose_direction(self, sensors: Sequence[Sensor]) -> list[Sensor]:
         """Choose the direction that is asked for; drop the name of a single one."""
-        wanted = read_name(self.settings.direction).axis or self.settings.direction.lower()
-        if wanted:
-            other = [one for one in sensors if one.channel.axis not in ("", wanted)]
+        direction = read_name(self.settings.direction).axis or self.settings.direction.lower()
+        if direction:
+            other = [one for one in sensors if one.channel.axis not in ("", direction)]
             self.unused += [(one.table, one.position, "of another direction") for one in other]
             sensors = [one for one in sensors if one not in other]
         axes = {one.channel.axis for one in sensors} - {"", ROTATION}
         if len(axes) <= 1:
-            if axes and not wanted:
+            if axes and not direction:
                 self.notes.append(f"all along {axes.copy().pop()}: a record of one direction")
             turned = [one for one in sensors if one.channel.axis == ROTATION]
             self.unused += [(one.table, one.position, "a rotation") for one in turned]

@@ -186,14 +186,14 @@ def _units(value: Any, place: str) -> dict[str, str]:
 
 def _channels(value: Any, place: str) -> dict[str, Entry]:
     result: dict[str, Entry] = {}
-    for key, given in _table(value, place).items():
+    for key, setting in _table(value, place).items():
         check_key(key, place)
-        several = isinstance(given, list)
-        if given == []:
+        several = isinstance(setting, list)
+        if setting == []:
             raise InputError(f"{place}.{key}", "[]", "a column, or several")
         entries = [
             _entry(one, key, f"{place}.{key}{f'[{k}]' if several else ''}")
-            for k, one in enumerate(given if several else [given])
+            for k, one in enumerate(setting if several else [setting])
         ]
         result |= _of_sensors(key, entries, f"{place},")
     return result

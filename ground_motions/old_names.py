@@ -31,9 +31,13 @@ def renamed_keys(data: Any, **new_names: str) -> Any:
 
 
 def renamed_arguments(**new_names: str) -> Callable[[F], F]:
-    """Decorate a function to accept keyword arguments by their old names, too."""
+    """Decorate a function or a class to accept keyword arguments by their old names, too."""
 
     def decorate(function: F) -> F:
+        if isinstance(function, type):
+            function.__init__ = decorate(function.__init__)  # type: ignore[misc]
+            return function
+
         @functools.wraps(function)
         def with_old_names(*args: Any, **kwargs: Any) -> Any:
             if new_names.keys() & kwargs.keys():
@@ -43,6 +47,16 @@ def renamed_arguments(**new_names: str) -> Callable[[F], F]:
         return with_old_names  # type: ignore[return-value]
 
     return decorate
+
+
+def renamed_attribute(old: str, new: str) -> Any:
+    """Property that returns an attribute by its old name, too."""
+
+    def value(instance: Any) -> Any:
+        note_old_name(old, new)
+        return getattr(instance, new)
+
+    return property(value, doc=f"Old name of ``{new}``.")
 
 
 def note_old_name(old: str, new: str) -> None:
