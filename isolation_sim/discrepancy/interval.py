@@ -30,10 +30,17 @@ class Interval:
     unit: str
     at_bound: bool = False
 
+    @property
+    def determined(self) -> bool:
+        """Whether both ends are finite."""
+        return bool(np.isfinite(self.low) and np.isfinite(self.high))
+
     def __str__(self) -> str:
         """Value and ends, with as many digits as the ends need to differ from the value."""
         if self.low == self.value == self.high:
             return f"{self.value:.4g}"
+        if not self.determined:
+            return f"{self.value:.4g} (not determined)"
         digits = next((n for n in range(3, _MOST_DIGITS) if self._differ(n)), _MOST_DIGITS)
         low, high = (f"{end:.{digits}g}" for end in (self.low, self.high))
         return f"{self.value:.{max(digits, 4)}g} ({low} to {high})"

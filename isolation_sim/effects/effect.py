@@ -99,7 +99,8 @@ class EffectParameter(Quantity):
         fit that ends there is as sound as inside.
     other : tuple of float
         Bounds at which the effect is one of another cause, such as a relaxation that takes for
-        ever: a fit that ends there is no sign of this one.
+        ever: a fit that ends there is no sign of this one. Infinity stands for the bound by
+        ``most``.
     """
 
     magnitude: bool = False

@@ -178,9 +178,10 @@ FORMS = (
             EffectParameter(
                 "viscosity", "N s/m", "at low velocity", lower=0.0, magnitude=True, starts=(0.2,)
             ),
+            # far above the fastest test nothing thins, and the effect is a dashpot
             EffectParameter(
                 "velocity", "m/s", "velocity of the onset of thinning", lower=1e-6, divides=True,
-                starts=(0.01, 0.1),
+                starts=(0.01, 0.1), most=10.0, other=(np.inf,),
             ),
             # friction's own power is 0, and below 0.25 its smooth forms follow as well
             EffectParameter(

@@ -55,7 +55,7 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
         yield ladder_table(diagnosis.ladder, diagnosis.noise)
         yield from ladder_text(diagnosis.ladder)
     if diagnosis.depends_on:
-        yield f"The residual depends on {', '.join(diagnosis.depends_on)}."
+        yield f"Without causes, the residual depends on {', '.join(diagnosis.depends_on)}."
     if diagnosis.unexplained_share > 0.005:
         yield f"Unexplained: {100 * diagnosis.unexplained_share:.0f} % of the misfit."
     if diagnosis.next_test:

@@ -94,3 +94,12 @@ def test_a_bound_at_which_it_is_another_effect_counts_in_any_case():
     one = searched(0.01 * T, (1.0, 100.0))  # (0.7, 70) fits as well
     other = SimpleNamespace(parameters=(replace(loss, other=(1.0,)), scale))
     assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1.0)
+
+
+def test_a_viscosity_that_thins_only_beyond_the_tests_is_a_dashpot():
+    velocity = effect("weak_rate_dependence", "thinning").parameters[1]
+    loss, scale = EFFECT.parameters
+    bounds = replace(velocity, lower=loss.lower, upper=1.0)
+    one = searched(0.01 * T, (1.0, 100.0))  # (0.7, 70) fits as well
+    other = SimpleNamespace(parameters=(bounds, scale))
+    assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1.0)

@@ -67,7 +67,7 @@ def test_ends_of_an_interval_differ_from_its_value():
         ((20.02, 19.91, 20.13), "20.02 (19.9 to 20.1)"),
         ((3.0, 3.0, 3.0), "3"),
         ((0.5, 0.5, 0.61), "0.5 (0.5 to 0.61)"),
-        ((1.0, -np.inf, np.inf), "1 (-inf to inf)"),
+        ((1.0, -np.inf, np.inf), "1 (not determined)"),
     ):
         assert str(Interval(*numbers, "1")) == said
     assert [percent(share) for share in (0.0123, 0.9961, 1.0, 3.21)] == ["1.2", "100", "100", "321"]

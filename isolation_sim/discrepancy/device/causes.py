@@ -123,6 +123,7 @@ def _reason(
         f"{quantity.meaning} {values[quantity.name].value:.3g}"
         + f" {quantity.unit}" * (quantity.unit != "1")
         for quantity in effect.parameters
+        if values[quantity.name].determined
     )
     samples = f"the {int(np.sum(errors.validation_samples))} samples {where}"
     # a law that depends on the effect may fail without it
@@ -132,7 +133,7 @@ def _reason(
     )  # fmt: skip
     return (
         f"Without {in_sentence(effect.title)} {larger}; it removes "
-        f"{100 * share:.0f} % of the misfit with {numbers}.{_remarks(effect)}"
+        f"{100 * share:.0f} % of the misfit{' with ' * bool(numbers)}{numbers}.{_remarks(effect)}"
         + f" {doubt}"
         * bool(doubt)
     )

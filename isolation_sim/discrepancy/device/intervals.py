@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...effects.effect import EffectParameter
 from ...identification.law_fit import SEARCHED
 from ...identification.least_squares import DETERMINED, unit_columns
 from ...identification.noise import correlation_time
@@ -139,10 +140,15 @@ def needs_bound(searched: FittedModel, place: int, gain: float) -> bool:
     at = searched.model.slices()[place].start
     parameters = searched.effects[place].parameters
     return any(
-        searched.values[k] in parameters[k - at].other
+        _is_another(searched.model, parameters[k - at], searched.values[k])
         or _cost_at(searched, k, inside) - searched.cost > BOUND_NEEDED * gain
         for k, inside in values_at_bounds(searched, place)
     )
+
+
+def _is_another(model: Model, quantity: EffectParameter, value: float) -> bool:
+    """Whether a value lies at a bound at which the effect is one of another cause."""
+    return value in quantity.other or (np.inf in quantity.other and value == model.upper(quantity))
 
 
 def values_at_bounds(searched: FittedModel, place: int) -> Iterator[tuple[int, float]]:

@@ -201,7 +201,9 @@ def _where(diagnosis: Diagnosis, traces: Sequence[Trace]) -> Iterator[Block]:
         if step.title == _DEPENDENCE:
             yield from step_blocks(step)
     if diagnosis.depends_on:
-        yield Prose((f"The residual depends on {', '.join(diagnosis.depends_on)}.",))
+        yield Prose(
+            (f"Without causes, the residual depends on {', '.join(diagnosis.depends_on)}.",)
+        )
 
 
 def _runs_table(traces: Sequence[Trace]) -> Table:
