@@ -85,7 +85,7 @@ def read_mat(
         positive(f"{path}, dt (s)", step),
         name=Path(path).stem,
         source=f"{path}, variable {chosen}",
-        unit_as_given=unit_name(unit) or unit,
+        file_unit=unit_name(unit) or unit,
     )
 
 

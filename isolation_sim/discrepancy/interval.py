@@ -32,8 +32,8 @@ class Interval:
 
     @property
     def determined(self) -> bool:
-        """Whether both ends are finite."""
-        return bool(np.isfinite(self.low) and np.isfinite(self.high))
+        """Whether one end is finite, at least."""
+        return bool(np.isfinite(self.low) or np.isfinite(self.high))
 
     def __str__(self) -> str:
         """Value and ends, with as many digits as the ends need to differ from the value."""
