@@ -115,7 +115,7 @@ def _warn_of_peak(record: Record, path: str | Path) -> None:
     peak = record.pga / STANDARD_GRAVITY
     if not WEAKEST <= peak <= STRONGEST:
         warn(
-            f"{path}: the peak is {peak:.3g} g, read in {record.unit_as_given}; earthquakes have "
+            f"{path}: the peak is {peak:.3g} g, read in {record.file_unit}; earthquakes have "
             f"{WEAKEST:g} to {STRONGEST:g} g: check the unit",
             UserWarning,
         )
