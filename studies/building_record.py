@@ -227,9 +227,9 @@ def _finding(
     ]
     for diagnosis, layer in zip(diagnoses, layers[1:], strict=True):
         named = ", ".join(
-            f"{cause.name} ({cause.form}, {100 * cause.share:.0f} %)"
+            f"{cause.label} ({cause.form}, {100 * cause.share:.0f} %)"
             if cause.form
-            else f"{cause.name} ({100 * cause.share:.0f} %)"
+            else f"{cause.label} ({100 * cause.share:.0f} %)"
             for cause in diagnosis.causes
         )
         sentences.append(

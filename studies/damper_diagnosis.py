@@ -90,7 +90,7 @@ def _finding(result: dict[str, HeldOutResult]) -> str:
     for label, fits in result.items():
         one, alone = fits.diagnosis, fits.alone
         named = "; ".join(
-            cause.name
+            cause.label
             + (f" ({cause.form})" if cause.form else "")
             + f" with {100 * cause.share:.0f} % of the squared misfit"
             + (f", hardly to be distinguished from {', '.join(cause.confusable_with)}"

@@ -152,7 +152,7 @@ def _finding(rows: list[dict[str, Any]], result: list[TableDiagnosis]) -> str:
             sentences[-1] += "; no effect of the catalogue lowers the error on rows left out."
             continue
         named = "; ".join(
-            f"{cause.name} ({cause.form}) removes {100 * cause.share:.0f} % of the squared misfit"
+            f"{cause.label} ({cause.form}) removes {100 * cause.share:.0f} % of the squared misfit"
             + (f", hardly to be distinguished from {', '.join(cause.confusable_with)}"
                if cause.confusable_with else "")
             for cause in diagnosis.causes
