@@ -1,9 +1,9 @@
 """Further processes compile, and what comes out is what one process alone gives."""
 
+import importlib
 import os
+import sys
 import time
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -94,24 +94,34 @@ def empty_cache(monkeypatch, tmp_path):
     monkeypatch.setenv("ISOLATION_SIM_CACHE", str(tmp_path))
 
 
-@dataclass(frozen=True)
+NOTES = """
+import os, time
+
 class Note:
-    """Task that writes the number of its process; with no path it never ends."""
+    def __init__(self, path=None):
+        self.path = path
 
-    path: Path | None
-
-    def run(self) -> None:
+    def run(self):
         if self.path is None:
             time.sleep(3600)
-        else:
-            self.path.write_text(str(os.getpid()))
+        self.path.write_text(str(os.getpid()))
+"""
 
 
-def test_tasks_run_beside_a_block_in_another_process(monkeypatch, tmp_path):
+@pytest.fixture
+def note(tmp_path, monkeypatch):
+    """Tasks that write the number of their process to a file; with no file they never end."""
+    (tmp_path / "worker_notes.py").write_text(NOTES)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    yield importlib.import_module("worker_notes").Note
+    del sys.modules["worker_notes"]
+
+
+def test_tasks_run_beside_a_block_in_another_process(note, monkeypatch, tmp_path):
     monkeypatch.setattr(workers, "idle_processors", lambda: 1)
     notes = [tmp_path / "first", tmp_path / "second"]
     began = time.monotonic()
-    with workers.run_beside([*map(Note, notes), Note(None)]):
+    with workers.run_beside([*map(note, notes), note()]):
         while not notes[1].exists() and time.monotonic() < began + 60:
             time.sleep(0.01)
     process = int(notes[0].read_text())
@@ -120,9 +130,9 @@ def test_tasks_run_beside_a_block_in_another_process(monkeypatch, tmp_path):
         os.kill(process, 0)
 
 
-def test_nothing_runs_beside_a_block_without_an_idle_processor(monkeypatch, tmp_path):
+def test_nothing_runs_beside_a_block_without_an_idle_processor(note, monkeypatch, tmp_path):
     monkeypatch.setattr(workers, "idle_processors", lambda: 0)
-    with workers.run_beside([Note(tmp_path / "note")]):
+    with workers.run_beside([note(tmp_path / "note")]):
         pass
     assert not (tmp_path / "note").exists()
 
