@@ -122,7 +122,7 @@ def test_tasks_run_beside_a_block_in_another_process(note, monkeypatch, tmp_path
     notes = [tmp_path / "first", tmp_path / "second"]
     began = time.monotonic()
     with workers.run_beside([*map(note, notes), note()]):
-        while not notes[1].exists() and time.monotonic() < began + 60:
+        while not (notes[1].exists() and notes[1].read_text()) and time.monotonic() < began + 60:
             time.sleep(0.01)
     process = int(notes[0].read_text())
     assert process == int(notes[1].read_text()) != os.getpid()
