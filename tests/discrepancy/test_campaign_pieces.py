@@ -6,7 +6,7 @@ import pytest
 from scipy.signal import butter, lsim
 
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
-from isolation_sim.discrepancy.device.interference import _own_lines, interference
+from isolation_sim.discrepancy.device.interference import interference
 from isolation_sim.discrepancy.device.model import run_means
 from isolation_sim.discrepancy.diagnose import diagnose, kind_of
 from isolation_sim.discrepancy.loops.table import read_loop_table
@@ -235,12 +235,3 @@ def test_numbers_of_another_law_are_refused():
 
     with pytest.raises(InputError, match="expected: of bouc_wen"):
         diagnose("anywhere", "bouc_wen", law("linear", {"k": 1.0}))
-
-
-@pytest.mark.parametrize(("own", "duration"), [(0.5, 8.0), (2.0, 2.0), (1.3, 4.0)])
-def test_multiples_of_a_triangular_wave_are_its_own(own, duration):
-    t = np.arange(0, duration, 0.004)
-    x = sum((-1) ** k / (2 * k + 1) ** 2 * np.sin((4 * k + 2) * np.pi * own * t) for k in range(7))
-    multiples = _own_lines(x, 0.004, own * np.arange(1.0, 16.0))
-    assert multiples.all()
-    assert not _own_lines(x, 0.004, np.array([20.0 * own])).any()

@@ -99,14 +99,10 @@ def _own_lines(x: NDArray, dt: float, frequencies: NDArray) -> NDArray:
     power = np.abs(np.fft.rfft((x - np.mean(x)) * np.hanning(n))) ** 2
     strong = power > 1e-3 * power.max()
     lines, weights = np.fft.rfftfreq(n, dt)[strong], power[strong]
-    width = 1.0 / (n * dt)
-    near = 2.0 * width
+    near = 2.0 / (n * dt)
     own = frequencies < lines.max() + near
-    peak = np.abs(lines - lines[np.argmax(weights)]) < near
-    main = float(np.sum(lines[peak] * weights[peak]) / np.sum(weights[peak]))
-    # a triangular wave has many lines, all of them at multiples of the first
-    apart = np.abs(lines - main * np.round(lines / main)) > 1.5 * width
-    if len(lines) <= 8 or (main > 3 * width and weights[apart].sum() < 0.01 * weights.sum()):
+    if len(lines) <= 8:
+        main = float(np.sum(lines * weights) / np.sum(weights))
         for k in range(1, INTERFERENCE_HARMONICS):
             own |= np.abs(frequencies - k * main) < near
     return own
