@@ -106,9 +106,12 @@ def idle_processors() -> int:
 
 
 @contextmanager
-def run_beside(tasks: Sequence[Task[None]]) -> Iterator[None]:
+def run_beside(list_tasks: Callable[[], Sequence[Task[None]]]) -> Iterator[None]:
     """Run tasks on idle processors meanwhile; those that are left at the end are dropped."""
-    count = min(idle_processors(), len(tasks))
+    # they are listed only if a processor is idle
+    count = idle_processors()
+    tasks = list_tasks() if count else ()
+    count = min(count, len(tasks))
     if not count:
         yield
         return

@@ -121,7 +121,7 @@ def test_tasks_run_beside_a_block_in_another_process(note, monkeypatch, tmp_path
     monkeypatch.setattr(workers, "idle_processors", lambda: 1)
     notes = [tmp_path / "first", tmp_path / "second"]
     began = time.monotonic()
-    with workers.run_beside([*map(note, notes), note()]):
+    with workers.run_beside(lambda: [*map(note, notes), note()]):
         while not (notes[1].exists() and notes[1].read_text()) and time.monotonic() < began + 60:
             time.sleep(0.01)
     process = int(notes[0].read_text())
@@ -132,7 +132,7 @@ def test_tasks_run_beside_a_block_in_another_process(note, monkeypatch, tmp_path
 
 def test_nothing_runs_beside_a_block_without_an_idle_processor(note, monkeypatch, tmp_path):
     monkeypatch.setattr(workers, "idle_processors", lambda: 0)
-    with workers.run_beside([note(tmp_path / "note")]):
+    with workers.run_beside(lambda: [note(tmp_path / "note")]):
         pass
     assert not (tmp_path / "note").exists()
 

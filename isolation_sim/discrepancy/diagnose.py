@@ -73,9 +73,12 @@ def diagnose(
     from .device.first_use import effects_to_compile
 
     report = progress or (lambda text: None)
-    uncompiled: list[Task[None]] = []
-    if isinstance(data, Campaign):
-        uncompiled = [*(laws_to_compile() if law == AUTO else ()), *effects_to_compile()]
+
+    def uncompiled() -> list[Task[None]]:
+        if isinstance(data, LoopTable):
+            return []
+        return [*(laws_to_compile() if law == AUTO else ()), *effects_to_compile()]
+
     with workers(threads) as pool, run_beside(uncompiled):
         choice = runs = None
         if isinstance(law, str):

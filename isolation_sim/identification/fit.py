@@ -107,7 +107,7 @@ def fit(
     data = measured_runs(campaign.runs)
     choice = None
     if law == AUTO:
-        with workers(threads) as pool, run_beside(laws_to_compile()):
+        with workers(threads) as pool, run_beside(laws_to_compile):
             some = hold_out_some(data, campaign.runs)
             choice = choose_law(campaign, some, current_degree, pool, seed=seed)
         law = LAWS[choice.best.law]

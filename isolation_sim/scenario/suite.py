@@ -126,13 +126,15 @@ class RecordSuite(Section):
         def leave_out(error: InputError) -> None:
             left_out.append(str(error))
 
-        told = leave_out if self.leave_out_unreadable else None
+        on_unreadable = leave_out if self.leave_out_unreadable else None
         if self.peer is not None:
-            return read_peer(self.peer, on_unreadable=told), left_out
+            return read_peer(self.peer, on_unreadable=on_unreadable), left_out
         read = partial(read_files, self.files or [])
         if self.folder is not None:
             read = partial(read_folder, self.folder)
-        records = read(unit=self.unit, dt=self.dt_s, column=self.column, on_unreadable=told)
+        records = read(
+            unit=self.unit, dt=self.dt_s, column=self.column, on_unreadable=on_unreadable
+        )
         return records, left_out
 
     def sources(self) -> list[Path]:

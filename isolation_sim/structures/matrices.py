@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ground_motions.argument_types import checked
+from ground_motions.readers.mat_variables import mat_variables
 
 from ..errors import InputError, PlausibilityWarning, warn
-from ..io.mat_file import mat_variables
 from .checks import matrix, numbers
 from .plausibility import implausible_matrices
 from .structure import Structure

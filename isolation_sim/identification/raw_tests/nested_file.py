@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.readers.mat_variables import mat_variables
+
 from ...errors import InputError, not_installed
-from ...io.mat_file import mat_variables
 from ..run_table import MINIMUM_SAMPLES
 from .channels import Heading, heading_of
 from .rate import rate_of
