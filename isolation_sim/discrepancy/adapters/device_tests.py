@@ -31,6 +31,7 @@ from ..decisions import (
     NEARLY_COMPLETES,
     NEEDED,
     NOISE_EXAMPLES,
+    PROPOSED,
     REMAINS,
     SIGNIFICANCE,
     SIGNIFICANT,
@@ -246,15 +247,24 @@ class DeviceTests(Problem[FittedModel]):
         """Models to test on held-out data, until one holds.
 
         Effects that follow the fitted runs may lack one that acts in the held-out runs above all.
-        Otherwise the last one found is dropped first.
+        Otherwise the last one found is dropped first. A law that follows the fitted runs alone
+        lacks something that acts in the others: there the held-out runs choose.
         """
         best = self._needed(result.best)
-        yield best
+        if best.effects:
+            yield best
         last = result.rounds[-1] if result.rounds else None
         if last is not None and last.taken is None and best is last.base and best.effects:
             if self._left(self.data.fitted) < WELL_EXPLAINED:
                 yield from self.space.second_best(best, last.tried)
-        yield from (one.base for one in reversed(result.rounds) if one.base is not best)
+        before = [one.base for one in reversed(result.rounds) if one.base is not best]
+        yield from (one for one in before if one.effects)
+        errors, base = self.errors, result.base
+        follows = errors.is_noise(self.before, self.data.fitted)
+        if follows and not errors.is_noise(self.before, errors.validation_samples):
+            tried = result.rounds[0].tried if result.rounds else ()
+            yield from self.space.more_than_noise(base, tried, PROPOSED)
+        yield base
 
     def _completed(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel:
         """Add a cause that explains most of what is left, on fitted and on held-out runs."""
