@@ -103,3 +103,12 @@ def test_a_viscosity_that_thins_only_beyond_the_tests_is_a_dashpot():
     one = searched(0.01 * T, (1.0, 100.0))  # (0.7, 70) fits as well
     other = SimpleNamespace(parameters=(bounds, scale))
     assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1.0)
+
+
+@pytest.mark.parametrize("form", ["frequency", "mean_speed"])
+def test_a_mean_over_the_whole_test_only_acts_like_a_rate_dependence(form):
+    window = effect("weak_rate_dependence", form).parameters[-1]
+    loss, _ = EFFECT.parameters
+    one = searched(0.01 * T, (0.1, window.upper))  # (0.07, 7) fits as well
+    mean = SimpleNamespace(parameters=(loss, window))
+    assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (mean,)}), 0, 1.0)
