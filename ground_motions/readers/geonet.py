@@ -111,8 +111,9 @@ def _components(lines: list[str], path: str | Path) -> list[_Component]:
         if len(lines) <= begin:
             place = f"{path}, line {at + 1}"
             raise InputError(place, f"{len(lines) - at} lines", f"a header of {begin - at} lines")
-        word, _, direction = lines[at + _DIRECTION].strip().partition(" ")
-        if word.lower() != "component" or not direction.strip():
+        # the axis of the instrument may follow: Component N10E  Longitudinal Accelerometer Axis
+        word, direction, *_ = (*lines[at + _DIRECTION].split(), "", "")
+        if word.lower() != "component" or not direction:
             place = f"{path}, line {at + _DIRECTION + 1}"
             raise InputError(place, excerpt(lines[at + _DIRECTION].strip()), "Component N76W")
         integers = _header(lines, at + _TEXT, _INTEGERS, max(_COUNTS), path)
@@ -124,7 +125,7 @@ def _components(lines: list[str], path: str | Path) -> list[_Component]:
             raise InputError(
                 str(path), f"{len(lines)} lines", f"{end} or more, by the header of {direction}"
             )
-        components.append(_Component(direction.strip(), begin, counts[0], step))
+        components.append(_Component(direction, begin, counts[0], step))
         at = end
     names = [each.direction for each in components]
     if len(set(names)) < len(names):
