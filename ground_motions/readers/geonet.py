@@ -25,7 +25,6 @@ _DIRECTION = 12  # its line, from 0
 _COUNTS = 33, 34, 35  # accelerations, velocities, displacements: places in the integer header
 _STEP = 25  # s: place in the real header
 _COLUMNS, _WIDTH = 10, 8  # numbers of a line, and their width
-VERTICAL = "Up"
 _EXPECTED = "a corrected accelerogram of GeoNet (V2A)"
 
 
@@ -94,10 +93,10 @@ def read_geonet(path: str | Path, column: str | None = None) -> Record:
     )
 
 
-def directions_of(path: str | Path) -> list[str]:
-    """Directions of a file's components, the vertical one last."""
+def directions_of(path: str | Path) -> dict[str, str]:
+    """Directions of a file's components by their own names."""
     names = [each.direction for each in _components(read_lines(path), path)]
-    return sorted(names, key=lambda name: name.lower() == VERTICAL.lower())
+    return dict(zip(names, names, strict=True))
 
 
 def _components(lines: list[str], path: str | Path) -> list[_Component]:

@@ -119,8 +119,10 @@ def test_geonet(written, refused, tmp_path):
     [
         (GEONET.replace("Corrected", "Uncorrected", 1), ("line 1", "'Uncorrected", "V2A")),
         (GEONET.replace("Component", "Direction", 1), ("line 13", "'Direction N76W")),
-        (GEONET.replace("Component N76W  Longitudinal Accelerometer Axis", "Component"),
-         ("line 13", "'Component'")),
+        (
+            GEONET.replace("Component N76W  Longitudinal Accelerometer Axis", "Component"),
+            ("line 13", "'Component'"),
+        ),
         (GEONET.replace("   0.005", "   0.000", 1), ("line 23, column 6 (s)", "0")),
         (GEONET.replace("-12345.6", "-12345.x", 1), ("line 27, column 4", "'-12345.x'")),
         (GEONET.replace("    10.0", "", 1), ("lines 27 to 28: given 11 samples",)),
