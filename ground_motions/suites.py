@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 from ground_motions.argument_types import checked
 from ground_motions.component_names import by_recording, is_vertical
-from ground_motions.errors import InputError, warn
+from ground_motions.errors import InputError, several, warn
 from ground_motions.readers import READERS, read
 from ground_motions.readers.csv_file import acceleration_columns
 from ground_motions.readers.geonet import directions_of
@@ -224,16 +224,9 @@ def _all_or_told(
         except InputError as error:
             errors.append(error)
     if errors and (on_unreadable is None or not records):
-        total = len(records) + len(errors)
-        if total == 1:
-            raise errors[0]
-        # where none can be read, the reasons are usually alike
-        shown = errors if records else errors[:_NAMED]
-        more = f"; and {total - len(shown)} more" if not records and total > len(shown) else ""
-        hint = "; leave_out_unreadable = true in [ground] runs the others" if records else more
-        raise InputError(
-            f"{len(errors)} of {total} records cannot be read: {'; '.join(map(str, shown))}{hint}"
-        )
+        what = f"{len(errors)} of {len(records) + len(errors)} records cannot be read"
+        hint = "; leave_out_unreadable = true in [ground] runs the others" if records else ""
+        raise several(what, errors, hint)
     if on_unreadable is not None:
         for each in errors:
             on_unreadable(each)
