@@ -73,7 +73,7 @@ def tuning_report(tuning: Tuning) -> Page:
     ]  # fmt: skip
     return Page(
         f"Tuning report: {as_written(tuning.controller)}",
-        f"{len(tuning.trials)} trials of {len(content['settings'])} settings",
+        f"{len(tuning.trials)} trials of {', '.join(content['settings'])}",
         [Section(title, blocks) for title, blocks in parts],
     )
 
