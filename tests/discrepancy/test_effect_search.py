@@ -140,7 +140,6 @@ def test_a_model_is_completed_where_held_out_runs_agree(
 
         def __init__(self):
             self.space, self.unstable, self.final = Space(), [more.effects[1].title], best
-            self.negligible = []
 
         def _extend(self, model):
             self.final = model
@@ -149,14 +148,37 @@ def test_a_model_is_completed_where_held_out_runs_agree(
             return True
 
         def _superfluous(self, model):
-            self.negligible.append("the first one")
             return least
 
     problem = Problem()
     result = problem._completed(best, SearchResult(fitted(1e4), more, []))
     assert result is problem.final is (more if added else best)
     assert bool(problem.unstable) is not added
-    assert added or not problem.negligible
+
+
+@pytest.mark.parametrize(
+    ("fitted_noise", "held_out_noise", "proposed"),
+    [
+        (True, False, [(900, "heat"), (960, "lag"), (1000,)]),
+        (True, True, [(1000,)]),  # nothing is missed
+        (False, False, [(1000,)]),  # the fitted runs could have asked for a cause
+    ],
+)
+def test_held_out_runs_choose_where_the_law_misses_them_alone(
+    fitted_noise, held_out_noise, proposed
+):
+    law = fitted(1000)
+    tried = [fitted(900, "heat"), fitted(950, OUTSIDE), fitted(960, "lag"), fitted(990, "offset")]
+    problem = DeviceTests.__new__(DeviceTests)
+    problem.space = Space()  # of the noise's own gain, 1, 14 times are needed
+    problem.data = SimpleNamespace(fitted=True)
+    problem.errors = SimpleNamespace(
+        validation_samples=False,
+        is_noise=lambda force, chosen: fitted_noise if chosen else held_out_noise,
+    )
+    problem.__dict__["before"] = None
+    result = SearchResult(law, law, [Round(law, tried, None)])
+    assert [(one.cost, *one.effects) for one in problem._proposals(result)] == proposed
 
 
 @pytest.mark.parametrize(("cost", "searches"), [(300, 2), (900, 1)])

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ from ..decisions import (
     NEARLY_COMPLETES,
     NEEDED,
     NOISE_EXAMPLES,
+    PROPOSED,
     REMAINS,
     SIGNIFICANCE,
     SIGNIFICANT,
@@ -59,6 +60,14 @@ from ..planned_tests import TestPlan, missing_conditions
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_device_tests, smallest_set
 from ..search import Round, SearchResult, search
+
+
+class Superfluous(NamedTuple):
+    """An effect that corrects next to nothing."""
+
+    place: int  # Among the effects
+    size: float  # Share of the force that it corrects
+    allowed: float  # Share of the force from which it would count
 
 
 class DeviceTests(Problem[FittedModel]):
@@ -161,7 +170,10 @@ class DeviceTests(Problem[FittedModel]):
                 break
         best = self._completed(best, result)
         while best.effects and (least := self._superfluous(best)) is not None:
-            best = self.space.without(best, least)
+            title = best.effects[least.place].title
+            self.negligible.append(f"{title} corrects {100 * least.size:.2g} % of the force")
+            self.negligible_below = least.allowed
+            best = self.space.without(best, least.place)
             self._extend(best)
         if self.errors.is_large(self.after, self.errors.validation_samples):
             self._compare_laws()
@@ -185,7 +197,7 @@ class DeviceTests(Problem[FittedModel]):
         fewer = self.space.penalised_cost(other.best) < self.space.penalised_cost(best)
         return other if fewer else result
 
-    def _superfluous(self, best: FittedModel) -> int | None:
+    def _superfluous(self, best: FittedModel) -> Superfluous | None:
         """Find an effect that corrects next to nothing."""
         corrected = np.array([self._corrected(best, k) for k in range(len(best.effects))])
         squared = self.errors.squared
@@ -199,12 +211,7 @@ class DeviceTests(Problem[FittedModel]):
         least = int(np.argmin(beyond))
         if beyond[least] >= 1:
             return None
-        size = float(np.max(corrected[least]))
-        self.negligible.append(
-            f"{best.effects[least].title} corrects {100 * size:.2g} % of the force"
-        )
-        self.negligible_below = float(np.max(allowed))
-        return least
+        return Superfluous(least, float(np.max(corrected[least])), float(np.max(allowed)))
 
     def _completing(self, best: FittedModel, corrected: NDArray) -> list[bool]:
         """Which effects leave noise, or far less on fitted and on held-out runs than without."""
@@ -246,15 +253,24 @@ class DeviceTests(Problem[FittedModel]):
         """Models to test on held-out data, until one holds.
 
         Effects that follow the fitted runs may lack one that acts in the held-out runs above all.
-        Otherwise the last one found is dropped first.
+        Otherwise the last one found is dropped first. A law that follows the fitted runs alone
+        lacks something that acts in the others: there the held-out runs choose.
         """
         best = self._needed(result.best)
-        yield best
+        if best.effects:
+            yield best
         last = result.rounds[-1] if result.rounds else None
         if last is not None and last.taken is None and best is last.base and best.effects:
             if self._left(self.data.fitted) < WELL_EXPLAINED:
                 yield from self.space.second_best(best, last.tried)
-        yield from (one.base for one in reversed(result.rounds) if one.base is not best)
+        before = [one.base for one in reversed(result.rounds) if one.base is not best]
+        yield from (one for one in before if one.effects)
+        errors, base = self.errors, result.base
+        follows = errors.is_noise(self.before, self.data.fitted)
+        if follows and not errors.is_noise(self.before, errors.validation_samples):
+            tried = result.rounds[0].tried if result.rounds else ()
+            yield from self.space.more_than_noise(base, tried, PROPOSED)
+        yield base
 
     def _completed(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel:
         """Add a cause that explains most of what is left, on fitted and on held-out runs."""
@@ -271,7 +287,7 @@ class DeviceTests(Problem[FittedModel]):
         left, more = errors.misfit(self.after), self._one_more(best, result)
         if more is None or not self.space.completes(best, more):
             return best
-        before, negligible = self.final, list(self.negligible)
+        before = self.final
         self._extend(more)
         taken = self._may_complete(more) and errors.misfit(self.after) < COMPLETES * left
         # one that imitates another does not replace it
@@ -280,7 +296,7 @@ class DeviceTests(Problem[FittedModel]):
         if taken and self._holds():
             self.unstable = [one for one in self.unstable if one not in _titles(more)]
             return more
-        self.final, self.negligible = before, negligible
+        self.final = before
         return best
 
     def _may_complete(self, best: FittedModel) -> bool:

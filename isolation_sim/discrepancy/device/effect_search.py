@@ -94,15 +94,22 @@ class EffectSearch:
     ) -> Iterator[FittedModel]:
         """Models with one more cause that is more than noise, though too small to be chosen."""
         causes: set[str] = set()
-        for one in tried:
-            gain = current.cost - one.cost
-            if one.causes[-1] in causes or one.causes[-1] == OUTSIDE:
-                continue
-            if gain > max(SIGNIFICANT * self.noise_gain(current, one), LEAST_PART * current.cost):
+        for one in self.more_than_noise(current, tried):
+            if one.causes[-1] not in causes:
                 causes.add(one.causes[-1])
                 yield one
             if len(causes) == RIVALS_TRIED:
                 return
+
+    def more_than_noise(
+        self, current: FittedModel, tried: Sequence[FittedModel], significant: float = SIGNIFICANT
+    ) -> Iterator[FittedModel]:
+        """Models whose last cause, of the catalogue, gains more than noise would."""
+        for one in tried:
+            gain = current.cost - one.cost
+            least = max(significant * self.noise_gain(current, one), LEAST_PART * current.cost)
+            if one.causes[-1] != OUTSIDE and gain > least:
+                yield one
 
     def revise(self, taken: FittedModel) -> FittedModel:
         """Replace effects by others that are better now, until none is."""
