@@ -366,7 +366,10 @@ def _problem(
     """The problem; motions of one length share it, since building its solver takes a minute."""
     coils = _coils(plant)
     if not len(coils):
-        raise InputError("clairvoyant: no element of the structure is driven by a coil")
+        raise InputError(
+            "clairvoyant: no element of the structure is driven by a coil; expected: isolators "
+            "whose law has a current, or the controller passive_off"
+        )
     record = plant.records[0]
     every = 1 if period is None else max(1, round(period / record.dt))
     return _whole_record(

@@ -129,7 +129,10 @@ def driven_elements(nominal: IsolatedStructure, name: str) -> tuple[Element, ...
     """Elements that a coil drives."""
     driven = tuple(element for element in nominal.elements if element.channel is not None)
     if not driven:
-        raise InputError(f"{name}: no element of the nominal model is driven by a coil")
+        raise InputError(
+            f"{name}: no element of the nominal model is driven by a coil; expected: isolators "
+            "whose law has a current, or the controller passive_off"
+        )
     return driven
 
 

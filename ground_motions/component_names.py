@@ -45,6 +45,12 @@ def component_end(name: str) -> str:
     return _split(name)[1]
 
 
+def is_vertical(direction: str) -> bool:
+    """Whether a direction in a header, such as ``Up`` or ``90 Deg``, is the vertical one."""
+    first = direction.lower().split()[:1]
+    return first in [[word] for word in (*_VERTICAL, "vertical", "down")]
+
+
 def _split(name: str) -> tuple[str, str]:
     """Name of a recording, and what tells its component; empty if nothing does."""
     if match := _CHANNEL.fullmatch(name):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import sys
 import warnings
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 
 
 class InputError(ValueError):
@@ -33,6 +33,17 @@ class InputError(ValueError):
             if self.expected
             else self.place
         )
+
+
+_LISTED = 8  # errors in a message
+
+
+def several(what: str, errors: Sequence[Exception], hint: str = "") -> Exception:
+    """Return one error that lists the first of several; a single one without a hint itself."""
+    if len(errors) == 1 and not hint:
+        return errors[0]
+    more = f"; and {len(errors) - _LISTED} more" if len(errors) > _LISTED else ""
+    return InputError(f"{what}: {'; '.join(map(str, errors[:_LISTED]))}{more}{hint}")
 
 
 _PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")

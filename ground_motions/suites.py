@@ -13,8 +13,8 @@ from pathlib import Path, PurePosixPath
 from typing import TypeAlias
 
 from ground_motions.argument_types import checked
-from ground_motions.component_names import by_recording
-from ground_motions.errors import InputError, warn
+from ground_motions.component_names import by_recording, is_vertical
+from ground_motions.errors import InputError, several, warn
 from ground_motions.readers import READERS, read
 from ground_motions.readers.csv_file import acceleration_columns
 from ground_motions.readers.geonet import directions_of
@@ -104,11 +104,11 @@ def read_folder(
         Unit of text files, which are not used without it, and of CSV and MATLAB files that have
         none.
     dt : float, optional
-        Sampling step of text and MATLAB files without times, s.
+        Sampling step of text and MATLAB files without times, s. Others keep their own.
     column : str or sequence of str, optional
         Columns of CSV files, variables of MATLAB files, channels of V2 files and directions of
-        V2A files, with more than one; needed for more than two, but for V2A. One, or two for the
-        two horizontal components; a third one is the vertical component.
+        V2A files, with more than one. One, or two for the two horizontal components; a third one
+        is the vertical component. Needed for more than two, unless headers tell the vertical one.
     on_unreadable : callable, optional
         Called with the error of each record that cannot be read, which is left out. Without it
         all unreadable records are refused in one message.
@@ -224,16 +224,9 @@ def _all_or_told(
         except InputError as error:
             errors.append(error)
     if errors and (on_unreadable is None or not records):
-        total = len(records) + len(errors)
-        if total == 1:
-            raise errors[0]
-        # where none can be read, the reasons are usually alike
-        shown = errors if records else errors[:_NAMED]
-        more = f"; and {total - len(shown)} more" if not records and total > len(shown) else ""
-        hint = "; leave_out_unreadable = true in [ground] runs the others" if records else more
-        raise InputError(
-            f"{len(errors)} of {total} records cannot be read: {'; '.join(map(str, shown))}{hint}"
-        )
+        what = f"{len(errors)} of {len(records) + len(errors)} records cannot be read"
+        hint = "; leave_out_unreadable = true in [ground] runs the others" if records else ""
+        raise several(what, errors, hint)
     if on_unreadable is not None:
         for each in errors:
             on_unreadable(each)
@@ -342,15 +335,15 @@ def _components(path: Path, unit: str | None, dt: float | None, column: Columns)
     """The components in a file: the chosen columns, or both of two."""
     suffix = path.suffix.lower()
     if suffix in _TEXT:
-        return [read(path, unit=unit, dt=dt)]
+        return [_read_with_step(path, unit, dt)]
     columns: list[str | None] = [column] if isinstance(column, str) else list(column or ())
     if len(columns) > 3:
         raise InputError("column", f"{len(columns)} columns", "1 to 3")
     if suffix == ".mat":
-        return [read(path, column=each, unit=unit, dt=dt) for each in columns or [None]]
-    present: list[str] = []
+        return [_read_with_step(path, unit, dt, each) for each in columns or [None]]
+    present: dict[str, str] = {}  # names of components, and their directions where headers tell
     if suffix == ".csv":
-        present = acceleration_columns(path)
+        present = dict.fromkeys(acceleration_columns(path), "")
         if not present:
             header = table_cells(path)[0][1]
             columns = [each for each in columns if each in header] or [None]
@@ -359,10 +352,23 @@ def _components(path: Path, unit: str | None, dt: float | None, column: Columns)
         present = _COMPONENTS[suffix](path)
     if len(present) < 2:
         return [read(path)]
-    # of three, the directions of GeoNet alone tell the vertical one
-    if len(present) == 2 or (suffix == ".v2a" and len(present) == 3):
-        columns = columns or [*present]
+    vertical = [name for name, direction in present.items() if is_vertical(direction)]
+    horizontal = [name for name in present if name not in vertical]
+    if not columns and len(horizontal) in (1, 2) and len(vertical) < 2:
+        columns = [*horizontal, *(vertical if len(horizontal) == 2 else ())]
     return [read(path, column=each) for each in columns or [None]]
+
+
+def _read_with_step(
+    path: Path, unit: str | None, dt: float | None, column: str | None = None
+) -> Record:
+    """A record of a file that has times or a step of its own, or else the one given."""
+    try:
+        return read(path, column=column, unit=unit, dt=dt)
+    except InputError as error:
+        if dt is None or error.place != f"{path}, dt":
+            raise
+        return read(path, column=column, unit=unit)
 
 
 def _only(components: list[Record], path: Path) -> Record:

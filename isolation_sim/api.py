@@ -409,9 +409,9 @@ def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEv
     Parameters
     ----------
     law : Device, str or pathlib.Path
-        A device, or a file with an ``[isolator]`` section from ``fit --out`` or ``diagnose``. The
-        scales in a file are ignored: the law is that of the tested device. Its effects of the
-        instruments count.
+        A device, or a file with an ``[isolator]`` section from ``fit --out`` or ``diagnose``, or
+        the folder of one. The scales in a file are ignored: the law is that of the tested device.
+        Its effects of the instruments count.
     campaign : Campaign, str or pathlib.Path
         The measured runs, or their folder.
 
@@ -426,11 +426,12 @@ def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEv
         If a file cannot be read, or the law's parameters are piecewise in the current.
     """
     from .discrepancy.evaluate import evaluate as errors_of
+    from .io.results_folder import law_file
     from .laws import Device
     from .scenario import Scenario
 
     if not isinstance(law, Device):
-        section = Scenario.read(law).isolator
+        section = Scenario.read(law_file(law)).isolator
         changes: dict[str, Any] = {"length_scale": 1.0, "force_scale": 1.0, "count": 1.0}
         # the measured force contains what the instruments add
         changes["effect"] = [*(section.effect or ()), *(section.instrument or ())]

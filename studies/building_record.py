@@ -234,7 +234,7 @@ def _finding(
         )
         sentences.append(
             f"Shown the loops of {', '.join(RECORDS[one] for one in layer.shown)}, the diagnosis "
-            f"calls it {diagnosis.verdict.replace('_', ' ')} by {named or 'nothing'}; the force's "
+            f"calls it {diagnosis.verdict.replace('_', ' ')}: {named or 'no cause'}; the force's "
             f"error on the other records goes from {100 * diagnosis.error_before.held_out:.0f} to "
             f"{100 * diagnosis.error_after.held_out:.0f} %. Under the building, the extended "
             f"layer misses{_errors_text(table, layer)}."

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.diagnosis import Diagnosis
 from isolation_sim.discrepancy.loops.table import LoopTable
-from isolation_sim.identification.sinusoidal import sinusoidal
+from isolation_sim.identification.loop_measures import loop_measures
 from isolation_sim.laws import Device, hybrid, law
 from isolation_sim.laws.published import (
     CURRENTS_A,
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 TITLE = "A published isolator law against its own paper's measurements"
 CYCLES = 16
 """Cycles of a computed test; all but the last four are for settling."""
-POINTS_A_SECOND = 512
-"""Of a computed test: a spring-pot relaxes within a millisecond."""
+POINTS = 256
+"""Of a cycle."""
 AGREEING = (2.0, 3.0)
 """Currents at which Yu et al. and Li & Li agree about the stiffness at 1 Hz, A."""
 PUBLISHED, FITTED, EXTENDED = "as published", "fitted", "extended"
@@ -80,17 +80,33 @@ def _table(name: str, rows: list[tuple[float, ...]]) -> LoopTable:
 
 def loops(device: Device, table: LoopTable) -> tuple[NDArray, NDArray]:
     """Loops of a device in the tests of a table, integrated apart from the diagnosis."""
-    result = np.empty((2, len(table.amplitude)))
-    for frequency in np.unique(table.frequency):
-        rows = np.flatnonzero(table.frequency == frequency)
-        motion = sinusoidal(
-            device, table.amplitude[rows], table.current[rows], float(frequency), CYCLES,
-            round(POINTS_A_SECOND / frequency),
-        )  # fmt: skip
-        for place, row in enumerate(rows):
-            measured = motion.measured(place, skip=CYCLES - 4)
-            result[:, row] = measured.effective_stiffness.value, measured.damping_ratio.value
-    return result[0], result[1]
+    tests = zip(table.amplitude, table.frequency, table.current, strict=True)
+    stiffness, damping = np.array([_loop(device, *map(float, test)) for test in tests]).T
+    return stiffness, damping
+
+
+def _loop(
+    device: Device, amplitude: float, frequency: float, current: float
+) -> tuple[float, float]:
+    """Effective stiffness (N/m) and damping ratio of a test, by a method for stiff equations."""
+    from scipy.integrate import solve_ivp
+
+    law, omega = device.law, 2 * np.pi * frequency
+    parameters = tuple(map(float, device.parameters_at(current)))
+    time = np.linspace(0, CYCLES / frequency, CYCLES * POINTS + 1)
+
+    def motion(t: Any) -> tuple[Any, Any]:
+        return amplitude * np.sin(omega * t), amplitude * omega * np.cos(omega * t)
+
+    states = solve_ivp(
+        lambda t, y: law.rates(*motion(t), tuple(y), parameters), (0, time[-1]),
+        np.zeros(len(law.states)) if law.rest is None else law.rest(parameters),
+        method="LSODA", t_eval=time, rtol=1e-8, atol=1e-10,
+    ).y  # fmt: skip
+    x, v = motion(time)
+    force = law.force(x, v, tuple(states), parameters)
+    measured = loop_measures(time, x, force, frequency=frequency, skip=CYCLES - 4)
+    return measured.effective_stiffness.value, measured.damping_ratio.value
 
 
 @dataclass(frozen=True, eq=False)

@@ -91,12 +91,13 @@ def test_bad_input_is_one_line(campaign, capsys, arguments, message):
 
 @pytest.mark.parametrize("option", ["--out", "--report"])
 def test_a_folder_where_a_file_should_go_is_reported(campaign, capsys, tmp_path, option):
-    (tmp_path / "taken").mkdir()
+    taken = tmp_path / "taken.toml"
+    taken.mkdir()
     before = set(tmp_path.rglob("*"))
-    arguments = ("--law", "kelvin_voigt", "--starts", 1, "--quiet", option, tmp_path / "taken")
+    arguments = ("--law", "kelvin_voigt", "--starts", 1, "--quiet", option, taken)
     code, _, err = called(capsys, "fit", campaign, *arguments)
     assert code == 2
-    assert err == f"isolation-sim: {tmp_path / 'taken'}: a folder; expected: a file\n"
+    assert err == f"isolation-sim: {taken}: a folder; expected: a file\n"
     assert set(tmp_path.rglob("*")) == before
 
 
@@ -123,7 +124,10 @@ def test_a_fit_in_a_folder_is_loaded(campaign, capsys, tmp_path):
     assert code == 0 and "my_fit.html" not in out and (folder / "report.html").is_file()
     assert load(folder).device.law.name == "kelvin_voigt"
     code, _, err = called(capsys, "fit", campaign, *inputs)
-    assert code == 2 and err.endswith("my_fit: a folder; expected: a file\n")
+    assert code == 2 and "my_fit: is not empty; expected: a new folder, or --force" in err
+    (folder / "mine.txt").write_text("kept")
+    assert called(capsys, "fit", campaign, *inputs, "--force", "--quiet")[0] == 0
+    assert (folder / "mine.txt").read_text() == "kept"
 
 
 def test_the_fit_is_exported_and_read_back(campaign, capsys, tmp_path):

@@ -10,6 +10,7 @@ from typing import Any
 from ground_motions.argument_types import checked
 from ground_motions.errors import InputError, warn
 from ground_motions.readers.at2 import read_at2
+from ground_motions.readers.geonet import read_geonet
 from ground_motions.record import Record
 from ground_motions.registry import Registry
 from ground_motions.units import STANDARD_GRAVITY
@@ -26,7 +27,12 @@ WEAKEST, STRONGEST = 1e-4, 3.0
 """Peaks that a file may have without a warning, g. The strongest horizontal record has 2.75 g
 (Tohoku 2011, MYG004); instruments are triggered by 1e-3 g or more."""
 
-_NO_ACCELERATIONS = {"vt2", "dt2"}  # PEER velocities and displacements: `read_at2` says why not
+_REFUSED: dict[str, Callable[..., Record]] = {
+    "vt2": read_at2,
+    "dt2": read_at2,
+    "v1a": read_geonet,
+}
+"""PEER velocities and displacements, and uncorrected files of GeoNet: their readers say why not."""
 
 
 @checked
@@ -71,10 +77,10 @@ def read(
     """
     suffix = Path(path).suffix.lower()
     name = reader or suffix.removeprefix(".")
-    if READERS and reader is None and name not in (*READERS, *_NO_ACCELERATIONS):
+    if READERS and reader is None and name not in (*READERS, *_REFUSED):
         known = ", ".join(f".{each}" for each in READERS)
         raise InputError(str(path), f"suffix {suffix!r}", f"{known} (or name a reader)")
-    chosen = read_at2 if name in _NO_ACCELERATIONS else READERS[name]
+    chosen = _REFUSED.get(name) or READERS[name]
     accepted = inspect.signature(chosen).parameters
     options = {"column": column, "unit": unit, "dt": dt}
     specified = {name: value for name, value in options.items() if value is not None}

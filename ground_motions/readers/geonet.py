@@ -25,7 +25,6 @@ _DIRECTION = 12  # its line, from 0
 _COUNTS = 33, 34, 35  # accelerations, velocities, displacements: places in the integer header
 _STEP = 25  # s: place in the real header
 _COLUMNS, _WIDTH = 10, 8  # numbers of a line, and their width
-VERTICAL = "Up"
 _EXPECTED = "a corrected accelerogram of GeoNet (V2A)"
 
 
@@ -94,10 +93,10 @@ def read_geonet(path: str | Path, column: str | None = None) -> Record:
     )
 
 
-def directions_of(path: str | Path) -> list[str]:
-    """Directions of a file's components, the vertical one last."""
+def directions_of(path: str | Path) -> dict[str, str]:
+    """Directions of a file's components by their own names."""
     names = [each.direction for each in _components(read_lines(path), path)]
-    return sorted(names, key=lambda name: name.lower() == VERTICAL.lower())
+    return dict(zip(names, names, strict=True))
 
 
 def _components(lines: list[str], path: str | Path) -> list[_Component]:
@@ -111,8 +110,9 @@ def _components(lines: list[str], path: str | Path) -> list[_Component]:
         if len(lines) <= begin:
             place = f"{path}, line {at + 1}"
             raise InputError(place, f"{len(lines) - at} lines", f"a header of {begin - at} lines")
-        word, _, direction = lines[at + _DIRECTION].strip().partition(" ")
-        if word.lower() != "component" or not direction.strip():
+        # the axis of the instrument may follow: Component N10E  Longitudinal Accelerometer Axis
+        word, direction, *_ = (*lines[at + _DIRECTION].split(), "", "")
+        if word.lower() != "component" or not direction:
             place = f"{path}, line {at + _DIRECTION + 1}"
             raise InputError(place, excerpt(lines[at + _DIRECTION].strip()), "Component N76W")
         integers = _header(lines, at + _TEXT, _INTEGERS, max(_COUNTS), path)
@@ -124,7 +124,7 @@ def _components(lines: list[str], path: str | Path) -> list[_Component]:
             raise InputError(
                 str(path), f"{len(lines)} lines", f"{end} or more, by the header of {direction}"
             )
-        components.append(_Component(direction.strip(), begin, counts[0], step))
+        components.append(_Component(direction, begin, counts[0], step))
         at = end
     names = [each.direction for each in components]
     if len(set(names)) < len(names):

@@ -99,10 +99,10 @@ def read_v2(path: str | Path, column: str | None = None) -> Record:
     series = _accelerations(lines, path)
     channels = [each.channel for each in series]
     if column is None and len(series) > 1:
+        named = (f"'{each.channel}'" + f" ({each.words})" * bool(each.words) for each in series)
         raise InputError(
-            str(path), f"{len(series)} channels and no choice",
-            f"column= one of {', '.join(channels)}",
-        )  # fmt: skip
+            str(path), f"{len(series)} channels and no choice", f"column= one of {', '.join(named)}"
+        )
     if column is not None and column not in channels:
         raise InputError(f"{path}, column", repr(column), nearest(column, channels))
     chosen = series[0 if column is None else channels.index(column)]
@@ -117,9 +117,9 @@ def read_v2(path: str | Path, column: str | None = None) -> Record:
     )
 
 
-def channels_of(path: str | Path) -> list[str]:
-    """Return the channels of a V2 file."""
-    return [each.channel for each in _accelerations(read_lines(path), path)]
+def channels_of(path: str | Path) -> dict[str, str]:
+    """Directions of a file's channels by their numbers."""
+    return {each.channel: each.words for each in _accelerations(read_lines(path), path)}
 
 
 def _accelerations(lines: list[str], path: str | Path) -> list[Series]:

@@ -51,7 +51,9 @@ def diagnose(
     ] = "strain_stiffening",
     parameters: Annotated[
         str,
-        typer.Option(help="Parameters of the law: fit, published, or a file that fit --out wrote."),
+        typer.Option(
+            help="Parameters of the law: fit, published, or what fit --out wrote, file or folder."
+        ),
     ] = "fit",
     scenario: Annotated[
         Path | None,

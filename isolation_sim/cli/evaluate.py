@@ -26,7 +26,10 @@ EXAMPLES = examples(
 
 
 def evaluate(
-    law: Annotated[Path, typer.Argument(help="File of a law, as fit --out and diagnose write it.")],
+    law: Annotated[
+        Path,
+        typer.Argument(help="File of a law, as fit --out and diagnose write it, or their folder."),
+    ],
     campaign: TestsFolder,
     report: ReportFile = None,
     force: Force = False,

@@ -73,6 +73,7 @@ def fit(
     """Fit a law to measured runs."""
     from ..identification.fit import fit as run_fit
     from ..io.interchange import FORMS
+    from ..io.results_folder import check_free
 
     check_exports(export, known=FORMS)
     if export and out is None:
@@ -88,7 +89,10 @@ def fit(
         )
     figures = [Path(f"{figure}.{kind}") for kind in ("svg", "png")] if figure else []
     exports = [out.with_suffix(f".{form}") for form in export or () if out is not None]
-    check_new_files(force, out, report, *figures, *exports)
+    folder = out if out is not None and not out.suffix else None
+    if folder is not None and (not force or folder.is_file()):
+        check_free(folder, instead="--force, which replaces the files of a result")
+    check_new_files(force, None if folder else out, report, *figures, *exports)
     with progress(quiet, starts, alike=True) as step:
         step("searching")
         result = run_fit(
@@ -98,7 +102,7 @@ def fit(
     print_result(result, as_json, quiet)
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
-        print_path("fitted law", result.save(out), as_json)
+        print_path("fitted law", result.save(out, overwrite=force), as_json)
     for path in exports:
         print_path("exported", result.save(path), as_json)
     if figure is not None:

@@ -228,7 +228,7 @@ def _range(known: _Known, quantity: str) -> str:
         100 * (getattr(predicted, quantity) / getattr(actual, quantity) - 1)
         for predicted, actual, _ in known.values()
     ]
-    low, high = f"{min(errors):+.0f}", f"{max(errors):+.0f}"
+    low, high = f"{min(errors):+z.0f}", f"{max(errors):+z.0f}"
     return f"{low} %" if low == high else f"{low} to {high} %"
 
 

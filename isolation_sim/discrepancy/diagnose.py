@@ -19,6 +19,7 @@ from ..identification.long_runs import thin_runs
 from ..identification.measured_runs import hold_out_some, measured_runs
 from ..identification.spikes import repaired
 from ..io.files import read_toml
+from ..io.results_folder import law_file
 from ..laws import Device
 from ..laws import law as published
 from ..laws.law import Law
@@ -224,7 +225,7 @@ def read_parameters(law: Law, parameters: str | Path | Device) -> Device | None:
     elif str(parameters) == "published":
         device = published(law)
     else:
-        device = _from_file(Path(parameters))
+        device = _from_file(law_file(parameters))
     if device.law is not law:
         raise InputError(
             f"{parameters}: parameters of {device.law.name}; expected: of {law.name}, the law"
@@ -242,4 +243,9 @@ def _from_file(path: Path) -> Device:
         raise InputError(
             f"{path}: no [isolator] section with law and parameters; expected: {accepted}"
         ) from None
+    if section.get("effect") or section.get("instrument"):
+        raise InputError(
+            f"{path}: a law with effects; expected: {accepted}. isolation-sim evaluate computes "
+            "the errors of an extended law"
+        )
     return published(name, numbers, section.get("current_range_A"))

@@ -19,6 +19,7 @@ import secrets
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -248,6 +249,10 @@ def _entry(path: Path, number: int, table: Mapping[str, Any]) -> tuple[str, bool
         raise InputError(
             f"{place}: {file_text}; expected: file = 'name of a CSV file in the folder'"
         )
+    if not (path.parent / file).exists():
+        close = get_close_matches(file, [each.name for each in path.parent.iterdir()], n=1)
+        hint = f" did you mean {close[0]!r}?" if close else ""
+        raise InputError(f"{place}: no file {file!r};{hint} expected: a CSV file in the folder")
     if not isinstance(hold_out, bool):
         raise InputError(f"{place}, hold_out: {hold_out!r}; expected: true or false")
     return file, hold_out

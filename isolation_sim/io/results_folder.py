@@ -175,6 +175,18 @@ def check_free(folder: Path, resumable: bool = False, instead: str = "") -> None
         raise InputError(f"{folder}: is not empty; expected: a new folder{remedy}")
 
 
+def law_file(path: str | Path) -> Path:
+    """The file of a law: of the folder of a diagnosis or of a fit, the one in it."""
+    path = Path(path)
+    if not path.is_dir():
+        return path
+    names = "extended_law.toml", "fitted.toml"
+    for name in names:
+        if (path / name).is_file():
+            return path / name
+    raise InputError(f"{path}: a folder without {' or '.join(names)}; expected: a file of a law")
+
+
 def is_results(folder: Path) -> bool:
     """Whether a folder was written by `write_contents`."""
     return _title(folder) is not None

@@ -303,7 +303,7 @@ def _number(one: Performance | None, key: str) -> str:
 def _error(predicted: Performance | None, actual: Performance | None, key: str) -> str:
     if predicted is None or actual is None:
         return "-"
-    return f"{100 * (getattr(predicted, key) / getattr(actual, key) - 1):+.0f}"
+    return f"{100 * (getattr(predicted, key) / getattr(actual, key) - 1):+z.0f}"
 
 
 _TEST_HEADINGS = (

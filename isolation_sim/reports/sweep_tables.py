@@ -16,17 +16,23 @@ if TYPE_CHECKING:
 
 def controllers_table(sweep: Sweep) -> TextTable:
     """Median of every peak and RMS value, and of J1 to J9, one column per controller."""
-    cases = sweep.table["case"].nunique()
-    state = "" if sweep.finished else ", unfinished"
     rows = [
         (name, unit, *(f"{text}{'*' if best else ' '}" for text, best in cells))
         for name, unit, cells in median_rows(sweep)
     ]
     return TextTable(
-        f"{sweep.name}: medians over {cases} cases{state}",
+        f"{sweep.name}: {medians_title(sweep)}",
         ("", "unit", *map(as_written, sweep.controllers)), rows, keys=2,
         caption="* best of the row" * (len(sweep.controllers) > 1),
     )  # fmt: skip
+
+
+def medians_title(sweep: Sweep) -> str:
+    """What the medians are taken over."""
+    failed = len(sweep.failed)
+    left_out = f", {failed} failed run{'s' * (failed > 1)} left out" if failed else ""
+    state = "" if sweep.finished else ", unfinished"
+    return f"medians over {sweep.table['case'].nunique()} cases{left_out}{state}"
 
 
 def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:

@@ -20,7 +20,7 @@ def settings_table(tuning: Tuning) -> TextTable:
         tuned = tuning.best.settings.get(name, one["present"])
         rows.append([
             name, one["unit"] or "-", f"{one['low']:g}", f"{one['high']:g}", _text(one["present"]),
-            _text(tuned), f"{max(scores) - tuning.best.mean:.3f}",
+            _text(tuned), f"{max(scores) - tuning.best.mean:z.3f}",
         ])  # fmt: skip
     return TextTable(f"Settings of {as_written(tuning.controller)}", headings, rows)
 

@@ -99,7 +99,7 @@ def _change(before: float, after: float) -> float:
 
 
 def _percent(change: float) -> str:
-    return f"{100 * change:+.0f} %".replace("-", "\N{MINUS SIGN}")
+    return f"{100 * change:+z.0f} %".replace("-", "\N{MINUS SIGN}")
 
 
 def _quantity(key: str, value: float) -> str:

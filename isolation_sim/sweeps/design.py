@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from ground_motions.registry import code_files
 
-from ..errors import InputError
+from ..errors import InputError, several
 from ..scenario import Scenario
 from ..scenario.fields import names_in
 from ..scenario.job import with_place
@@ -26,7 +26,6 @@ from .axes import MOST_CASES, Axis, axes_of
 from .fields import Change, apply_changes, with_seed
 from .plan import SweepPlan
 
-_NAMED = 8  # wrong values in a message
 _TRIED = 100  # cases that are built to find one that can be
 
 
@@ -154,13 +153,8 @@ class Design:
                     # or is it a value of another axis?
                     if self._fails_alone(axis, k):
                         wrong.setdefault(str(error), with_place(error, _listed(axis.shown(k))))
-        errors = list(wrong.values())
-        if len(errors) == 1:
-            raise errors[0]
-        if errors:
-            more = f"; and {len(errors) - _NAMED} more" if len(errors) > _NAMED else ""
-            listed = "; ".join(map(str, errors[:_NAMED]))
-            raise InputError(f"{len(errors)} values cannot be used: {listed}{more}")
+        if wrong:
+            raise several(f"{len(wrong)} values cannot be used", list(wrong.values()))
 
     def _fails_alone(self, axis: Axis, k: int) -> bool:
         """Whether a point is wrong with the scenario's own values, too."""

@@ -22,8 +22,8 @@ class MeanInterval(NamedTuple):
     high: float
 
     def __str__(self) -> str:
-        bounds = "" if np.isnan(self.low) else f" ({self.low:+.3f} to {self.high:+.3f})"
-        return f"{self.mean:+.3f}{bounds}"
+        bounds = "" if np.isnan(self.low) else f" ({self.low:+z.3f} to {self.high:+z.3f})"
+        return f"{self.mean:+z.3f}{bounds}"
 
 
 def mean_interval(values: ArrayLike, seed: int = 0) -> MeanInterval:

@@ -100,6 +100,16 @@ def test_the_command_reads_what_was_saved(device, campaign, tmp_path, capsys):
     assert "has an RMS force error of 20" in (tmp_path / "r.html").read_text()
 
 
+def test_the_folder_of_a_fit_or_of_a_diagnosis_is_a_law_too(device, campaign, tmp_path):
+    with pytest.raises(InputError, match=r"without extended_law.toml or fitted.toml; expected"):
+        iso.evaluate(tmp_path, campaign)
+    (tmp_path / "extended_law.toml").write_text(device_section(device))
+    assert iso.evaluate(tmp_path, campaign).error == pytest.approx(0.2)
+    # a nominal law has no effects, and those of a file are not left out unseen
+    with pytest.raises(InputError, match=r"extended_law.toml: a law with effects; expected: fit, "):
+        iso.diagnose(campaign, "kelvin_voigt", parameters=tmp_path)
+
+
 def test_effects_of_the_instruments_count_in_an_evaluation(device, campaign, tmp_path):
     delay = effect("sensor_delay")
     base, (offset,) = separate(device)

@@ -76,9 +76,10 @@ def test_the_components_of_a_station_are_one_record(written, tmp_path):
 
 def component(direction, samples, step=0.005):
     """A component with velocities and displacements behind its accelerations."""
-    texts = [f"Corrected accelerogram 20110221_235142_REHS_20 GNS Science, {direction}"]
+    texts = ["Corrected accelerogram 20110221_235142_REHS_20 GNS Science"]
     texts += [f"line {k}" for k in range(2, 17)]
-    texts[12] = f"Component {direction}"
+    axis = "Vertical" if direction == "Up" else "Longitudinal"
+    texts[12] = f"Component {direction:5} {axis} Accelerometer Axis"
     integers = [0] * 40
     integers[33:36] = len(samples), 3, 11
     reals = [0.0] * 60
@@ -117,7 +118,11 @@ def test_geonet(written, refused, tmp_path):
     ("text", "parts"),
     [
         (GEONET.replace("Corrected", "Uncorrected", 1), ("line 1", "'Uncorrected", "V2A")),
-        (GEONET.replace("Component", "Direction", 1), ("line 13", "'Direction N76W'")),
+        (GEONET.replace("Component", "Direction", 1), ("line 13", "'Direction N76W")),
+        (
+            GEONET.replace("Component N76W  Longitudinal Accelerometer Axis", "Component"),
+            ("line 13", "'Component'"),
+        ),
         (GEONET.replace("   0.005", "   0.000", 1), ("line 23, column 6 (s)", "0")),
         (GEONET.replace("-12345.6", "-12345.x", 1), ("line 27, column 4", "'-12345.x'")),
         (GEONET.replace("    10.0", "", 1), ("lines 27 to 28: given 11 samples",)),
@@ -129,3 +134,9 @@ def test_what_is_no_file_of_geonet(written, refused, text, parts):
     path = written("a.v2a", text)
     with refused(path, *parts):
         read(path, column="N76W")
+
+
+def test_an_uncorrected_file_of_geonet_is_refused_with_its_reason(written, refused):
+    path = written("a.V1A", GEONET.replace("Corrected", "Uncorrected"))
+    with refused(path, "line 1", "'Uncorrected", "a corrected accelerogram of GeoNet (V2A)"):
+        read(path)

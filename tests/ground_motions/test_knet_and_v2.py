@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ground_motions import read
+from ground_motions import read, read_folder
 
 KNET = """\
 Origin Time       2006/01/18 23:25:00
@@ -112,10 +112,24 @@ def test_csmip(written, refused):
     path = written("two.v2", CSMIP.format(channel=1, first=0) + CSMIP.format(channel=2, first=4.5))
     two = read(path, column="2")
     assert (two.acceleration[0], two.name) == (0.045, "two_2")
-    with refused("2 channels and no choice", "column= one of 1, 2"):
+    with refused("2 channels and no choice", "column= one of '1' (90 DEG), '2' (90 DEG)"):
         read(path)
     with refused("column", "'3'", "1, 2"):
         read(path, column="3")
+
+
+def test_the_vertical_channel_of_three_is_told_by_its_direction(written, refused, tmp_path):
+    channels = [CSMIP.format(channel=k, first=k) for k in (1, 2, 3)]
+    path = written("station.v2", "".join(channels).replace("2:  90 DEG", "2:  Up"))
+    (record,) = read_folder(tmp_path)
+    assert [each.name for each in (*record.components, record.vertical)] == [
+        "station_1", "station_3", "station_2",
+    ]  # fmt: skip
+    path.write_text("".join(channels[:2]).replace("2:  90 DEG", "2:  Up"))
+    assert [each.name for each in read_folder(tmp_path)[0].components] == ["station_1"]
+    path.write_text("".join(channels))  # none is vertical
+    with refused("3 channels and no choice"):
+        read_folder(tmp_path)
 
 
 @pytest.mark.parametrize(

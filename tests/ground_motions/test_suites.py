@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.io import savemat
 from scipy.signal import StateSpace, lsim
 
 from ground_motions import (
@@ -275,6 +276,19 @@ def test_a_folder_of_several_formats(tmp_path):
         assert [each.name for each in read_folder(tmp_path, column="ew_m_s2")] == ["a"]
     with pytest.raises(InputError, match=r"a\.csv: given 3 components; expected: one"):
         read_files([[tmp_path / "a.csv", tmp_path / "a.csv"]], column=named)
+
+
+def test_files_with_times_keep_their_step_beside_those_without(tmp_path):
+    times = 0.01 * np.arange(50)
+    shaken = np.sin(times)
+    np.savetxt(tmp_path / "one.txt", shaken)
+    np.savetxt(tmp_path / "two.txt", np.column_stack((times, shaken)))
+    savemat(tmp_path / "three.mat", {"time": times, "acc": shaken})
+    steps = {each.name: each.components[0].dt for each in read_folder(tmp_path, unit="g", dt=0.02)}
+    assert steps == pytest.approx({"one": 0.02, "two": 0.01, "three": 0.01})
+    np.savetxt(tmp_path / "two.txt", np.column_stack((times**2, shaken)))
+    with pytest.raises(InputError, match=r"two\.txt, .*column 1"):
+        read_folder(tmp_path, unit="g", dt=0.02)
 
 
 def test_unreadable_records_are_told_together_or_left_out(tmp_path):

@@ -57,7 +57,7 @@ def test_short_form(tmp_path, shared_data, monkeypatch, laws, causes):
         {row["record"]: row for row in outcome.table if row["isolation layer"].startswith(name)}
         for name in ("linear", "extended")
     )
-    assert "by amplitude_softening" in outcome.finding and "stress_softening" in outcome.finding
+    assert ": amplitude_softening" in outcome.finding and "stress_softening" in outcome.finding
     unseen = "Canoga Park 100 %"
     assert extended[unseen]["used"] == "not seen"
     for key in ("isolator displacement, RMS error %", "accelerations, %"):

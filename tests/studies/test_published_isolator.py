@@ -60,3 +60,13 @@ def test_short_form(tmp_path, monkeypatch, names):
     assert "amplitude_softening" in outcome.finding.lower()
     assert (path / "figures" / "loops.svg").is_file()
     assert (path / "diagnosis_Li" / "extended_law.toml").is_file()
+
+
+def test_a_stiff_law_is_integrated():
+    # a spring so stiff that its dashpot follows the motion: a standard solid beside the dashpot
+    solid, dashpot = {"c0": 4e4, "k0": 2e5, "k1": 5e4}, 300.0
+    stiff = iso.law("strain_stiffening", solid | {"c1": dashpot, "alpha": 2e15})
+    table = study._table("one", [(8.0, 1.0, 0.0, 1.0, 1.0)])
+    stiffness, damping = study.loops(iso.law("standard_solid", solid), table)
+    expected = stiffness, damping + dashpot * 2 * np.pi / (2 * stiffness)
+    np.testing.assert_allclose(study.loops(stiff, table), expected, rtol=2e-3)

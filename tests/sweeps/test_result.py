@@ -14,7 +14,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.reports import sweep_figures
 from isolation_sim.reports.style import point_looks
 from isolation_sim.reports.sweep_figures import quantity_title
-from isolation_sim.reports.sweep_tables import best_table
+from isolation_sim.reports.sweep_tables import best_table, controllers_table
 from isolation_sim.reports.tables import as_text
 from isolation_sim.sweeps.result import Sweep
 from isolation_sim.written_names import as_written
@@ -150,8 +150,11 @@ def test_what_sensitivity_needs(mixed, tmp_path):
     pytest.importorskip("SALib")
     vary = [{"field": "ground.scale_factor", "low": 0.1, "high": 5e3}, LINEAR["vary"][1]]
     plan = plan_of(vary=vary, sample={"method": "morris", "count": 4})
+    swept = iso.sweep(plan, tmp_path / "sweep", workers=1)
+    failed = len(swept.failed)
+    assert f" cases, {failed} failed runs left out" in controllers_table(swept).title
     with pytest.raises(InputError, match="runs of passive_off failed"):
-        iso.sweep(plan, tmp_path / "sweep", workers=1).sensitivity()
+        swept.sensitivity()
 
 
 def test_the_comparison_shows_medians_over_the_uncontrolled_run(mixed):

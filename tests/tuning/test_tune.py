@@ -16,6 +16,7 @@ from controllers import setting
 from controllers.settings import Number, SearchRange
 from ground_motions import el_centro_1940, write_csv
 from isolation_sim.cli import main
+from isolation_sim.tuning.intervals import MeanInterval
 from isolation_sim.tuning.trials import Trials
 from isolation_sim.tuning.tune import _motion_sets
 
@@ -253,6 +254,10 @@ def test_a_search_that_one_setting_alone_improves_has_not_converged(tuned):
     better = tuned[0].best.mean - 0.1
     short = replace(tuned[0], sensitivity={"amperes": ([0.5, 1.0], [better, better + 0.2])})
     assert f"amperes = 0.5 alone has a mean score of {better:+.3f}" in " ".join(short.verdict())
+
+
+def test_a_mean_that_is_rounded_to_zero_has_no_sign_of_its_own():
+    assert str(MeanInterval(-1e-5, -2e-4, 0.25)) == "+0.000 (+0.000 to +0.250)"
 
 
 def test_a_mixture_of_unseen_motions_has_its_full_name(scenario):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ...criteria import is_gain
 from ...errors import InputError, check_name
 from ...written_names import as_written, capital
-from ..sweep_tables import median_rows, sensitivity_table, value_text
+from ..sweep_tables import median_rows, medians_title, sensitivity_table, value_text
 from ..tables import title_of
 from ..units import unit_of
 from .charts import looks
@@ -109,7 +109,7 @@ def _medians(sweep: Sweep) -> Table:
     if sweep.reference:
         notes.append(f"J1 to J9 refer to {as_written(sweep.reference)}.")
     return Table(
-        caption="Medians over the cases",
+        caption=capital(medians_title(sweep)),
         headings=("Criterion", *map(as_written, sweep.controllers)),
         rows=rows,
         note=" ".join(notes),

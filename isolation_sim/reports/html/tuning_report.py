@@ -73,7 +73,7 @@ def tuning_report(tuning: Tuning) -> Page:
     ]  # fmt: skip
     return Page(
         f"Tuning report: {as_written(tuning.controller)}",
-        f"{len(tuning.trials)} trials of {len(content['settings'])} settings",
+        f"{len(tuning.trials)} trials of {', '.join(content['settings'])}",
         [Section(title, blocks) for title, blocks in parts],
     )
 
@@ -81,7 +81,7 @@ def tuning_report(tuning: Tuning) -> Page:
 def _by_motion(evaluated: Evaluation) -> Table:
     columns = (evaluated.current, evaluated.constant, evaluated.before, evaluated.after)
     rows = (
-        (name, *(f"{value:.3f}" for value in values))
+        (name, *(f"{value:z.3f}" for value in values))
         for name, *values in zip(evaluated.motions, *columns, strict=True)
     )
     headings = ("Motion", "Best constant current, A", "Its J", "Score before", "Score, tuned")
@@ -98,7 +98,7 @@ def _progress(tuning: Tuning) -> Chart:
         {"candidate": (at, means), "best so far": (at, best)}, _LOOKS, steps=True,
         limits=(best[-1] - 0.1 * gain, best[0] + 1.1 * gain),
     )  # fmt: skip
-    return panel_chart(panel, f"The mean score falls from {means[0]:.3f} to {best[-1]:.3f}.")
+    return panel_chart(panel, f"The mean score falls from {means[0]:z.3f} to {best[-1]:z.3f}.")
 
 
 def _sensitivity(tuning: Tuning, name: str) -> Chart:
@@ -111,4 +111,6 @@ def _sensitivity(tuning: Tuning, name: str) -> Chart:
         {name: Look("#0072B2", marker="o"), "tuned": _LOOKS["tuned"]}, log_x=one["scale"] == "log",
     )  # fmt: skip
     low, high = min(scores), max(scores)
-    return panel_chart(panel, f"Mean score from {low:.3f} to {high:.3f} over the range of {name}.")
+    return panel_chart(
+        panel, f"Mean score from {low:z.3f} to {high:z.3f} over the range of {name}."
+    )

@@ -24,7 +24,7 @@ from ground_motions import (
 )
 from ground_motions.component_names import component_end
 
-from ...errors import InputError
+from ...errors import InputError, several
 from ...io.files import json_text, write_text
 from ...io.results_folder import file_name
 from ...scenario.suite import RecordSuite
@@ -83,7 +83,7 @@ def prepare(
             written |= dict(zip(files, components, strict=True))
             motions.append({"name": name, "record": record.name, "files": files, **change[name]})
     if errors:
-        raise errors[0] if len(errors) == 1 else InputError("; ".join(map(str, errors)))
+        raise several(f"{len(errors)} of {len(records)} records cannot be used", errors)
     step("spectra")
     index = {
         "inputs": inputs,

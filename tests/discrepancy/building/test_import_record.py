@@ -188,6 +188,8 @@ def test_a_record_in_any_dialect_comes_back(tmp_path_factory, dialect):
         ("rot base [rad/s^2]", ("base", "rotation", "acceleration")),
         ("base_rotation_acceleration_rad_s2", ("base", "rotation", "acceleration")),
         ("Dach z [mg]", ("roof", "vertical", "acceleration")),
+        ("channel 4 acceleration Up Base slab [cm/s2]", ("base", "vertical", "acceleration")),
+        ("90 Deg Free field [g]", ("ground", "", "acceleration")),
         ("Displ. Lager", ("isolator", "", "displacement")),
         ("floor 0 [g]", ("base", "", "acceleration")),
         ("Roof slab [g]", ("roof", "", "acceleration")),

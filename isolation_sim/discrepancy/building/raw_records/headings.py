@@ -37,11 +37,12 @@ _NUMBERED = (
     re.compile(rf"(?<![a-z\d])0*(\d+)(?:st|nd|rd|th|\.)[\s_.-]*{_FLOOR}(?![a-z])"),
     re.compile(r"(?<![a-z])f0*(\d+)(?!\d)"),
 )
+_FREE_FIELD = re.compile(r"free[\s_-]field")
 _FLOOR_WORD = re.compile(rf"(?<![a-z]){_FLOOR}(?![a-z])")
 _AXES = {
     "x": "x", "ax": "x", "dx": "x", "ux": "x", "y": "y", "ay": "y", "dy": "y", "uy": "y",
     "z": VERTICAL, "az": VERTICAL, "uz": VERTICAL, "dz": VERTICAL, "ud": VERTICAL,
-    "vertical": VERTICAL, "vert": VERTICAL, "vertikal": VERTICAL,
+    "vertical": VERTICAL, "vert": VERTICAL, "vertikal": VERTICAL, "up": VERTICAL,
     "rotation": ROTATION, "rot": ROTATION, "torsion": ROTATION, "yaw": ROTATION, "rz": ROTATION,
     "ew": "ew", "we": "ew", "ns": "ns", "sn": "ns", "long": "long", "longitudinal": "long",
     "längs": "long", "trans": "trans", "transverse": "trans", "lateral": "trans", "quer": "trans",
@@ -148,7 +149,8 @@ def _place(name: str, parts: set[str], relative: bool, quantity: str) -> str:
         numbers = {int(number) for number in pattern.findall(name)}
         if len(numbers) == 1:
             return f"floor{number}" if (number := numbers.pop()) else BASE
-    named = [place for place, words in _PLACES.items() if parts & words]
+    joined = {"freefield"} if _FREE_FIELD.search(name) else set()
+    named = [place for place, words in _PLACES.items() if (parts | joined) & words]
     if named == [GROUND] and _FLOOR_WORD.search(name):
         return ""  # a ground floor may be the base or the first floor
     if ROOF in named:
