@@ -17,6 +17,7 @@ from ground_motions.old_names import renamed_attribute
 
 from ..errors import InputError
 from ..rendering import Printed, render
+from .device.generic_terms import OUTSIDE
 from .interval import Interval, number
 from .verdict import Verdict, meaning
 
@@ -79,6 +80,11 @@ class Cause:
     def acts_like(self) -> bool:
         """Whether something else may act like it: a parameter at its bound, or ``doubtful``."""
         return self.doubtful or any(one.at_bound for one in self.parameters.values())
+
+    @property
+    def is_named(self) -> bool:
+        """Whether it is a cause of the catalogue, and nothing else is known to act like it."""
+        return self.name != OUTSIDE and not self.acts_like
 
     @property
     def label(self) -> str:
@@ -315,8 +321,9 @@ class Diagnosis(Printed):
         ladder = self.ladder
         not_measured = ladder.inexplicable if ladder is not None else float("nan")
         noise = self.noise.held_out
-        before = self.error_before.held_out
-        return meaning(self.verdict, before, noise, self.unexplained_share, not_measured)
+        before, left = self.error_before.held_out, self.unexplained_share
+        named = all(cause.is_named for cause in self.causes)
+        return meaning(self.verdict, before, noise, left, named, not_measured)
 
     @property
     def noise(self) -> Errors:

@@ -93,7 +93,7 @@ def verdict(causes: Sequence[Cause], adequate: bool, explained: bool) -> Verdict
         return ("explained" if causes else "adequate") if adequate else "unexplained"
     if all(cause.name == OUTSIDE for cause in lacking):
         return "unexplained"
-    known = [cause for cause in lacking if cause.name != OUTSIDE and not cause.acts_like]
+    known = [cause for cause in lacking if cause.is_named]
     # what only acts like a cause leaves little to explain where its share is small
     small = [cause for cause in lacking if cause.acts_like and cause.share < MAY_BE_ZERO]
     every = bool(known) and len(known) + len(small) == len(lacking)

@@ -60,7 +60,8 @@ def _verdict_step(
     verdict: Verdict,
 ) -> Step:  # fmt: skip
     before, noise = evaluation.before.held_out, evaluation.noise.held_out
-    sentences = [meaning(verdict, before, noise, evaluation.unexplained)]
+    named = all(cause.is_named for cause in causes)
+    sentences = [meaning(verdict, before, noise, evaluation.unexplained, named)]
     if causes:
         change = _change(evaluation.before, evaluation.after)
         fitted = evaluation.noise.fit

@@ -15,11 +15,13 @@ MEANINGS: dict[Verdict, str] = {
     "unexplained": "The simulation gets something wrong that none of the known causes explains.",
 }
 """Each verdict in a sentence."""
-NEARLY = (
-    "Nearly all of the misfit is explained. The small remainder is more than noise, or one of the "
-    "causes only acts like the right one."
-)
+NEARLY = "Nearly all of the misfit is explained. The small remainder is more than noise."
 """The verdict "partly explained" where the causes leave little."""
+NEARLY_ALIKE = (
+    "Nearly all of the misfit is explained, but in part by what only acts like a cause of the "
+    "catalogue, or is none."
+)
+"""The same where not each of the causes is named without doubt."""
 FITTED_ONLY = (
     "The simulation reproduces the fitted data within their noise: no effect is missing there. "
     "It misses the data held out by more: the fitted data do not determine it there, or something "
@@ -35,16 +37,17 @@ NOT_MEASURED = (
 
 
 def meaning(
-    verdict: Verdict, held_out: float, noise: float, left: float,
+    verdict: Verdict, held_out: float, noise: float, left: float, named: bool,
     not_measured: float = float("nan"),
 ) -> str:  # fmt: skip
     """A verdict in a sentence."""
-    # By the held-out error before any cause, that of noise alone, and the shares of the misfit that
-    # the causes leave and that no measured variable explains, if the tiers have shown it.
+    # By the held-out error before any cause, that of noise alone, the share of the misfit that the
+    # causes leave, whether each is named without doubt, and the share that no measured variable
+    # explains, if the tiers have shown it.
     if verdict == "unexplained" and not_measured > 1 - NEARLY_ALL:
         return NOT_MEASURED
     if verdict == "partly_explained" and left < NEARLY_ALL:
-        return NEARLY
+        return NEARLY if named else NEARLY_ALIKE
     if verdict == "adequate" and held_out**2 > FITTED_ALONE * noise**2:
         return FITTED_ONLY
     return MEANINGS[verdict]

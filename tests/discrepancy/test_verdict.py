@@ -10,7 +10,10 @@ from scipy.signal import butter, sosfiltfilt
 
 from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.discrepancy.device import causes
+from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.discrepancy.diagnosis import Cause
+from isolation_sim.discrepancy.verdict import meaning
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
@@ -166,3 +169,16 @@ def test_slow_noise_is_not_said_to_be_an_error_of_the_simulation():
 def test_a_significance_that_is_no_share_is_refused():
     with pytest.raises(InputError, match="significance is 2; expected: 0 to 1"):
         diagnose(campaign(), "kelvin_voigt", significance=2.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "doubtful", "sentence"),
+    [
+        ("coulomb_friction", False, "more than noise"),
+        ("coulomb_friction", True, "only acts like"),
+        (OUTSIDE, False, "or is none"),
+    ],
+)
+def test_a_small_remainder_is_told_from_a_cause_in_doubt(name, doubtful, sentence):
+    named = Cause(name, 0.95, 0.0, {}, "", doubtful=doubtful).is_named
+    assert sentence in meaning("partly_explained", 0.1, 0.01, 0.05, named)
