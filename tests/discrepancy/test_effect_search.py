@@ -157,6 +157,24 @@ def test_a_model_is_completed_where_held_out_runs_agree(
 
 
 @pytest.mark.parametrize(
+    ("cost", "held_out", "revised"),
+    [(600, 6.0, True), (900, 6.0, False), (600, 8.0, False)],
+)
+def test_only_what_helps_held_out_runs_as_it_was_found_is_revised(cost, held_out, revised):
+    """Without a further cause, fitted runs leave 1000 and those held out 10."""
+    best, more = fitted(1000, "heat"), fitted(cost, "heat", "wear")
+    problem = DeviceTests.__new__(DeviceTests)
+    problem.space = Space()
+    problem.space.revise = lambda model: model
+    problem.data = SimpleNamespace(bounded=lambda force: force)
+    problem._on_all_samples = lambda model: SimpleNamespace(force="more")
+    problem.final = SimpleNamespace(force="best")
+    problem.errors = SimpleNamespace(misfit={"best": 10.0, "more": held_out}.get)
+    result = SearchResult(fitted(1e4), best, [Round(best, [more], None)])
+    assert problem._one_more(best, result) is (more if revised else None)
+
+
+@pytest.mark.parametrize(
     ("fitted_noise", "held_out_noise", "proposed"),
     [
         (True, False, [(900, "heat"), (960, "lag"), (1000,)]),

@@ -310,10 +310,16 @@ class DeviceTests(Problem[FittedModel]):
         last = result.rounds[-1]
         if last.taken is not None or last.base.effects != best.effects:
             return None
-        nearly = next(self.space.second_best(best, last.tried), None)
-        if nearly is None or not self.space.completes(best, nearly, NEARLY_COMPLETES):
-            return None
-        return self.space.revise(nearly)
+        likely = self.space.second_best(best, last.tried)
+        nearly = next((one for one in likely if self._nearly_completes(best, one)), None)
+        return None if nearly is None else self.space.revise(nearly)
+
+    def _nearly_completes(self, best: FittedModel, more: FittedModel) -> bool:
+        """Whether one more cause leaves less on fitted and on held-out runs, as it was found."""
+        if not self.space.completes(best, more, NEARLY_COMPLETES):
+            return False
+        force = self.data.bounded(self._on_all_samples(more).force)
+        return self.errors.misfit(force) < NEARLY_COMPLETES * self.errors.misfit(self.after)
 
     def _needed(self, best: FittedModel) -> FittedModel:
         """Drop effects that chance explains beside the others, or most fits from other runs."""
@@ -337,10 +343,14 @@ class DeviceTests(Problem[FittedModel]):
         """Take the effects of a searched model, and fit them to all samples."""
         self.final = self.law
         if best.effects:
-            self.final = best.on(self.law.model.resolve_steps(best.values))
+            self.final = self._on_all_samples(best)
         elif self.prescribed is not None and self.errors.is_worse(self.before, self.after):
             # numbers that predict other tests worse than those given are no improvement
             self.final = self.prescribed
+
+    def _on_all_samples(self, searched: FittedModel) -> FittedModel:
+        """A searched model on all samples, with as many integration steps as it needs there."""
+        return searched.on(self.law.model.resolve_steps(searched.values))
 
     def _holds(self) -> bool:
         """Whether the effects help on fitted and on held-out runs, and make none of these worse."""
