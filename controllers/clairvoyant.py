@@ -18,7 +18,7 @@ from isolation_sim.simulation.control import CoilDriver, RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .controller import Trial
-from .current_limits import coil_table
+from .current_limits import coil_table, without_coil
 from .open_loop import OpenLoop
 from .passive_off import PassiveOff
 from .prescribed import Prescribed
@@ -366,10 +366,7 @@ def _problem(
     """The problem; motions of one length share it, since building its solver takes a minute."""
     coils = _coils(plant)
     if not len(coils):
-        raise InputError(
-            "clairvoyant: no element of the structure is driven by a coil; expected: isolators "
-            "whose law has a current, or the controller passive_off"
-        )
+        raise without_coil("clairvoyant", "the structure")
     record = plant.records[0]
     every = 1 if period is None else max(1, round(period / record.dt))
     return _whole_record(

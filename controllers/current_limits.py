@@ -31,3 +31,11 @@ def coil_table(context: RunContext) -> NDArray:
     driver, low, high = context.driver, lowest(context), highest_tested(context)
     initial = np.clip(0.0 if driver.initial is None else driver.initial, low, high)
     return np.column_stack(np.broadcast_arrays(driver.lag, driver.slew, low, high, initial))
+
+
+def without_coil(name: str, structure: str) -> InputError:
+    """Build the error of a controller whose structure, or nominal model, has no coil."""
+    return InputError(
+        f"{name}: no element of {structure} is driven by a coil; expected: isolators whose law has "
+        "a current, or the controller passive_off"
+    )

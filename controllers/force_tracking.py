@@ -12,11 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import Element, IsolatedStructure
 
-from .current_limits import highest_tested, lowest
+from .current_limits import highest_tested, lowest, without_coil
 from .current_map import nearest_current
 from .device_model import DeviceModel
 from .device_states import SCRATCH, follow_states
@@ -129,10 +128,7 @@ def driven_elements(nominal: IsolatedStructure, name: str) -> tuple[Element, ...
     """Elements that a coil drives."""
     driven = tuple(element for element in nominal.elements if element.channel is not None)
     if not driven:
-        raise InputError(
-            f"{name}: no element of the nominal model is driven by a coil; expected: isolators "
-            "whose law has a current, or the controller passive_off"
-        )
+        raise without_coil(name, "the nominal model")
     return driven
 
 

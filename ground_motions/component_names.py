@@ -47,8 +47,8 @@ def component_end(name: str) -> str:
 
 def is_vertical(direction: str) -> bool:
     """Whether a direction in a header, such as ``Up`` or ``90 Deg``, is the vertical one."""
-    first = direction.lower().split()[:1]
-    return first in [[word] for word in (*_VERTICAL, "vertical", "down")]
+    first, *_ = (*direction.lower().split(), "")
+    return first in (*_VERTICAL, "vertical", "down")
 
 
 def _split(name: str) -> tuple[str, str]:

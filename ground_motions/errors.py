@@ -74,9 +74,14 @@ def nearest(name: str, valid: Iterable[str]) -> str:
 def unknown_name(kind: str, name: str, accepted: Iterable[str]) -> InputError:
     """Build the error for a name that is not in a registry."""
     names = sorted(accepted)
-    close = difflib.get_close_matches(name, names, n=1)
-    hint = f" did you mean {close[0]!r}?" if close else ""
+    hint = did_you_mean(name, names)
     return InputError(f"unknown {kind} {name!r};{hint} expected: {', '.join(names)}")
+
+
+def did_you_mean(name: str, accepted: Iterable[str]) -> str:
+    """Ask for the name nearest to a misspelt one, behind a blank; empty if none is near."""
+    close = difflib.get_close_matches(name, [*accepted], n=1)
+    return f" did you mean {close[0]!r}?" if close else ""
 
 
 def check_name(kind: str, name: str, accepted: Collection[str]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ground_motions.errors import InputError as InputError
 from ground_motions.errors import check_name as check_name
+from ground_motions.errors import did_you_mean as did_you_mean
 from ground_motions.errors import several as several
 from ground_motions.errors import unknown_name as unknown_name
 from ground_motions.errors import warn as warn

@@ -19,7 +19,6 @@ import secrets
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +26,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 
-from ..errors import InputError, unknown_name
+from ..errors import InputError, did_you_mean, unknown_name
 from ..io.files import read_toml
 from .run_table import TestRun, read_run
 
@@ -250,8 +249,7 @@ def _entry(path: Path, number: int, table: Mapping[str, Any]) -> tuple[str, bool
             f"{place}: {file_text}; expected: file = 'name of a CSV file in the folder'"
         )
     if not (path.parent / file).exists():
-        close = get_close_matches(file, [each.name for each in path.parent.iterdir()], n=1)
-        hint = f" did you mean {close[0]!r}?" if close else ""
+        hint = did_you_mean(file, (each.name for each in path.parent.iterdir()))
         raise InputError(f"{place}: no file {file!r};{hint} expected: a CSV file in the folder")
     if not isinstance(hold_out, bool):
         raise InputError(f"{place}, hold_out: {hold_out!r}; expected: true or false")

@@ -80,8 +80,11 @@ def test_without_a_coil_it_runs_or_says_so_in_one_line(name, record):
     if name in COMMANDING:
         assert simulate(nominal, record.cut(0.0, 1.0), build(name)).command.shape[1] == 0
     else:
-        message = rf"{name}: no element of the (nominal model|structure) is driven by a coil; exp"
-        with pytest.raises(InputError, match=f"^{message}"):
+        message = (
+            rf"{name}: no element of the (nominal model|structure) is driven by a coil; expected: "
+            "isolators whose law has a current, or the controller passive_off"
+        )
+        with pytest.raises(InputError, match=f"^{message}$"):
             simulate(nominal, record.cut(0.0, 1.0), build(name))
 
 
