@@ -12,7 +12,7 @@ from importlib import import_module
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
-from ground_motions.errors import InputError, nearest
+from ground_motions.errors import InputError, did_you_mean
 from ground_motions.python_source import parse
 
 T = TypeVar("T", bound=Callable[..., Any])
@@ -97,8 +97,10 @@ def _with_check(function: Any, module: str) -> Any:
                 continue
             if name not in named and not any_name and name in kwargs:
                 what = function.__qualname__.removesuffix(".__init__")
-                right = nearest(name, named)
-                raise TypeError(f"{what} has no argument {name!r}; expected: {right}")
+                raise TypeError(
+                    f"{what} has no argument {name!r};{did_you_mean(name, named)} expected: "
+                    f"{', '.join(named)}"
+                )
             kind = kinds().get(name, Any)
             refuse_wrong_type(name, value, kind)
             if case not in various:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ground_motions.errors import InputError, nearest
+from ground_motions.errors import InputError, wrong_choice
 
 FloatArray = npt.NDArray[np.floating[Any]]
 
@@ -63,9 +63,8 @@ def exactly_one(**values: Any) -> tuple[str, float]:
 
 def choice(name: str, value: str, options: Iterable[str]) -> str:
     """Return a value that is one of the options, or raise naming the nearest."""
-    options = list(options)
-    if value not in options:
-        raise InputError(name, repr(value), nearest(str(value), options))
+    if value not in (options := list(options)):
+        raise wrong_choice(name, str(value), options)
     return value
 
 

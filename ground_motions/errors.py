@@ -19,6 +19,8 @@ class InputError(ValueError):
         The value there.
     expected : str
         The expected values.
+    hint : str
+        Text of `did_you_mean`.
 
     Attributes
     ----------
@@ -26,10 +28,10 @@ class InputError(ValueError):
         The parts; the last two are empty for a message given as a whole.
     """
 
-    def __init__(self, place: str, given: str = "", expected: str = "") -> None:
+    def __init__(self, place: str, given: str = "", expected: str = "", hint: str = "") -> None:
         self.place, self.given, self.expected = map(_one_line, (place, given, expected))
         super().__init__(
-            f"{self.place}: given {self.given}; expected: {self.expected}"
+            f"{self.place}: given {self.given};{hint} expected: {self.expected}"
             if self.expected
             else self.place
         )
@@ -61,14 +63,31 @@ def _one_line(text: object) -> str:
     return " ".join(str(text).splitlines())
 
 
-def nearest(name: str, valid: Iterable[str]) -> str:
-    """Return the accepted names as text, led by the one nearest to a misspelt name."""
-    names = list(valid)
-    close = difflib.get_close_matches(name.lower(), [n.lower() for n in names], n=1, cutoff=0.5)
-    if not close:
-        return ", ".join(names)
-    best = next(n for n in names if n.lower() == close[0])
-    return ", ".join([f"{best} (did you mean it?)", *(n for n in names if n != best)])
+def near_name(name: str, accepted: Iterable[str], *, surely: bool = False) -> str:
+    """Return the accepted name that a misspelt one means, "" if none is near.
+
+    It has the same words in another order or case, or a similar spelling. Where further names
+    are allowed, only one that is ``surely`` misspelt may be refused.
+    """
+    by_spelling = {one.casefold(): one for one in accepted}
+    spelling = name.casefold()
+    words = sorted(spelling.split("_"))
+    near = [one for one in by_spelling if sorted(one.split("_")) == words]
+    cutoff = 0.75 if surely else 0.6
+    near = near or difflib.get_close_matches(spelling, by_spelling, n=1, cutoff=cutoff)
+    return by_spelling[near[0]] if near else ""
+
+
+def did_you_mean(name: str, accepted: Iterable[str]) -> str:
+    """Ask for the accepted name near to a misspelt one, behind a blank; "" if none is near."""
+    near = near_name(name, accepted)
+    return f" did you mean {near!r}?" if near else ""
+
+
+def wrong_choice(place: str, name: str, accepted: Iterable[str]) -> InputError:
+    """Build the error for a value that is none of the accepted names."""
+    names = list(accepted)
+    return InputError(place, repr(name), ", ".join(names), did_you_mean(name, names))
 
 
 def unknown_name(kind: str, name: str, accepted: Iterable[str]) -> InputError:
@@ -76,12 +95,6 @@ def unknown_name(kind: str, name: str, accepted: Iterable[str]) -> InputError:
     names = sorted(accepted)
     hint = did_you_mean(name, names)
     return InputError(f"unknown {kind} {name!r};{hint} expected: {', '.join(names)}")
-
-
-def did_you_mean(name: str, accepted: Iterable[str]) -> str:
-    """Ask for the name nearest to a misspelt one, behind a blank; empty if none is near."""
-    close = difflib.get_close_matches(name, [*accepted], n=1)
-    return f" did you mean {close[0]!r}?" if close else ""
 
 
 def check_name(kind: str, name: str, accepted: Collection[str]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
-from ground_motions.errors import InputError
+from ground_motions.errors import InputError, did_you_mean
 
 STANDARD_GRAVITY = 9.80665
 """Standard gravity, m/s2 (3rd General Conference on Weights and Measures, 1901)."""
@@ -51,9 +51,8 @@ def to_m_s2(unit: str, place: str = "unit") -> float:
     if name is None:
         # a hint must not suggest another unit of length, such as m for yd
         same = [each for each in ACCELERATION_UNITS if each.split("/")[0] == unit.split("/")[0]]
-        hint = f"{same[0]} (did you mean it?), " if same else ""
-        others = ", ".join(each for each in ACCELERATION_UNITS if each not in same)
-        raise InputError(place, f"unit {unit!r}", hint + others)
+        hint = did_you_mean(unit, same)
+        raise InputError(place, f"unit {unit!r}", ", ".join(ACCELERATION_UNITS), hint)
     return ACCELERATION_UNITS[name]
 
 

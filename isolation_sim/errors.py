@@ -5,9 +5,11 @@ from __future__ import annotations
 from ground_motions.errors import InputError as InputError
 from ground_motions.errors import check_name as check_name
 from ground_motions.errors import did_you_mean as did_you_mean
+from ground_motions.errors import near_name as near_name
 from ground_motions.errors import several as several
 from ground_motions.errors import unknown_name as unknown_name
 from ground_motions.errors import warn as warn
+from ground_motions.errors import wrong_choice as wrong_choice
 
 
 class Diverged(RuntimeError):

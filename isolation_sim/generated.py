@@ -97,8 +97,8 @@ def load_written(kind: str, content: object, write: Callable[[], str]) -> Module
     return _load(name_of_content(kind, content, write), write)
 
 
-def in_cache(name: str, function: str) -> bool:
-    """Whether a function of a module was compiled to the cache folder, or need not be compiled."""
+def in_cache(name: str, function: str = "*") -> bool:
+    """Whether a function of a module, or any, is compiled in the cache folder, or need not be."""
     folder = cache_folder() / "__pycache__"
     return not COMPILED or any(folder.glob(f"{name}.{function}-*.nbc"))
 

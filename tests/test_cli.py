@@ -295,8 +295,8 @@ BAD_INPUT = {
     "missing column": (
         '[ground]\nfile = "motion.csv"\ncolumn = "ground_acceleration_g"',
         {"motion.csv": CSV},
-        "job.toml: ground: {here}/motion.csv, line 1: given column 'ground_acceleration_g'; "
-        "expected: ground_acceleration_m_s2 (did you mean it?)",
+        "job.toml: ground: {here}/motion.csv, line 1, column: given "
+        "'ground_acceleration_g'; did you mean 'ground_acceleration_m_s2'? expected: ",
     ),
     "wrong unit in a column": (
         '[ground]\nfile = "motion.csv"',
@@ -351,8 +351,8 @@ BAD_INPUT = {
     "noise of nothing": (
         '[sensors]\nnoise = { velocity_mm_s = 1.0 }\n[[controller]]\nname = "on_off"',
         {},
-        "job.toml: controller 'on_off': sensors: noise: given 'velocity_mm_s'; expected: "
-        "velocity_m_s (did you mean it?), displacement_m, ",
+        "job.toml: controller 'on_off': sensors: noise: given 'velocity_mm_s'; did "
+        "you mean 'velocity_m_s'? expected: displacement_m, velocity_m_s, ",
     ),
 }
 

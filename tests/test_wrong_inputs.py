@@ -54,7 +54,7 @@ SCENARIOS = [
     ("[ground]\nfile = 'motion.xyz'", "motion.xyz"),
     ("[ground]\nfile = 'empty.csv'", "empty.csv"),
     ("[ground]\nfile = 'text.csv'", "text.csv"),
-    ("[ground]\nfile = 'motion.csv'\ncolumn = 'acc'", "given column 'acc'"),
+    ("[ground]\nfile = 'motion.csv'\ncolumn = 'acc'", "column: given 'acc'"),
     ("[ground]\nfile = 'motion.txt'\ndt_s = 0.01", "unit"),
     ("[ground]\nfile = 'motion.txt'\nunit = 'g'", "motion.txt"),
     ("[ground]\nfile = 'motion.txt'\nunit = 'yd/s2'\ndt_s = 0.01", "given unit 'yd/s2'"),

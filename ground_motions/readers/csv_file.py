@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ground_motions.argument_types import checked
-from ground_motions.errors import InputError, nearest
+from ground_motions.errors import InputError, wrong_choice
 from ground_motions.readers.lines import (
     counted,
     excerpt,
@@ -181,7 +181,7 @@ def _chosen_column(names: list[str], candidates: list[str], column: str | None, 
             f"brackets; a heading such as {_EXAMPLES}; or unit=",
         )
     if column is not None:
-        raise InputError(place, f"column {column!r}", nearest(column, candidates))
+        raise wrong_choice(f"{place}, column", column, candidates)
     ground = [name for name in candidates if _quantity_of(name) == PREFERRED_QUANTITY]
     for chosen in (candidates, ground):
         if len(chosen) == 1:

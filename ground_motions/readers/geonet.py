@@ -9,7 +9,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.checks import positive
-from ground_motions.errors import InputError, nearest
+from ground_motions.errors import InputError, wrong_choice
 from ground_motions.readers.lines import (
     excerpt,
     fixed_cells,
@@ -75,7 +75,7 @@ def read_geonet(path: str | Path, column: str | None = None) -> Record:
             f"column= one of {', '.join(names)}",
         )
     if column is not None and column not in names:
-        raise InputError(f"{path}, column", repr(column), nearest(column, names))
+        raise wrong_choice(f"{path}, column", column, names)
     chosen = components[0 if column is None else names.index(column)]
     rows = range(chosen.line, chosen.line + _rows(chosen.n_samples))
     samples = _numbers(lines, rows, path)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, positive
-from ground_motions.errors import InputError, nearest
+from ground_motions.errors import InputError, wrong_choice
 from ground_motions.readers.csv_file import unit_of
 from ground_motions.readers.lines import uniform_step
 from ground_motions.readers.mat_variables import mat_variables
@@ -129,7 +129,7 @@ def _chosen(
     """Return the name of the acceleration."""
     if column is not None:
         if column not in series:
-            raise InputError(f"{path}, column", repr(column), nearest(column, series))
+            raise wrong_choice(f"{path}, column", column, series)
         return column
     accelerations = [
         name

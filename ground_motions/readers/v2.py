@@ -10,7 +10,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.checks import positive
-from ground_motions.errors import InputError, nearest
+from ground_motions.errors import InputError, wrong_choice
 from ground_motions.readers.lines import (
     excerpt,
     fixed_cells,
@@ -104,7 +104,7 @@ def read_v2(path: str | Path, column: str | None = None) -> Record:
             str(path), f"{len(series)} channels and no choice", f"column= one of {', '.join(named)}"
         )
     if column is not None and column not in channels:
-        raise InputError(f"{path}, column", repr(column), nearest(column, channels))
+        raise wrong_choice(f"{path}, column", column, channels)
     chosen = series[0 if column is None else channels.index(column)]
     samples = samples_of(lines, chosen, path)
     stem = Path(path).stem

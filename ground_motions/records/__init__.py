@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ground_motions.argument_types import checked
-from ground_motions.errors import InputError, nearest
+from ground_motions.errors import wrong_choice
 from ground_motions.record import Record
 from ground_motions.records.el_centro import el_centro_1940
 
@@ -48,7 +48,7 @@ def load_record(name: str) -> Record:
     try:
         loader = RECORDS[name]
     except (KeyError, TypeError):
-        raise InputError("record name", repr(name), nearest(str(name), RECORDS)) from None
+        raise wrong_choice("record name", str(name), RECORDS) from None
     return loader()
 
 

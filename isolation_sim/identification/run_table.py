@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +13,7 @@ from ground_motions.argument_types import checked
 from ground_motions.readers.lines import uniform_step
 from ground_motions.units import column_units
 
-from ..errors import InputError
+from ..errors import InputError, near_name
 from ..io.csv_table import read_csv_table
 from .gaps import fill_gaps, gap_note
 from .velocity import smooth
@@ -242,8 +241,8 @@ def _refuse_misspelt(name: str, names: list[str], place: str) -> None:
     if what in _UNITS:
         accepted = [f"{what}_{unit}" for unit in _UNITS[what]]
     else:
-        accepted = difflib.get_close_matches(name, free, n=1, cutoff=0.75)
-    if accepted:
+        accepted = [near_name(name, free, surely=True)]
+    if any(accepted):
         raise InputError(f"{place}: unknown column {name!r}; expected: {' or '.join(accepted)}")
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Mapping
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
+
+from ..errors import did_you_mean
 
 _ACCEPTED = {
     "greater_than": "a number above {gt:g}",
@@ -83,18 +84,13 @@ def _message(place: str, details: list[ErrorDetails]) -> str:
     if first["type"] == "union_tag_invalid":
         place, value = f"{place}.kind", repr(context["tag"])
     accepted = " or ".join(dict.fromkeys(_accepted(d) for d in details))
-    return f"{place} is {value}; {_nearest(value, accepted)}expected: {accepted}"
+    hint = did_you_mean(value.strip("'"), re.findall(r"'([^']*)'", accepted))
+    return f"{place} is {value};{hint} expected: {accepted}"
 
 
 def _accepted(details: ErrorDetails) -> str:
     template = _ACCEPTED.get(details["type"])
     return template.format(**details.get("ctx", {})) if template else details["msg"]
-
-
-def _nearest(value: str, accepted: str) -> str:
-    names = re.findall(r"'[^']*'", accepted)
-    close = difflib.get_close_matches(value, names, n=1)
-    return f"did you mean {close[0]}? " if close else ""
 
 
 def _shown(value: Any) -> str:

@@ -7,9 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ground_motions.errors import nearest
-
-from ..errors import InputError
+from ..errors import wrong_choice
 from ..structures import IsolatedStructure
 from .control import Sensors
 from .outputs import QUANTITIES
@@ -28,7 +26,7 @@ def check_noise(known: Sequence[str], sensors: Sensors) -> None:
     """Refuse noise of an unknown output or quantity, whether it is measured or not."""
     for key in sensors.noise:
         if not any(_concerns(key, name) for name in known):
-            raise InputError("sensors: noise", repr(key), nearest(key, (*QUANTITIES, *known)))
+            raise wrong_choice("sensors: noise", key, (*QUANTITIES, *known))
 
 
 def _concerns(key: str, name: str) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike
 from ground_motions.argument_types import checked
 from ground_motions.readers.mat_variables import mat_variables
 
-from ..errors import InputError, PlausibilityWarning, warn
+from ..errors import InputError, PlausibilityWarning, near_name, warn
 from .checks import matrix, numbers
 from .plausibility import implausible_matrices
 from .structure import Structure
@@ -258,9 +257,9 @@ def read_matrices(
                 f"{', '.join(accepted)}; the file holds: {', '.join(sorted(arrays)) or 'nothing'}"
             )
     for key in arrays:
-        near = difflib.get_close_matches(key, accepted, n=1, cutoff=0.75)
-        if near and near[0] not in arrays:
-            raise InputError(f"{path}: array {key!r} looks like {near[0]!r} misspelt; rename it")
+        near = near_name(key, accepted, surely=True)
+        if near and near not in arrays:
+            raise InputError(f"{path}: array {key!r} looks like {near!r} misspelt; rename it")
     optional: dict[str, Any] = {key: arrays[key] for key in _OPTIONAL if key in arrays}
     optional |= {label: arrays[key] for key, label in _GEOMETRY.items() if key in arrays}
     for label, value in (("heights", heights), ("isolator_positions", isolator_positions)):

@@ -22,7 +22,7 @@ def refused() -> Refused:
             yield
         message = str(caught.value)
         assert len(message.splitlines()) == 1
-        assert "; expected: " in message
+        assert " expected: " in message
         assert ": given " in message or " is " in message
         for part in parts:
             assert str(part) in message

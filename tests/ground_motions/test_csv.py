@@ -150,7 +150,7 @@ def test_times_may_start_anywhere(csv):
         ("time_s,x_g,x_g\n0,1,2\n", None, ("line 1", "'x_g' twice", "different")),
         ("time_s,x_m\n0,1\n1,2\n", None, ("line 1", "'time_s, x_m'", "_m_s2", "_gal")),
         (SEVERAL, None, ("line 1", "2 acceleration columns", "x_m_s2, y_g")),
-        (SEVERAL, "x_m_s", ("line 1", "'x_m_s'", "x_m_s2 (did you mean it?), y_g")),
+        (SEVERAL, "x_m_s", ("line 1", "'x_m_s'", "did you mean 'x_m_s2'? expected: x_m_s2, y_g")),
         (SEVERAL, "displacement_m", ("line 1", "'displacement_m'", "ends in a unit")),
         (SEVERAL, "time_s", ("line 1", "'time_s'", "ends in a unit")),
         ("time_s,x_g\n0,1\n", None, ("1 samples", "two samples or more")),

@@ -118,7 +118,7 @@ def test_the_source_makes_the_record_again():
     ("call", "parts"),
     [
         (lambda: makris_pulse("D", 1.0, 1.0), ("kind", "'D'", "A, B, C1, C2")),
-        (lambda: makris_pulse("a", 1.0, 1.0), ("kind", "'a'", "A (did you mean it?)")),
+        (lambda: makris_pulse("a", 1.0, 1.0), ("kind", "'a'", "did you mean 'A'?")),
         (lambda: makris_pulse("A", -1.0, 1.0), ("peak_velocity (m/s)", "-1.0", "above 0")),
         (lambda: makris_pulse("A", 1.0, 0.0), ("pulse_period (s)", "0.0", "above 0")),
         (lambda: ricker_pulse(0.0, 1.0), ("peak_velocity (m/s)", "0.0", "above 0")),

@@ -30,7 +30,7 @@ def test_every_shipped_record_loads_under_its_own_name(name):
 
 
 def test_an_unknown_name_is_refused_with_the_nearest(refused):
-    with refused("record name", "'el_centro'", "el_centro_1940_ns (did you mean it?)"):
+    with refused("record name", "'el_centro'", "did you mean 'el_centro_1940_ns'?"):
         load_record("el_centro")
     with refused("name is None", "expected: text"):
         load_record(None)

@@ -85,7 +85,7 @@ def test_written_numbers_are_read_back(text, values, dt):
     ("content", "options", "parts"),
     [
         ("1\n2\n", {"unit": "yd/s2", "dt": 1}, ("unit", "'yd/s2'", "expected: m/s2, g", "gal")),
-        ("1\n2\n", {"unit": "cm/s", "dt": 1}, ("unit", "'cm/s'", "cm/s2 (did you mean it?)")),
+        ("1\n2\n", {"unit": "cm/s", "dt": 1}, ("unit", "'cm/s'", "did you mean 'cm/s2'?")),
         ("1\n2\n", {"unit": "g"}, ("dt", "one column and no dt", "the step in s")),
         ("1\n2\n", {"unit": "g", "dt": -1}, ("dt (s)", "-1", "above 0")),
         ("0 1\n1 2\n", {"unit": "g", "dt": 1}, ("dt", "1 beside a column", "without times")),

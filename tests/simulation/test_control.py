@@ -135,8 +135,9 @@ def test_noise_of_an_unknown_quantity_is_refused(stiffening, strong_motion, rule
     sensors = Sensors(noise={"velocity": 0.01})
     controller = rule(lambda t, m: 1.5, 0.1, measures) if measures else held()
     message = (
-        r"sensors: noise: given 'velocity'; expected: velocity_m_s \(did you mean it\?\), "
-        "displacement_m, acceleration_m_s2, drift_m, deformation_m, force_N, base_displacement_m"
+        r"sensors: noise: given 'velocity'; did you mean 'velocity_m_s'\? expected: "
+        "displacement_m, velocity_m_s, acceleration_m_s2, drift_m, deformation_m, "
+        "force_N, base_displacement_m"
     )
     with pytest.raises(InputError, match=message):
         simulate(stiffening, strong_motion, controller, sensors=sensors)

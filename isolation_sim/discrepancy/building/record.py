@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from ground_motions import Record
 from ground_motions.readers.lines import uniform_step
 
-from ...errors import InputError
+from ...errors import InputError, did_you_mean, near_name
 from ...identification.gaps import fill_gaps, gap_note
 from ...io.csv_table import read_csv_table
 from .channels import (
@@ -225,7 +224,7 @@ def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRe
 
 def _is_foreign(name: str) -> bool:
     """Whether a column has nothing of a building record in its name, such as a temperature."""
-    return not (_WORDS & set(name.lower().split("_")) or _alike(name, (_TIME, _CURRENT)))
+    return not (_WORDS & set(name.lower().split("_")) or near_name(name, (_TIME, _CURRENT)))
 
 
 def _in_si(names: Sequence[str], place: str) -> tuple[list[str], list[float]]:
@@ -260,24 +259,15 @@ def _check_names(names: list[str], axes: tuple[str, ...], place: str) -> None:
                 f"{', '.join(expected)}"
             )
         if name not in known and one is None:
-            close = _alike(name, known)
-            hint = f" did you mean {close[0]!r}?" if close else ""
             raise InputError(
-                f"{place}: unknown column {name!r};{hint} expected: {', '.join(known)}, "
-                f"{_further(axes)}, in {_units()}"
+                f"{place}: unknown column {name!r};{did_you_mean(name, known)} expected: "
+                f"{', '.join(known)}, {_further(axes)}, in {_units()}"
             )
     for name in needed:
         if name not in names:
             raise InputError(
                 f"{place}: no column {name!r} among {', '.join(names)}; needed: {', '.join(needed)}"
             )
-
-
-def _alike(name: str, known: Sequence[str]) -> list[str]:
-    """The known column with the same words in another order or case, or of similar spelling."""
-    words = {one: sorted(one.casefold().split("_")) for one in (name, *known)}
-    same = [one for one in known if words[one] == words[name]]
-    return same or difflib.get_close_matches(name, known, n=1)
 
 
 def _fits(one: Channel, axes: tuple[str, ...]) -> bool:

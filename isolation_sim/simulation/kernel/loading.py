@@ -19,7 +19,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from ...compilation.kernel_text import assigned, kernel_text, module_text
-from ...generated import COMPILED, load_written
+from ...generated import COMPILED, in_cache, load_written
 from ...laws.fingerprint import fingerprint
 from ...laws.law import Law
 from . import shape as own_sizes
@@ -218,7 +218,4 @@ def _modules(kernel: Kernel) -> list[ModuleType]:
 
 
 def _is_available(module: ModuleType) -> bool:
-    if not COMPILED or module.__name__ in _used:
-        return True
-    path = Path(str(module.__file__))
-    return any((path.parent / "__pycache__").glob(f"{path.stem}.*.nbc"))
+    return module.__name__ in _used or in_cache(Path(str(module.__file__)).stem)
