@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import secrets
 from pathlib import Path
 
 from ground_motions.argument_types import checked
 from ground_motions.errors import InputError
+from ground_motions.files import atomic_write
 from ground_motions.record import Record
 
 
@@ -19,8 +19,7 @@ def write_csv(record: Record, path: str | Path) -> Path:
     record : Record
         The motion.
     path : str or Path
-        The file to write. It appears whole or not at all: the text goes to a temporary name in
-        the same folder, which is then renamed.
+        The file to write. It appears whole or not at all.
 
     Returns
     -------
@@ -40,12 +39,8 @@ def write_csv(record: Record, path: str | Path) -> Path:
     )
     text = "\n".join([*comments, "time_s,ground_acceleration_m_s2", *rows, ""])
     try:
-        temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-        try:
-            temporary.write_text(text, encoding="utf-8", newline="\n")
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with atomic_write(path) as unfinished:
+            unfinished.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         raise InputError(
             str(path), f"a file that cannot be written ({error.strerror})", "a writable place"

@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ground_motions.files import atomic_write
 from ground_motions.old_names import renamed_keys
 from ground_motions.python_source import parse
 from ground_motions.registry import code_files, copied_place, has_changed
@@ -33,7 +34,6 @@ from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
 from .effects.registry import EFFECTS, effect
 from .errors import ControllerError, Diverged, InputError, warn
 from .generated import cache_folder, load_text
-from .io.files import atomic_write
 from .laws.law import Law
 from .laws.passive_switching import PassiveLaw, _passive_law
 from .laws.registry import LAWS

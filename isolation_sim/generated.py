@@ -21,8 +21,9 @@ from pathlib import Path
 from threading import RLock
 from types import ModuleType
 
+from ground_motions.files import atomic_write
+
 from .errors import InputError
-from .io.files import atomic_write
 
 COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 """Whether Numba compiles; with ``NUMBA_DISABLE_JIT=1`` all functions run as Python."""

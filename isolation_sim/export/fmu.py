@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.sax.saxutils import quoteattr
 
+from ground_motions.files import atomic_write
+
 from ..errors import InputError
-from ..io.files import atomic_write
 from ..version import __version__
 from .controller import decision_files, prepare_decision
 from .part import Part

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.files import atomic_write
 from ground_motions.readers.lines import parse_number, table_cells
 
 from ..errors import InputError
-from .files import atomic_write
 
 
 @dataclass(frozen=True)

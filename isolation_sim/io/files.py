@@ -6,35 +6,16 @@ import json
 import math
 import os
 import shutil
-import threading
 import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
+
+from ground_motions.files import atomic_write
 
 from ..errors import InputError
 
 if TYPE_CHECKING:
     import xarray
-
-
-@contextmanager
-def atomic_write(path: str | Path) -> Iterator[Path]:
-    """Write a file that appears complete or not at all."""
-    path = Path(path)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.{threading.get_ident()}")
-    try:
-        yield unfinished
-        unfinished.replace(path)
-    except OSError as error:
-        if error.errno is None:
-            raise
-        # the temporary name would not help the user
-        raise OSError(error.errno, error.strerror, str(path)) from None
-    finally:
-        with suppress(OSError):
-            unfinished.unlink(missing_ok=True)
 
 
 def write_text(text: str, path: str | Path) -> Path:

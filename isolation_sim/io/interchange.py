@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from ground_motions.argument_types import checked
+from ground_motions.files import atomic_write
 
 from ..errors import InputError, check_name, not_installed
 from ..rendering import render
 from .columns import read_columns
-from .files import atomic_write, read_netcdf
+from .files import read_netcdf
 
 if TYPE_CHECKING:
     import pandas

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from ground_motions.files import UNFINISHED
+
 from ..errors import InputError
 from ..version import __version__
 from .files import write_text
@@ -63,7 +65,7 @@ class ResultsFolder:
             _keep_own_files(old, self.path)
 
 
-_WRITTEN_SUFFIXES = {".svg", ".png", ".csv", ".nc", ".npz", ".unfinished"}
+_WRITTEN_SUFFIXES = {".svg", ".png", ".csv", ".nc", ".npz", UNFINISHED}
 """Endings of the files in folders such as ``figures``; others there are the user's own."""
 
 _RESULT_FILES = ("result.npz", "tuning.json", "manifest.json", "suite.json", "finding.txt")
@@ -84,7 +86,7 @@ def files_into(folder: str | Path, overwrite: bool) -> Iterator[Path]:
                 f"{folder}: contains a saved result ({name}); expected: another folder, or "
                 "overwrite=True to replace its files"
             )
-    beside = folder / f".{os.getpid()}.unfinished"
+    beside = folder / f".{os.getpid()}{UNFINISHED}"
     try:
         beside.mkdir()
         yield beside

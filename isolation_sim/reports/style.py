@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from ground_motions.argument_types import checked
-
-from ..io.files import atomic_write
+from ground_motions.files import atomic_write
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

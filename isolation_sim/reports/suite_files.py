@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from ..io.files import atomic_write
+from ground_motions.files import atomic_write
+
 from .html.suite_report import suite_report
 from .style import save
 from .suite_figures import spectra

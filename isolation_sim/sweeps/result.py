@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ground_motions.argument_types import checked
+from ground_motions.files import atomic_write
 
 from ..errors import InputError, check_name
-from ..io.files import atomic_write
 from ..rendering import Printed, render
 from ..simulation.many_warnings import Validity, of_many
 

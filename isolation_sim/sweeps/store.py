@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
+
+from ground_motions.files import UNFINISHED, atomic_write
 
 from ..errors import InputError
 from ..io.columns import column_names, columns_bytes, read_columns, write_columns
@@ -35,8 +36,6 @@ DRAWINGS = ("comparison", "map", "sensitivity")
 
 _AT_ONCE = 4_000_000
 """Largest number of values in memory while chunks are joined."""
-
-_LEFT_OVER = ".unfinished"
 
 
 class Store:
@@ -58,7 +57,7 @@ class Store:
     def check_free(self) -> None:
         """Refuse a folder that is not empty."""
         there = self.folder.iterdir() if self.folder.is_dir() else (self.folder,)
-        if not all(path.name.endswith(_LEFT_OVER) for path in there):
+        if not all(path.name.endswith(UNFINISHED) for path in there):
             check_free(self.folder, resumable=self.exists())
 
     def begin(self, content: dict[str, Any], cases_per_chunk: int) -> None:
@@ -72,8 +71,8 @@ class Store:
                 "folder with write permission"
             ) from None
         manifest = {"format": FORMAT, "cases_per_chunk": cases_per_chunk, **content}
-        with _durable_file(self.manifest) as file:
-            file.write(json.dumps(manifest, indent=1).encode())
+        with atomic_write(self.manifest, durable=True) as unfinished:
+            unfinished.write_text(json.dumps(manifest, indent=1))
 
     def read_manifest(self) -> dict[str, Any]:
         """Return the data of `begin`."""
@@ -134,9 +133,12 @@ class Store:
         # Chunks with an error are removed, too, since their runs may now succeed.
         numbers = set()
         self.chunks.mkdir(exist_ok=True)
+        for place in (self.folder, self.chunks, self.histories):
+            for path in place.glob(f"*{UNFINISHED}"):
+                path.unlink()
         for path in sorted(self.chunks.iterdir()):
             number, _, checksum = path.stem.partition("-")
-            whole = not path.name.endswith(_LEFT_OVER) and _checksum(path.read_bytes()) == checksum
+            whole = _checksum(path.read_bytes()) == checksum
             if not whole or _has_errors(read_columns(path, ["status"])):
                 path.unlink()
             else:
@@ -151,12 +153,12 @@ class Store:
         paths = {self.histories / name: data for name, data in finished.histories.items()}
         paths[self.chunks / f"{finished.number:06d}-{checksum}.npz"] = finished.table
         for path, data in paths.items():
-            with _durable_file(path) as file:
-                file.write(data)
+            with atomic_write(path, durable=True) as unfinished:
+                unfinished.write_bytes(data)
 
     def close(self) -> None:
         """Join the chunks, some columns at a time, and remove them."""
-        with _durable_file(self.table) as file:
+        with atomic_write(self.table, durable=True) as unfinished, unfinished.open("wb") as file:
             write_columns(_together(sorted(self.chunks.iterdir())), file)
         self.tidy()
 
@@ -214,29 +216,3 @@ def _has_errors(table: dict[str, np.ndarray]) -> bool:
 
 def _checksum(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()[:32]
-
-
-@contextmanager
-def _durable_file(path: Path) -> Iterator[BinaryIO]:
-    """A file to write, which appears completely or not at all, even at a power failure."""
-    unfinished = path.with_name(path.name + _LEFT_OVER)
-    try:
-        with unfinished.open("wb") as file:
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
-    _sync_folder(path.parent)
-
-
-def _sync_folder(folder: Path) -> None:
-    """Force a folder's file names to the disk, if the system can."""
-    if os.name != "posix":
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

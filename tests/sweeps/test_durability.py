@@ -151,10 +151,10 @@ def test_a_full_disk_at_any_write(tmp_path, monkeypatch, small_chunks, uninterru
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with monkeypatch.context() as patch:
-        patch.setattr(store.os, "fsync", no_room)
+        patch.setattr(os, "fsync", no_room)
         with pytest.raises(OSError, match="No space left"):
             sweep(plan(), folder, workers=1)
-    assert not list(folder.rglob(f"*{store._LEFT_OVER}"))
+    assert not list(folder.rglob(f"*{store.UNFINISHED}"))
     assert not (folder / "table.npz").exists()
     before = finished_chunks(folder)
     if (folder / "manifest.json").exists():
@@ -190,7 +190,7 @@ def test_a_damaged_chunk_is_run_again(tmp_path, small_chunks, uninterrupted):
     data = bytearray(second.read_bytes())
     data[len(data) // 2] ^= 1
     second.write_bytes(data)
-    (folder / "chunks" / f"{third.name}{store._LEFT_OVER}").write_bytes(b"half")
+    (folder / "chunks" / f"{third.name}{store.UNFINISHED}").write_bytes(b"half")
     counted = []
     sweep(plan(), folder, workers=1, resume=True, progress=lambda n, bad: counted.append(n))
     assert counted == [18] + [9] * 10
@@ -293,7 +293,7 @@ def test_killed_before_the_manifest_and_after_the_table(tmp_path, small_chunks, 
     """The two ends, where what is left is no chunk."""
     folder = tmp_path / "sweep"
     folder.mkdir()
-    (folder / f"manifest.json{store._LEFT_OVER}").write_text("{")
+    (folder / f"manifest.json{store.UNFINISHED}").write_text("{")
     sweep(plan(), folder, workers=1, resume=True)
     (folder / "chunks").mkdir()
     (folder / "chunks" / "000000-left.npz").write_bytes(b"")
