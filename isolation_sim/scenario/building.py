@@ -14,7 +14,7 @@ from ..structures import (
     reference_building,
     shear_building,
 )
-from .fields import InputPath, Number, Positive, Section, kind_by_keys
+from ..validation import InputPath, Number, Positive, Section, kind_by_keys
 
 _Row = Annotated[list[Positive], Field(min_length=1)]
 _Ratio = Annotated[float, Field(ge=0, lt=1)]

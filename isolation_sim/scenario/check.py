@@ -10,7 +10,7 @@ from pydantic import Field
 from ground_motions import STANDARD_GRAVITY
 
 from ..code_check import CheckSettings
-from .fields import NonNegative, Positive, Section
+from ..validation import NonNegative, Positive, Section
 
 if TYPE_CHECKING:
     from ..simulation.result import Run

@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from ..registry import controller
 from ..simulation.control import CoilDriver, Control, Sensors
-from .fields import NonNegative, Number, Positive, Registered, Section, WholeNumber, absolute
+from ..validation import NonNegative, Number, Positive, Registered, Section, WholeNumber, absolute
 
 
 class ControllerEntry(Section):

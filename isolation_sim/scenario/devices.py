@@ -21,7 +21,7 @@ from ..structures import (
 )
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
 from ..structures.sizing import design_cycle, scale_to_cycle, scale_to_period, with_damping
-from .fields import Coefficients, Number, Positive, Registered, Section
+from ..validation import Coefficients, Number, Positive, Registered, Section
 
 _Parameters = Annotated[
     str | Annotated[dict[str, Coefficients], Field(min_length=1)] | None,

@@ -10,7 +10,7 @@ import ground_motions
 from ground_motions import STANDARD_GRAVITY, Record
 
 from ..errors import InputError
-from .fields import (
+from ..validation import (
     InputPath,
     NonNegative,
     Number,

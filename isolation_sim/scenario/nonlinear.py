@@ -11,7 +11,7 @@ from ..effects import effect, extend
 from ..laws import law
 from ..structures import IsolatedStructure, cones, on_soil, yielding_storeys
 from ..structures.isolators import rows_of_base
-from .fields import NonNegative, Positive, Section
+from ..validation import NonNegative, Positive, Section
 
 
 class Yielding(Section):

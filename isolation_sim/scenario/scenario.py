@@ -18,15 +18,14 @@ from ..criterion import selected_criteria
 from ..errors import InputError, warn
 from ..io.files import parse_toml, read_toml
 from ..structures import IsolatedStructure, Structure
+from ..validation import Section, one_line
 from .building import Building, PlanBuilding, ReferenceBuilding
 from .check import Check, simulator
 from .control import ControllerEntry, Driver, SensorSet, Simulation
 from .devices import Element, Isolator, NominalModel
-from .fields import Section
 from .ground import Ground, ShippedRecord
 from .job import Job, with_place
 from .nonlinear import MoatWall, Soil, Yielding
-from .problems import one_line
 
 T = TypeVar("T")
 

@@ -11,7 +11,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from ground_motions import SUITE_RULES, SuiteRecord, SuiteRule, read_files, read_folder, read_peer
 
 from ..errors import InputError, check_name
-from .fields import InputPath, NonNegative, Positive, Section, absolute
+from ..validation import InputPath, NonNegative, Positive, Section, absolute
 from .targets import Target
 
 

@@ -14,7 +14,7 @@ from ground_motions.units import column_units
 
 from ..errors import InputError
 from ..io.csv_table import read_csv_table
-from .fields import InputPath, NonNegative, Positive, Section, kind_by_keys
+from ..validation import InputPath, NonNegative, Positive, Section, kind_by_keys
 
 _Level = Annotated[
     Literal["design", "mce_r"],

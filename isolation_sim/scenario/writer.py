@@ -11,9 +11,9 @@ from pydantic_core import PydanticUndefined
 
 from ground_motions.registry import code_files
 
+from ..validation import Section, names_in
 from .control import ControllerEntry
 from .devices import AppliedEffect
-from .fields import Section, names_in
 
 _COMMENT_COLUMN = 40
 _HEADER = """\

@@ -18,9 +18,8 @@ from ground_motions.registry import code_files
 
 from ..errors import InputError, several
 from ..scenario import Scenario
-from ..scenario.fields import names_in
 from ..scenario.job import with_place
-from ..scenario.problems import one_line
+from ..validation import names_in, one_line
 from ..version import __version__
 from .axes import MOST_CASES, Axis, axes_of
 from .fields import Change, apply_changes, with_seed

@@ -64,7 +64,7 @@ def apply_changes(data: dict[str, Any], changes: Iterable[Change]) -> dict[str, 
 def with_defaults(field: str, value: Any, folder: str | Path) -> Any:
     """Fill in the defaults of a value, so that its keys can be changed, too."""
     from ..scenario import Scenario
-    from ..scenario.fields import NAMING
+    from ..validation import NAMING
 
     name, *rest = steps_of(field)
     if isinstance(value, str) and str((name, *rest)[-1]).endswith("file"):

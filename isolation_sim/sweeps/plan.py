@@ -11,9 +11,8 @@ from pydantic import Field, ValidationError, ValidationInfo, field_validator, mo
 from ..errors import InputError
 from ..io.files import read_toml
 from ..scenario import Scenario
-from ..scenario.fields import InputPath, Number, Positive, Section, WholeNumber
 from ..scenario.job import with_place
-from ..scenario.problems import one_line
+from ..validation import InputPath, Number, Positive, Section, WholeNumber, one_line
 from .fields import with_defaults
 
 Count = Annotated[int, Field(gt=0)]

@@ -187,8 +187,8 @@ class Tuning(Printed):
             TOML, with the command of the tuning and the gains as comments.
         """
         from ..scenario.control import ControllerEntry
-        from ..scenario.fields import Section
         from ..scenario.writer import toml_text
+        from ..validation import Section
 
         class Written(Section):
             controller: list[ControllerEntry]

@@ -15,8 +15,7 @@ import isolation_sim as iso
 from isolation_sim.cli import main
 from isolation_sim.discrepancy.building.raw_records.headings import read_heading
 from isolation_sim.discrepancy.building.raw_records.settings import (
-    READERS,
-    Entry,
+    RecordSettings,
     channel_of,
     read_settings,
 )
@@ -436,28 +435,28 @@ def test_what_is_not_clear_is_refused(tmp_path, old, new, message):
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        ({"chanels": {}}, "unknown key in settings, 'chanels'; did you mean 'channels'?"),
-        ({"channels": {"roof_acceleration": 3}}, "settings, channels: given 'roof_acceleration'"),
-        ({"channels": {"isolator_acceleration": 3}}, "given 'isolator_acceleration'; expected: t"),
-        ({"channels": {"base_acceleration": "?"}}, "column: given '?'; expected: a heading"),
+        ({"chanels": {}}, "settings: unknown key 'chanels'; did you mean 'channels'?"),
+        ({"channels": {"roof_acceleration": 3}}, "settings: channels.roof_acceleration: no"),
+        ({"channels": {"isolator_acceleration": 3}}, "channel; expected: time, current, "),
+        ({"channels": {"base_acceleration": "?"}}, "base_acceleration: '?'; expected: a heading"),
         ({"channels": {"base_acceleration": "xx"}}, "given 'xx'; expected: one of 'Time [s]', "),
         ({"channels": {"base_acceleration": {"column": 3, "sing": -1}}}, "did you mean 'sign'?"),
-        ({"channels": {"base_acceleration": {"column": 3, "sign": 2}}}, "given 2; expected: 1 or"),
+        ({"channels": {"base_acceleration": {"column": 3, "sign": 2}}}, "sign: 2; expected: 1 or"),
         ({"channels": {"base_acceleration": {"column": 3, "unit": "mm"}}}, "unit: given 'mm'; exp"),
         ({"channels": {"base_acceleration": {"column": 3, "file": "b"}}}, "expected: one of log"),
         ({"channels": {"base_acceleration": 3, "floor2_acceleration": 3}}, "that of base_accele"),
         ({"channels": {"base_acceleration": "none"}}, "not recognised: base_acceleration"),
         ({"channels": {"time": "Zeit"}}, "channels.time: given 'Zeit'; expected: one of 'Time [s]"),
-        ({"rate_Hz": 0}, "settings, rate_Hz: given 0; expected: a positive number"),
-        ({"floors": 2.5}, "settings, floors: given 2.5; expected: the number of floors"),
-        ({"accelerations": "rel"}, 'given \'rel\'; expected: "absolute", or "relative"'),
-        ({"directions": {"x": "EW"}}, "settings, directions: given {'x': 'EW'}; expected: { x"),
+        ({"rate_Hz": 0}, "settings: rate_Hz is 0; expected: a number above 0"),
+        ({"floors": 2.5}, "settings: floors is 2.5; expected: a whole number"),
+        ({"accelerations": "rel"}, "accelerations is 'rel'; expected: 'absolute' or 'relative'"),
+        ({"directions": {"x": "EW"}}, "settings: directions: {'x': 'EW'}; expected: { x"),
         (
             {"units": {"acc": "g"}},
-            "settings, units: given 'acc'; expected: acceleration, displacement, time, current",
+            "units.acc: no quantity and no channel; expected: acceleration, displacement, time, ",
         ),
         ({"units": {"acceleration": "V"}}, "the unit 'V' for"),
-        ({"start_s": 3}, "settings, start_s: given 3; expected: a table"),
+        ({"start_s": 3}, "settings: start_s is 3; expected: a table"),
     ],
 )
 def test_wrong_settings_are_refused(tmp_path, value, message):
@@ -468,12 +467,13 @@ def test_the_settings_of_the_documentation_are_accepted():
     text = (Path(__file__).parents[3] / "docs/reference/formats.md").read_text()
     (example,) = re.findall(r"```toml\n(floors = .*?)```", text, re.DOTALL)
     read = read_settings(tomllib.loads(example), {}, {}, None)
-    assert (read.floors, read.offset) == (5, 5.0)
-    assert read.channels["base_acceleration"] == Entry("CH02", unit="g", factor=-1.0)
+    assert (read.floors, read.offset_s) == (5, 5.0)
+    entry = read.sensors["base_acceleration"]
+    assert (entry.column, entry.unit, entry.factor) == ("CH02", "g", -1.0)
     keys = re.findall(
         r"^\| `(\w+)` \|", text[text.index(example) : text.index("## Ground mot")], re.M
     )
-    assert set(keys) == set(READERS)
+    assert set(keys) == set(RecordSettings.model_fields)
 
 
 def test_what_is_not_used_is_reported(tmp_path):
@@ -537,7 +537,7 @@ def test_settings_are_shown_written_completed_and_used(tmp_path, capsys):
     code, _, errors = called(capsys, raw, "--building", "--write-settings", sensors)
     assert code == 2 and "s.toml: exists; expected: a new name, or --force" in errors
     code, _, errors = called(capsys, raw, "--settings", sensors, "--out", quake)
-    assert code == 2 and "channels.base_acceleration.column: given '?'" in errors
+    assert code == 2 and "channels.base_acceleration.column: '?'; expected: a heading" in errors
     completed = (
         sensors.read_text().replace('"?"', '"CH02 A [m/s2]"').replace("# floors = 5", "floors = 1")
     )

@@ -110,13 +110,13 @@ class Match(Printed):
             key: each[0] if len(each) == 1 else f"[{', '.join(each)}]"
             for key, each in sensors.items()
         }
-        time = self.settings.channels.get(TIME)
-        if time is not None and len(self.tables) > 1 and time.column.lower() != "none":
+        time = self.settings.sensors.get(TIME)
+        if time is not None and len(self.tables) > 1 and not time.is_none:
             parts = {"column": time.column, "unit": time.unit, "file": time.file}
             entries = {TIME: _inline({key: text for key, text in parts.items() if text})} | entries
         lines += [f"{key} = {entry}" for key, entry in entries.items()]
-        lines += [f'{key} = "none"' for key, entry in self.settings.channels.items()
-                  if entry.column.lower() == "none"]  # fmt: skip
+        lines += [f'{key} = "none"' for key, entry in self.settings.sensors.items()
+                  if entry.is_none]  # fmt: skip
         lacking = lacking_channels(self.tables, self.columns, self.open, self.settings)
         lines += [f'{key} = {{ column = "?" }}' for key in lacking]
         if self.open:
@@ -170,38 +170,18 @@ def _without_time(
     """Whether a table with channels, or any table without them, has neither times nor a rate."""
     timed = {one.table for one in columns if one.key == TIME}
     used = {one.table for one in columns if one.key != TIME} or set(tables)
-    rated = {name for name in used if settings.rate is not None or tables[name].rate is not None}
+    rated = {name for name in used if settings.rate_Hz is not None or tables[name].rate is not None}
     return not used <= timed | rated
 
 
 def _general(settings: RecordSettings) -> list[str]:
     """Lines of a template for what is no channel; those that are not given are comments."""
     lines = []
-    values = {
-        "rate_Hz": (settings.rate, 200, "samples per second of files without a column of time"),
-        "floors": (settings.floors, 5, "floors above the base: the roof is floor 5"),
-        "direction": (settings.direction or None, "x", "import one of two directions"),
-        "accelerations": (
-            None if settings.relative is None else ("absolute", "relative")[settings.relative],
-            "relative", "to the ground; they are made absolute",
-        ),
-        "offset_s": (settings.offset, 5, "subtract the mean of the first 5 s from each channel"),
-        "resample_Hz": (settings.resample, 200, "common rate of files with different sampling"),
-    }  # fmt: skip
-    for key, (value, example, words) in values.items():
-        shown = _toml(example if value is None else value)
-        lines.append(f"{'# ' if value is None else ''}{key} = {shown}  # {words}")
-    words_of = {axis: word for word, axis in settings.directions.items()} or {"x": "EW", "y": "NS"}
-    lines.append(
-        f"{'' if settings.directions else '# '}directions = {_inline(words_of)}"
-        "  # words of the headings"
-    )
-    lines.append(
-        f"{'' if settings.starts else '# '}start_s = "
-        f"{_inline(settings.starts or {'logger2.txt': 0.35})}  # added to the times of a file"
-    )
-    if settings.units:
-        lines.append(f"units = {_inline(settings.units)}")
+    for key, value in settings.model_dump(exclude={"channels"}).items():
+        field = RecordSettings.model_fields[key]
+        shown = value or (field.examples or [])[0]
+        text = _inline(shown) if isinstance(shown, Mapping) else _toml(shown)
+        lines.append(f"{'' if value else '# '}{key} = {text}  # {field.description}")
     return lines
 
 

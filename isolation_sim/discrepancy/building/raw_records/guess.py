@@ -28,7 +28,7 @@ from .headings import (
     sensor_factor,
     sensor_units,
 )
-from .settings import CURRENT, TIME, Entry, RecordSettings, channel_of, sensor_key
+from .settings import ABSENT, CURRENT, TIME, Entry, RecordSettings, channel_of, sensor_key
 
 
 class Sensor(NamedTuple):
@@ -56,8 +56,8 @@ def columns_of_settings(
 ) -> list[tuple[str, int, str]]:
     """Table, column and key of each channel that the settings name."""
     result: list[tuple[str, int, str]] = []
-    for key, entry in settings.channels.items():
-        if entry.column.lower() == "none" or key == TIME:
+    for key, entry in settings.sensors.items():
+        if entry.is_none or key == TIME:
             continue
         place = f"{settings.place}, channels.{key}"
         within = _tables_of(entry.file, tables) if entry.file else list(tables)
@@ -100,9 +100,9 @@ def find_times_and_currents(
         usable = [table.usable(k) and k not in taken for k in range(len(table.headings))]
         chosen = dict.fromkeys(UNITS, "none")
         for key in (TIME, CURRENT):
-            entry = settings.channels.get(key, Entry(""))
+            entry = settings.sensors.get(key, ABSENT)
             elsewhere = entry.file and name not in _tables_of(entry.file, tables)
-            there = entry.column.lower() == "none" or columns_named(entry.column, table.headings)
+            there = entry.is_none or columns_named(entry.column, table.headings)
             if key == CURRENT and entry.column and (elsewhere or not there):
                 continue
             if entry.column and not elsewhere and (there or len(tables) == 1):
@@ -111,10 +111,10 @@ def find_times_and_currents(
                 del chosen[key]
         units = {
             key: unit for key in (TIME, CURRENT)
-            if (unit := settings.channels.get(key, Entry("")).unit or settings.units.get(key, ""))
+            if (unit := settings.sensors.get(key, ABSENT).unit or settings.units.get(key, ""))
         }  # fmt: skip
         for key, one in find_channels(table.headings, usable, chosen, units, table.place).items():
-            factor = one.factor * settings.channels.get(key, Entry("")).factor
+            factor = one.factor * settings.sensors.get(key, ABSENT).factor
             column = Column(name, one.column, one.heading, one.unit, factor, None, key)
             if key == TIME:
                 yield column
@@ -131,12 +131,12 @@ def find_times_and_currents(
 
 def _check_time(tables: Mapping[str, RawTable], settings: RecordSettings) -> None:
     """Refuse a column of time that no table has."""
-    entry = settings.channels.get(TIME, Entry("none"))
+    entry = settings.sensors.get(TIME, Entry(column="none"))
     place = f"{settings.place}, channels.{TIME}"
     within = _tables_of(entry.file, tables) if entry.file else list(tables)
     if not within:
         raise InputError(f"{place}.file", repr(entry.file), f"one of {', '.join(tables)}")
-    if entry.column.lower() == "none":
+    if entry.is_none:
         return
     if not any(columns_named(entry.column, tables[name].headings) for name in within):
         headings = [heading for name in within for heading in tables[name].headings]
@@ -151,7 +151,7 @@ def sensor_of_settings(
     one = channel_of(name)
     assert one is not None
     heading = tables[table].headings[k]
-    entry = settings.channels[key]
+    entry = settings.sensors[key]
     unit = entry.unit or _unit(settings, one, heading)
     place = f"{settings.place}, channels.{key}"
     if not tables[table].usable(k):
@@ -161,7 +161,7 @@ def sensor_of_settings(
     if entry.unit and sensor_factor(one, unit) is None:
         raise InputError(f"{place}.unit", repr(unit), sensor_units(one))
     return Sensor(
-        table, k, heading, one, unit, entry.factor, False, True, int(number or 1), entry.position
+        table, k, heading, one, unit, entry.factor, False, True, int(number or 1), entry.at
     )
 
 
@@ -171,7 +171,7 @@ def guess_sensors(
     """Columns that headings and names of files take for sensors; the unused and open others."""
     sensors, unused, open_ = [], [], []
     for name, table in tables.items():
-        words = settings.directions
+        words = settings.words
         readings = {
             k: read_heading(heading.text, heading.name, heading.unit, words)
             for k, heading in enumerate(table.headings)

@@ -39,15 +39,15 @@ def merge(match: Match) -> Samples:
     notes: list[str] = []
     parts = [_part(match, name, notes) for name in dict.fromkeys(c.table for c in match.columns)]
     _check_starts(match, parts)
-    if match.settings.resample is not None:
-        step, start, values = _resample(parts, 1 / match.settings.resample, notes)
+    if match.settings.resample_Hz is not None:
+        step, start, values = _resample(parts, 1 / match.settings.resample_Hz, notes)
     else:
         step, start, values = _align(parts, notes)
     samples = Samples(step, start, values, notes)
     _remove_offsets(match, samples)
     combine_sensors(match.columns, samples)
-    for key, entry in match.settings.channels.items():
-        if entry.column.lower() == "none":
+    for key, entry in match.settings.sensors.items():
+        if entry.is_none:
             samples.values.pop(key, None)  # a rotation that is not wanted
     _make_absolute(match, samples)
     _subtract_ground(samples)
@@ -58,12 +58,12 @@ def _part(match: Match, name: str, notes: list[str]) -> _Part:
     table, settings = match.tables[name], match.settings
     columns = [one for one in match.columns if one.table == name]
     channels = {c.key: RawChannel(c.position, c.heading, c.unit, c.factor) for c in columns}
-    data, own = samples_of(table, channels, settings.rate)
+    data, own = samples_of(table, channels, settings.rate_Hz)
     if own or table.notes:
         before = f"{match.file_of(name)}: " if len(match.tables) > 1 else ""
         notes.append(f"{before}{'; '.join([*table.notes, *own])}")
     names = (name, table.path.name)
-    shift = next((s for file, s in settings.starts.items() if file in names), None)
+    shift = next((s for file, s in settings.start_s.items() if file in names), None)
     time = data.pop(TIME) + (shift or 0.0)
     step = uniform_step(time.tolist(), table.lines, f"{table.place}, time")
     return _Part(table.place, time, step, TIME in channels or shift is not None, data)
@@ -71,7 +71,7 @@ def _part(match: Match, name: str, notes: list[str]) -> _Part:
 
 def _check_starts(match: Match, parts: list[_Part]) -> None:
     """Refuse starts of unknown files, and files of which nothing says when they start."""
-    for file in match.settings.starts:
+    for file in match.settings.start_s:
         known = [one for name, table in match.tables.items() for one in (name, table.path.name)]
         if file not in known:
             names = ", ".join(map(match.file_of, match.tables))
@@ -178,7 +178,7 @@ def _note_cut(parts: list[_Part], start: float, end: float, step: float, notes: 
 
 def _remove_offsets(match: Match, samples: Samples) -> None:
     """Subtract the mean of the quiet part from each channel but the current."""
-    length = match.settings.offset
+    length = match.settings.offset_s
     if length is None:
         return
     count = round(length / samples.step)

@@ -81,8 +81,8 @@ class Resolver:
         """Leave out guesses of channels that the settings give or exclude."""
         result = []
         for one in sensors:
-            if not one.prescribed and one.channel.key in self.settings.channels:
-                none = self.settings.channels[one.channel.key].column.lower() == "none"
+            if not one.prescribed and one.channel.key in self.settings.sensors:
+                none = self.settings.sensors[one.channel.key].is_none
                 reason = "as the settings say" if none else f"another column is {one.channel.key}"
                 self.unused.append((one.table, one.position, reason))
             else:
@@ -161,7 +161,7 @@ class Resolver:
         # x may be the name of the displacement
         names = ("PLACE_displacement", "PLACE_x_displacement")
         alone = [one for one in self.open if one.key in names]
-        excluded = Channel(ISOLATOR, "", "displacement").key in self.settings.channels
+        excluded = Channel(ISOLATOR, "", "displacement").key in self.settings.sensors
         if there or excluded or len(alone) != 1 or axes != {""}:
             return list(sensors)
         _, table, k, unit = alone[0]
