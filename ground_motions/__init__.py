@@ -5,8 +5,9 @@ All quantities are in SI units: m, s, m/s^2. Every motion is a `Record`.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from ground_motions.exports import lazy_exports
 
 if TYPE_CHECKING:
     from ground_motions.band_limited import band_limited_noise as band_limited_noise
@@ -71,73 +72,8 @@ if TYPE_CHECKING:
     from ground_motions.units import ACCELERATION_UNITS as ACCELERATION_UNITS
     from ground_motions.units import STANDARD_GRAVITY as STANDARD_GRAVITY
 
-# one line per name: its module; the imports above tell editors the same
-_HOMES = {
-    "ACCELERATION_UNITS": "ground_motions.units",
-    "AminAng": "ground_motions.envelopes",
-    "DesignSpectrum": "ground_motions.design_spectra",
-    "Envelope": "ground_motions.envelopes",
-    "InputError": "ground_motions.errors",
-    "JENNINGS_HOUSNER_A": "ground_motions.envelopes",
-    "JENNINGS_HOUSNER_B": "ground_motions.envelopes",
-    "MAKRIS_KINDS": "ground_motions.near_fault",
-    "MatchedRecord": "ground_motions.matching",
-    "OscillatorResponse": "ground_motions.spectra",
-    "Record": "ground_motions.record",
-    "ResponseSpectrum": "ground_motions.spectra",
-    "SOILS": "ground_motions.kanai_tajimi",
-    "STANDARD_GRAVITY": "ground_motions.units",
-    "SUITE_RULES": "ground_motions.scaling",
-    "SaragoniHart": "ground_motions.envelopes",
-    "Soil": "ground_motions.kanai_tajimi",
-    "SuiteRecord": "ground_motions.suites",
-    "SuiteRule": "ground_motions.scaling",
-    "SuiteScaling": "ground_motions.scaling",
-    "Trapezoid": "ground_motions.envelopes",
-    "asce7_22_multi_period": "ground_motions.design_spectra",
-    "asce7_22_two_period": "ground_motions.design_spectra",
-    "available_records": "ground_motions.records",
-    "band_limited_noise": "ground_motions.band_limited",
-    "band_limited_series": "ground_motions.band_limited",
-    "clough_penzien_motion": "ground_motions.kanai_tajimi",
-    "clough_penzien_psd": "ground_motions.kanai_tajimi",
-    "combined_spectrum": "ground_motions.pairs",
-    "el_centro_1940": "ground_motions.records",
-    "en1998_1_1_2022": "ground_motions.design_spectra",
-    "en1998_1_2004": "ground_motions.design_spectra",
-    "kanai_tajimi_motion": "ground_motions.kanai_tajimi",
-    "kanai_tajimi_psd": "ground_motions.kanai_tajimi",
-    "load_record": "ground_motions.records",
-    "makris_pulse": "ground_motions.near_fault",
-    "match_spectrum": "ground_motions.matching",
-    "mavroeidis_papageorgiou_pulse": "ground_motions.near_fault",
-    "motion_mixture": "ground_motions.mixture",
-    "nzs1170_5": "ground_motions.design_spectra",
-    "oscillator_response": "ground_motions.spectra",
-    "read": "ground_motions.readers",
-    "read_at2": "ground_motions.readers",
-    "read_csv": "ground_motions.readers",
-    "read_esm": "ground_motions.readers",
-    "read_files": "ground_motions.suites",
-    "read_folder": "ground_motions.suites",
-    "read_geonet": "ground_motions.readers",
-    "read_knet": "ground_motions.readers",
-    "read_mat": "ground_motions.readers",
-    "read_peer": "ground_motions.suites",
-    "read_text": "ground_motions.readers",
-    "read_v2": "ground_motions.readers",
-    "response_spectrum": "ground_motions.spectra",
-    "ricker_pulse": "ground_motions.near_fault",
-    "scale_suite": "ground_motions.scaling",
-    "select_best": "ground_motions.scaling",
-    "table_spectrum": "ground_motions.design_spectra",
-    "write_csv": "ground_motions.csv_writer",
-}
-
-__all__ = sorted(_HOMES)
-
-
 if not TYPE_CHECKING:  # type checkers refuse a misspelt name
+    _exported, __all__ = lazy_exports(__name__)
 
     def __getattr__(name: str) -> Any:
         if name == "GroundMotionError":
@@ -148,12 +84,7 @@ if not TYPE_CHECKING:  # type checkers refuse a misspelt name
                 DeprecationWarning,
             )
             name = "InputError"
-        if name not in _HOMES:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        value = getattr(import_module(_HOMES[name]), name)
-        globals()[name] = value
-        return value
+        return _exported(name)
 
-
-def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    def __dir__() -> list[str]:
+        return sorted([*globals(), *__all__])

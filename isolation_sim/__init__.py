@@ -10,10 +10,9 @@ Every exported name is imported on first use.
 
 from __future__ import annotations
 
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from controllers import Controller as Controller
@@ -114,99 +113,10 @@ def _check_ground_motions() -> None:
 
 _check_ground_motions()
 
-# one line per name: its module; the imports above tell editors the same
-_HOMES = {
-    "AccuracyWarning": ".errors",
-    "Batch": ".simulation.batch",
-    "Case": ".simulation.batch",
-    "CoilDriver": ".simulation.control",
-    "Comparison": ".comparison",
-    "Controller": "controllers",
-    "ControllerError": ".errors",
-    "ControllerWarning": ".errors",
-    "Criterion": ".criterion",
-    "Device": ".laws",
-    "DeviceSimulator": ".simulation.substructure",
-    "Diagnosis": ".discrepancy.diagnosis",
-    "Diverged": ".errors",
-    "Fit": ".identification.fitted",
-    "Fragility": ".fragility",
-    "InputError": ".errors",
-    "IsolatedStructure": ".structures",
-    "OpenSeesMaterial": ".export.opensees",
-    "PlausibilityWarning": ".errors",
-    "Record": "ground_motions",
-    "Run": ".simulation.result",
-    "Scenario": ".scenario",
-    "Sensors": ".simulation.control",
-    "Simulator": ".simulation.simulator",
-    "Structure": ".structures",
-    "Study": ".sweeps.study",
-    "Suite": ".sweeps.suites.result",
-    "Sweep": ".sweeps.result",
-    "SweepPlan": ".sweeps.plan",
-    "TestPlan": ".discrepancy.planned_tests",
-    "TestedRangeWarning": ".errors",
-    "Tuning": ".tuning.tuning",
-    "VectorSimulator": ".simulation.vector_simulator",
-    "available_conditions": ".laws",
-    "available_controllers": ".registry",
-    "available_laws": ".laws",
-    "available_records": "ground_motions",
-    "available_sets": ".laws",
-    "compare": ".api",
-    "compare_records": ".sweeps.suites.compare",
-    "controller": ".registry",
-    "diagnose": ".api",
-    "el_centro_1940": "ground_motions",
-    "evaluate": ".api",
-    "export_results": ".io.interchange",
-    "fit": ".identification.fit",
-    "fit_fragility": ".fragility",
-    "from_fixed_base": ".structures",
-    "from_matrices": ".structures",
-    "from_opensees": ".structures",
-    "import_building_record": ".discrepancy.building.raw_records.import_record",
-    "import_tests": ".identification.raw_tests.import_tests",
-    "json_report": ".comparison",
-    "law": ".laws",
-    "load": ".api",
-    "loop_curves": ".identification.loop_curves",
-    "loop_measures": ".identification.loop_measures",
-    "measured_force": ".laws",
-    "opensees_material": ".export.opensees",
-    "passive": ".laws",
-    "plan_tests": ".discrepancy.plan_tests",
-    "read_campaign": ".identification.campaign",
-    "read_matrices": ".structures",
-    "read_record": "ground_motions:read",
-    "read_run": ".simulation.run_files",
-    "reference_building": ".structures",
-    "reference_isolators": ".structures",
-    "register": ".registry",
-    "run_scenario": ".api",
-    "run_suite": ".sweeps.suites.run",
-    "shear_building": ".structures",
-    "simulate": ".api",
-    "simulate_many": ".simulation.batch",
-    "sweep": ".sweeps.run",
-    "tune": ".tuning.tune",
-    "write_run": ".simulation.run_files",
-}
-
-__all__ = sorted(_HOMES)
-
-
 if not TYPE_CHECKING:  # type checkers refuse a misspelt name
+    from ground_motions.exports import lazy_exports
 
-    def __getattr__(name: str) -> Any:
-        if name not in _HOMES:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        place, _, inside = _HOMES[name].partition(":")
-        value = getattr(import_module(place, __name__), inside or name)
-        globals()[name] = value
-        return value
+    __getattr__, __all__ = lazy_exports(__name__)
 
-
-def __dir__() -> list[str]:
-    return sorted(["__version__", *__all__])
+    def __dir__() -> list[str]:
+        return sorted(["__version__", *__all__])

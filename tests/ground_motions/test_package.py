@@ -9,7 +9,7 @@ import sys
 import pytest
 
 import ground_motions
-from ground_motions import InputError
+from ground_motions import InputError, exports
 
 MODULES = [m.name for m in pkgutil.walk_packages(ground_motions.__path__, "ground_motions.")]
 PUBLIC = [
@@ -38,6 +38,11 @@ def test_every_public_name_exists_once():
     names = ground_motions.__all__
     assert len(set(names)) == len(names)
     assert all(hasattr(ground_motions, name) for name in names)
+
+
+def test_exported_are_the_names_that_type_checkers_see():
+    text = "if TYPE_CHECKING:\n    from .a import B as B\n    from c import d\n    e = d\n"
+    assert exports._homes(text) == {"B": (".a", "B"), "e": ("c", "d")}
 
 
 @pytest.mark.parametrize("function", PUBLIC, ids=lambda f: f.__name__)
