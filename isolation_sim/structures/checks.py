@@ -1,4 +1,4 @@
-"""Checks of users' matrices."""
+"""Checks of users' numbers and matrices."""
 
 from __future__ import annotations
 
@@ -14,6 +14,12 @@ def read_only(array: np.ndarray) -> np.ndarray:
     """Return the array after making it read-only."""
     array.flags.writeable = False
     return array
+
+
+def positive(what: str, value: float) -> None:
+    """Refuse what is no number above 0."""
+    if not (np.isfinite(value) and value > 0):
+        raise InputError(f"{what} is {value!r}; expected: a number above 0")
 
 
 def numbers(what: str, values: Any) -> np.ndarray:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..laws.law import Law
+from .checks import positive
 from .element import isolation_elements
 
 _CYCLES, _POINTS = 3, 241
@@ -24,8 +25,7 @@ class Effective(NamedTuple):
 
 def effective_at(isolated: Any, displacement: float, currents: float | NDArray) -> Effective:
     """Effective properties at a displacement, in a cycle of the effective period."""
-    if not (np.isfinite(displacement) and displacement > 0):
-        raise InputError(f"displacement is {displacement!r}; expected: a number above 0, in m")
+    positive("displacement", displacement)
     result = effective(isolated, displacement, 2.0, currents)
     for _ in range(50):
         before = result.period

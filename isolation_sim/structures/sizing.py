@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import InputError
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
+from .checks import positive
 from .isolation_loop import effective
 from .modes import modal_facts, modes_of
 
@@ -37,7 +38,7 @@ def scale_to_period(
     """Scale a device so that the first mode has the target period at the middle current."""
     from scipy.optimize import brentq
 
-    _positive("target_period_s", target_period)
+    positive("target_period_s", target_period)
     if displacement is None and device.length == 1.0:
         displacement = DISPLACEMENT_PER_PERIOD * target_period
     if displacement is not None:
@@ -79,10 +80,10 @@ def scale_to_period(
 
 def design_cycle(period: float, displacement: float | None) -> tuple[float, float]:
     """Displacement, m, and period, s, at which a device gets its effective period."""
-    _positive("effective_period_s", period)
+    positive("effective_period_s", period)
     if displacement is None:
         raise InputError("effective_period_s needs design_displacement_m; expected: both")
-    _positive("design_displacement_m", displacement)
+    positive("design_displacement_m", displacement)
     return displacement, period
 
 
@@ -108,15 +109,9 @@ def scale_to_cycle(
     return device.scaled(force=required / stiffness)
 
 
-def _positive(key: str, value: float) -> None:
-    """Refuse what is no number above 0."""
-    if not (np.isfinite(value) and value > 0):
-        raise InputError(f"{key} is {value!r}; expected: a number above 0")
-
-
 def _to_displacement(device: Device, displacement: float) -> Device:
     """Scale a device so that its largest tested deformation is the design displacement."""
-    _positive("design_displacement_m", displacement)
+    positive("design_displacement_m", displacement)
     if not np.isfinite(device.tested_deformation):
         return device
     return device.scaled(displacement / (device.length * device.tested_deformation))

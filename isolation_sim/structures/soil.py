@@ -9,6 +9,7 @@ import numpy as np
 from ground_motions.argument_types import checked
 
 from ..errors import InputError
+from .checks import positive
 from .element import Element
 from .structure import IsolatedStructure
 from .vertical_load import add_p_delta, dof_heights
@@ -75,8 +76,7 @@ def cones(radius: float, shear_wave_velocity: float, density: float, poisson: fl
         ("radius_m", radius), ("shear_wave_velocity_m_s", shear_wave_velocity),
         ("density_kg_m3", density),
     ):  # fmt: skip
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{what} is {value!r}; expected: a number above 0")
+        positive(what, value)
     if not 0.0 <= poisson <= 0.5:
         raise InputError(f"poisson_ratio is {poisson!r}; expected: 0 to 0.5")
     area, inertia = np.pi * radius**2, np.pi * radius**4 / 4
@@ -134,8 +134,7 @@ def on_soil(
     n, axes = structure.n_dofs, structure.horizontal
     m = len(axes)
     rocks = structure.heights is not None
-    if not (np.isfinite(foundation_mass) and foundation_mass > 0):
-        raise InputError(f"foundation_mass_kg is {foundation_mass!r}; expected: a number above 0")
+    positive("foundation_mass_kg", foundation_mass)
     inertia = foundation_inertia + soil.trapped_inertia
     if rocks and not inertia > 0:
         raise InputError("foundation_inertia_kg_m2 is 0; expected for rocking: a number above 0")

@@ -10,6 +10,7 @@ from ground_motions import STANDARD_GRAVITY
 from ground_motions.argument_types import checked
 
 from ..errors import InputError
+from .checks import positive
 from .structure import Structure
 
 
@@ -37,8 +38,7 @@ def with_p_delta(structure: Structure, height: float) -> Structure:
     InputError
         If there is no base, or the height is not above zero.
     """
-    if not (np.isfinite(height) and height > 0):
-        raise InputError(f"p_delta_height_m is {height!r}; expected: a number above 0, in m")
+    positive("p_delta_height_m", height)
     if not structure.base:
         raise InputError(f"{structure.name} has no base; expected for P-delta: a building with one")
     weight = STANDARD_GRAVITY * structure.isolated_mass
@@ -140,8 +140,7 @@ def with_vertical_motion(
         If the period is not above zero, or the structure has no base or already has vertical
         motion.
     """
-    if not (np.isfinite(period) and period > 0):
-        raise InputError(f"vertical_period_s is {period!r}; expected: a number above 0, in s")
+    positive("vertical_period_s", period)
     if not structure.base or structure.vertical:
         raise InputError(
             f"{structure.name}: expected for vertical motion: a building with a base that moves "
