@@ -8,7 +8,7 @@ import pytest
 import isolation_sim as iso
 from ground_motions import Record, el_centro_1940
 from isolation_sim.criteria import benchmark_criteria, criteria
-from isolation_sim.scenario.nonlinear import MoatWall
+from isolation_sim.scenario.building import MoatWall
 from isolation_sim.simulation.outputs import level_dofs, output_names, storey_rows
 
 from .sampled_criteria import Response, response_criteria, response_of

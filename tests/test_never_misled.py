@@ -20,7 +20,7 @@ from isolation_sim.errors import Diverged, InputError, PlausibilityWarning, Test
 from isolation_sim.io.files import check_new_files, check_writable
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
 from isolation_sim.reports.tables import as_text, criteria_tables
-from isolation_sim.scenario.nonlinear import MoatWall
+from isolation_sim.scenario.building import MoatWall
 from isolation_sim.simulation.batch import Case
 from isolation_sim.structures import plan_building
 

@@ -19,13 +19,12 @@ from ..errors import InputError, warn
 from ..io.files import parse_toml, read_toml
 from ..structures import IsolatedStructure, Structure
 from ..validation import Section, one_line
-from .building import Building, PlanBuilding, ReferenceBuilding
+from .building import Building, MoatWall, PlanBuilding, ReferenceBuilding, Soil, Yielding
 from .check import Check, simulator
 from .control import ControllerEntry, Driver, SensorSet, Simulation
 from .devices import Element, Isolator, NominalModel
 from .ground import Ground, ShippedRecord
 from .job import Job, with_place
-from .nonlinear import MoatWall, Soil, Yielding
 
 T = TypeVar("T")
 

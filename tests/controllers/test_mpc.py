@@ -35,7 +35,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.laws import Device
 from isolation_sim.laws.current_dependence import CurrentDependence
 from isolation_sim.laws.registry import LAWS
-from isolation_sim.scenario.nonlinear import MoatWall
+from isolation_sim.scenario.building import MoatWall
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.simulation.complex_modes import real_rows
 from isolation_sim.simulation.control import CoilDriver, Sensors

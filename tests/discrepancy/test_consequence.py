@@ -16,12 +16,11 @@ from controllers import Controller
 from ground_motions import el_centro_1940
 from ground_motions.spectra import response_spectrum
 from isolation_sim.discrepancy.consequence import CASES, consequence
-from isolation_sim.discrepancy.device_scale import carrying
 from isolation_sim.discrepancy.diagnosis import BuildingDiagnosis, Cause, Diagnosis, Errors
 from isolation_sim.reports.diagnosis import consequence_note, consequence_table, markdown
 from isolation_sim.reports.html.diagnosis_report import diagnosis_report
 from isolation_sim.reports.tables import standard_console
-from isolation_sim.scenario.consequence import with_consequence
+from isolation_sim.scenario.consequence import carrying, with_consequence
 
 NAMES = ("passive_off", "best_constant", "clipped_lqr")
 

@@ -36,10 +36,9 @@ class Regression:
         every = every / size
         return cls(np.stack([every[fold].T @ every[fold] for fold in folds]), size)
 
-    def fit(self, chosen: NDArray, gram: NDArray, penalty: NDArray | float = _RIDGE) -> NDArray:
+    def fit(self, chosen: NDArray, gram: NDArray) -> NDArray:
         """Coefficients of chosen columns, in units of their sizes, by given products."""
-        inside = gram[np.ix_(chosen, chosen)]
-        damped = inside + np.diag(np.zeros(len(chosen)) + penalty)
+        damped = gram[np.ix_(chosen, chosen)] + _RIDGE * np.eye(len(chosen))
         return -np.linalg.solve(damped, gram[chosen, -1]) if len(chosen) else np.zeros(0)
 
     def left(self, chosen: NDArray, coefficients: NDArray, gram: NDArray) -> float:
@@ -49,23 +48,16 @@ class Regression:
         total = gram[-1, -1] + 2 * coefficients @ b + coefficients @ inside @ coefficients
         return max(float(total), 0.0) * float(self.size[-1] ** 2)
 
-    def coefficients(
-        self, chosen: NDArray, penalty: NDArray | float = _RIDGE, without: int = -1
-    ) -> NDArray:
-        """Coefficients in the columns' units, of all folds or without one."""
-        total = self.gram.sum(axis=0) - (self.gram[without] if without >= 0 else 0.0)
-        return self.fit(chosen, total, penalty) * self.size[-1] / self.size[chosen]
-
     def cost(self, chosen: NDArray) -> float:
         """Squared residual that a fit of chosen columns to all folds leaves."""
         total = self.gram.sum(axis=0)
         return self.left(chosen, self.fit(chosen, total), total)
 
-    def left_out(self, chosen: NDArray, penalty: NDArray | float = _RIDGE) -> NDArray:
+    def left_out(self, chosen: NDArray) -> NDArray:
         """Squared residual of each fold, fitted without it, (n_folds,)."""
         total = self.gram.sum(axis=0)
         return np.array([
-            self.left(chosen, self.fit(chosen, total - one, penalty), one) for one in self.gram
+            self.left(chosen, self.fit(chosen, total - one), one) for one in self.gram
         ])  # fmt: skip
 
     def gains(self, chosen: NDArray, groups: Sequence[NDArray], without: int) -> NDArray:

@@ -6,7 +6,7 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from ....errors import InputError
@@ -65,6 +65,15 @@ class Match(Printed):
                 f" (and {more} more that {'is' if more == 1 else 'are'} not clear)" if more else ""
             )
             raise InputError(first.place, first.given, f"{first.expected}{text}")
+
+    def without_unused_tables(self) -> Match:
+        """The match with the tables alone from which something is read."""
+        used = {one.table for one in self.columns if one.key != TIME}
+        idle = [name for name in self.tables if name not in used]
+        names = ", ".join(dict.fromkeys(self.file_of(name) for name in idle))
+        notes = (*self.notes, *([f"no channel is read from {names}"] if idle and used else []))
+        columns = tuple(one for one in self.columns if one.table in used)
+        return replace(self, columns=columns, notes=notes)
 
     def file_of(self, table: str) -> str:
         """Name by which the settings find a table."""

@@ -20,8 +20,8 @@ from ..channels import ROTATION, channel
 from ..record import BuildingRecord, read_building_record
 from ..record_checks import check_quantities, record_problems
 from .columns import Column, Match, places_of
-from .match import drop_unused_tables, match_columns
 from .merge import merge
+from .resolve import match_columns
 from .sensors import Samples
 from .settings import CURRENT, channel_of, read_settings
 
@@ -152,7 +152,7 @@ def read_columns(
     choices = read_settings(settings, chosen, dict(units or {}), rate)
     places = [files] if isinstance(files, str | Path) else list(files)
     tables, notes = tables_by_name([Path(place) for place in places], leave_out, "record")
-    return drop_unused_tables(match_columns(tables, choices, notes))
+    return match_columns(tables, choices, notes).without_unused_tables()
 
 
 def import_match(match: Match, out: str | Path | None) -> ImportedRecord:

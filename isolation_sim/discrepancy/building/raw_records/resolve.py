@@ -1,19 +1,26 @@
-"""Sensors of a record become columns; what is not clear is collected."""
+"""Columns of raw files matched with the channels of a building record."""
 
 from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from ....errors import InputError
 from ....identification.raw_tests.channels import listed, unit_factor
 from ....identification.raw_tests.raw_table import RawTable
 from ..channels import AXES, BASE, GROUND, ISOLATOR, ROTATION, Channel
-from .columns import MOST_SHOWN, Column, OpenColumn, lacking_channels, places_of
-from .guess import Sensor
+from .columns import MOST_SHOWN, Column, Match, OpenColumn, lacking_channels, places_of
+from .guess import (
+    Sensor,
+    columns_of_settings,
+    find_times_and_currents,
+    guess_sensors,
+    sensor_of_settings,
+)
 from .headings import ROOF, read_name, sensor_factor, sensor_units
-from .settings import TIME, RecordSettings
+from .settings import TIME, RecordSettings, channel_of
 
 
 @dataclass
@@ -261,3 +268,34 @@ class Resolver:
             one.scale,
             one.at,
         )
+
+
+def match_columns(
+    tables: dict[str, RawTable], settings: RecordSettings, notes: Sequence[str] = ()
+) -> Match:
+    """Find the column of each channel, by the settings, the headings and the names of files."""
+    chosen = columns_of_settings(tables, settings)
+    columns = [*find_times_and_currents(tables, settings, chosen)]
+    taken = {(table, k) for table, k, _ in chosen} | {(one.table, one.position) for one in columns}
+    sensors = [
+        sensor_of_settings(tables, settings, *one)
+        for one in chosen if channel_of(one[2].split()[0])
+    ]  # fmt: skip
+    guessed, unused, open_ = guess_sensors(tables, settings, taken)
+    sensors += guessed
+    resolver = Resolver(tables, settings, notes=list(notes), unused=unused, open=open_)
+    columns += resolver.resolve(sensors)
+    resolver.check_complete(columns)
+    columns.sort(key=_order)
+    return Match(
+        tables, settings, tuple(columns), tuple(resolver.unclear), tuple(resolver.unused),
+        tuple(resolver.notes), tuple(resolver.open),
+    )  # fmt: skip
+
+
+def _order(one: Column) -> tuple[Any, ...]:
+    """Key that sorts columns: time, ground, base, floors from below, displacements, current."""
+    if one.channel is None:
+        return (0 if one.key == TIME else 3, 0, "", one.table)
+    place = {GROUND: -1, BASE: 0, ISOLATOR: 1000}.get(one.channel.place, one.channel.floor)
+    return (2 if one.channel.is_displacement else 1, place, one.channel.axis, one.table)
