@@ -16,9 +16,10 @@ from ground_motions.argument_types import checked
 from ground_motions.old_names import renamed_attribute
 
 from ..errors import InputError
+from ..io.files import plain
 from ..rendering import Printed, render
 from .device.generic_terms import OUTSIDE
-from .interval import Interval, number
+from .interval import Interval
 from .verdict import Verdict, meaning
 
 if TYPE_CHECKING:
@@ -339,48 +340,25 @@ class Diagnosis(Printed):
         dict
             As ``diagnose --json`` prints it; None where a number does not exist.
         """
-        return {
+        return plain({
             "data": self.data,
             "model": self.model,
             "verdict": self.verdict,
-            "noise_floor": number(self.noise_floor),
-            "held_out_noise_floor": number(self.held_out_noise_floor),
-            "error_before": _errors(self.error_before),
-            "error_after": _errors(self.error_after),
-            "gain_held_out": list(self.gain) if self.gain else None,
-            "causes": [
-                {
-                    "name": cause.name,
-                    "form": cause.form,
-                    "place": cause.place,
-                    "acts_like": cause.acts_like,
-                    "share": number(cause.share),
-                    "p_value": number(cause.p_value),
-                    "parameters": {
-                        name: {
-                            "value": number(one.value),
-                            "low": number(one.low),
-                            "high": number(one.high),
-                            "unit": one.unit,
-                            "at_bound": one.at_bound,
-                        }
-                        for name, one in cause.parameters.items()
-                    },
-                    "confusable_with": list(cause.confusable_with),
-                    "stability": {k: number(share) for k, share in cause.stability.items()},
-                    "reason": cause.reason,
-                }
-                for cause in self.causes
-            ],
-            "unexplained_share": number(self.unexplained_share),
-            "depends_on": list(self.depends_on),
+            "noise_floor": self.noise_floor,
+            "held_out_noise_floor": self.held_out_noise_floor,
+            "error_before": self.error_before,
+            "error_after": self.error_after,
+            "gain_held_out": self.gain or None,
+            "causes": [vars(cause) | {"acts_like": cause.acts_like} for cause in self.causes],
+            "unexplained_share": self.unexplained_share,
+            "depends_on": self.depends_on,
             "next_test": self.next_test,
             "test_plan": self.test_plan.to_dict() if self.test_plan else None,
-            "data_notes": list(self.data_notes),
+            "data_notes": self.data_notes,
             **({"consequence": self.consequence.to_dict()} if self.consequence else {}),
             **({"ladder": self.ladder.to_dict()} if self.ladder else {}),
             **self.details,
-        }
+        })  # fmt: skip
 
     def to_json(self) -> str:
         """Return ``to_dict`` as JSON text.
@@ -488,7 +466,3 @@ class BuildingDiagnosis(Diagnosis):
     """
 
     building: IsolatedStructure | None = None
-
-
-def _errors(errors: Errors) -> dict[str, float | None]:
-    return {"fit": number(errors.fit), "held_out": number(errors.held_out)}

@@ -56,8 +56,3 @@ def percent(share: float, digits: int = 2) -> str:
     """A share in percent, without an exponent."""
     value = 100 * share
     return f"{value:.0f}" if abs(value) >= 10**digits - 0.5 else f"{value:.{digits}g}"
-
-
-def number(value: float) -> float | None:
-    """A number for JSON."""
-    return float(value) if np.isfinite(value) else None

@@ -16,6 +16,7 @@ from ground_motions.argument_types import checked
 from ..identification.loop_cycles import find_frequency
 from ..identification.run_table import TestRun
 from ..io.csv_table import write_table
+from ..io.files import plain
 from ..rendering import Printed, render
 from .decisions import (
     BEYOND_TESTED,
@@ -25,7 +26,6 @@ from .decisions import (
     STEADY_CURRENT,
 )
 from .device.conditions import same_values
-from .interval import number
 
 if TYPE_CHECKING:
     import pandas
@@ -98,7 +98,7 @@ class PlannedTest:
             "rest_in_the_middle_s": self.rest or None,
             "sample_rate_Hz": float(f"{self.sample_rate:.4g}"),
             "why": self.why,
-            "difference_over_noise": number(float(f"{self.difference:.3g}")),
+            "difference_over_noise": plain(float(f"{self.difference:.3g}")),
         }
 
 

@@ -7,6 +7,8 @@ import math
 import os
 import shutil
 import tomllib
+from collections.abc import Mapping
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -48,15 +50,20 @@ def parse_toml(text: str, source: str = "") -> dict[str, Any]:
 
 def json_text(value: Any, indent: int | None = 2, *, ensure_ascii: bool = True) -> str:
     """JSON text with null in place of NaN and infinity."""
-    return json.dumps(_finite(value), indent=indent, ensure_ascii=ensure_ascii, allow_nan=False)
+    return json.dumps(plain(value), indent=indent, ensure_ascii=ensure_ascii, allow_nan=False)
 
 
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(each) for key, each in value.items()}
+def plain(value: Any) -> Any:
+    """A value as JSON has it: a dataclass as a table of its fields, None for NaN and infinity."""
+    if is_dataclass(value):
+        value = vars(value)
+    if isinstance(value, Mapping):
+        return {key: plain(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        return [plain(each) for each in value]
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    return value
 
 
 def check_new_files(force: bool, *paths: Path | None) -> None:

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from ..interval import Interval, number
+from ...io.files import plain
+from ..interval import Interval
 
 Tier = Literal["auto", "causes", "equation", "learned"]
 TIERS: tuple[Tier, ...] = ("auto", "causes", "equation", "learned")
@@ -73,33 +74,19 @@ class Ladder:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the ladder as plain numbers and text."""
-        return {
-            "rungs": [
-                {
-                    "name": one.name, "fit": number(one.fit), "held_out": number(one.held_out),
-                    "left_out": number(one.left_out), "worse": list(one.worse),
-                    "beyond": list(one.beyond), "worse_than": list(one.worse_than),
-                }
-                for one in self.rungs
-            ],
+        return plain({
+            "rungs": self.rungs,
             "equation": [
-                {
-                    "term": term.text, "stability": term.stability,
-                    "numbers": {
-                        name: {"value": number(n.value), "low": number(n.low),
-                               "high": number(n.high), "unit": n.unit}
-                        for name, n in term.numbers.items()
-                    },
-                }
+                {"term": term.text, "stability": term.stability, "numbers": term.numbers}
                 for term in self.terms
             ],
             "offered": self.offered,
-            "attainable": number(self.attainable),
-            "explainable_share": number(self.explainable),
-            "inexplicable_share": number(self.inexplicable),
-            "notes": list(self.notes),
+            "attainable": self.attainable,
+            "explainable_share": self.explainable,
+            "inexplicable_share": self.inexplicable,
+            "notes": self.notes,
             "better_law": self.better_law,
-        }  # fmt: skip
+        })  # fmt: skip
 
 
 def _coefficient(term: EquationTerm) -> str:
