@@ -1,7 +1,7 @@
 """Workers: this process, processes on this machine, a Dask cluster, or threads of this process.
 
-A task is any object that can be pickled and has a method ``run``, such as the runs of a tuning. A
-worker process is a new interpreter that reads tasks from its standard input and writes their
+A task is a function without arguments that can be pickled, such as the runs of a tuning. A worker
+process is a new interpreter that reads tasks from its standard input and writes their
 results to its standard output. The caller's script needs no guard. If the caller is killed, the
 worker's input ends and the worker stops.
 """
@@ -18,8 +18,9 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
+from operator import call
 from threading import Lock, Thread
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from ground_motions.registry import hides_packages
 
@@ -28,15 +29,11 @@ from .errors import InputError
 if TYPE_CHECKING:
     from distributed import Client
 
-Result = TypeVar("Result", covariant=True)
+Result = TypeVar("Result")
 
 
-class Task(Protocol[Result]):
-    """Task of a worker; its text is its name in errors."""
-
-    def run(self) -> Result:
-        """Run the task."""
-
+Task: TypeAlias = Callable[[], Result]
+"""Task of a worker; its text is its name in errors."""
 
 TRIES = 3
 """Number of workers that may die at a task before the sweep stops."""
@@ -46,7 +43,7 @@ _COMMAND = "from isolation_sim.workers import serve; serve()"
 
 def in_this_process(tasks: Iterator[Task[Result]]) -> Iterator[Result]:
     """Run tasks one after another."""
-    return map(_run, tasks)
+    return map(call, tasks)
 
 
 class Processes:
@@ -163,7 +160,7 @@ def on_cluster(tasks: Iterator[Task[Result]], client: Client) -> Iterator[Result
     # other workers take over the tasks of a dead worker
     pool = client.get_executor(retries=TRIES, pure=False)
     most = 2 * max(1, sum(client.nthreads().values()))
-    yield from _some_at_a_time(pool, _run, tasks, most)
+    yield from _some_at_a_time(pool, call, tasks, most)
 
 
 def _some_at_a_time(
@@ -185,10 +182,6 @@ def _some_at_a_time(
             done, pending = wait(pending, return_when=FIRST_COMPLETED)
             for future in done:
                 yield future.result()
-
-
-def _run(task: Task[Result]) -> Result:
-    return task.run()
 
 
 class Worker:
@@ -271,7 +264,7 @@ def serve() -> None:
         except EOFError:
             return
         try:
-            answer = task.run()
+            answer = task()
         except Exception as error:
             answer = error
         # the caller was killed

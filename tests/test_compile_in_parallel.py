@@ -10,9 +10,9 @@ import pytest
 
 import isolation_sim as iso
 from isolation_sim import workers
-from isolation_sim.discrepancy.device.first_use import EffectCompilation, effects_to_compile
+from isolation_sim.discrepancy.device.first_use import effects_to_compile
 from isolation_sim.errors import InputError
-from isolation_sim.identification.first_use import LawCompilation, laws_to_compile
+from isolation_sim.identification.first_use import laws_to_compile
 from isolation_sim.laws import LAWS
 from isolation_sim.scenario import Scenario, compilation
 from isolation_sim.simulation.control import CompiledDecision
@@ -101,7 +101,7 @@ class Note:
     def __init__(self, path=None):
         self.path = path
 
-    def run(self):
+    def __call__(self):
         if self.path is None:
             time.sleep(3600)
         self.path.write_text(str(os.getpid()))
@@ -139,15 +139,16 @@ def test_nothing_runs_beside_a_block_without_an_idle_processor(note, monkeypatch
 
 @pytest.mark.usefixtures("empty_cache")
 def test_another_process_compiles_a_law_and_an_effect():
-    law = LawCompilation("kelvin_voigt")
-    effect = EffectCompilation("cyclic_degradation", 0, False)
-    assert len(laws_to_compile()) == len(LAWS)
-    order = [one.differentiated for one in effects_to_compile()]
+    law, effect = ("kelvin_voigt",), ("cyclic_degradation", 0, False)
+    laws = {task.args: task for task in laws_to_compile()}
+    effects = {task.args: task for task in effects_to_compile()}
+    assert len(laws) == len(LAWS)
+    order = [differentiated for *_, differentiated in effects]
     assert order == sorted(order)
     worker = workers.Worker()
-    worker.run(law)
-    worker.run(effect)
+    worker.run(laws[law])
+    worker.run(effects[effect])
     worker.stop()
-    assert law not in laws_to_compile()
-    assert effect not in effects_to_compile()
-    assert laws_to_compile(["linear"]) == [LawCompilation("linear")]
+    assert law not in [task.args for task in laws_to_compile()]
+    assert effect not in [task.args for task in effects_to_compile()]
+    assert [task.args for task in laws_to_compile(["linear"])] == [("linear",)]

@@ -4,24 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from contextlib import suppress
-from dataclasses import dataclass
+from functools import partial
 
 from ..laws.registry import LAWS
+from ..workers import Task
 from .sensitivities import compile_law, is_compiled
 
 
-@dataclass(frozen=True)
-class LawCompilation:
-    """Task: compile the simulation of a law."""
-
-    law: str  # Its name
-
-    def run(self) -> None:
-        """Compile to the cache folder."""
-        with suppress(Exception):  # the fit says what is wrong
-            compile_law(LAWS[self.law])
-
-
-def laws_to_compile(laws: Iterable[str] = LAWS) -> list[LawCompilation]:
+def laws_to_compile(laws: Iterable[str] = LAWS) -> list[Task[None]]:
     """Tasks for the laws that are not compiled yet, from the one that is needed last."""
-    return [LawCompilation(name) for name in reversed([*laws]) if not is_compiled(LAWS[name])]
+    return [partial(_compile, name) for name in reversed([*laws]) if not is_compiled(LAWS[name])]
+
+
+def _compile(law: str) -> None:
+    with suppress(Exception):  # the fit says what is wrong
+        compile_law(LAWS[law])

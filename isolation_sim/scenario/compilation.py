@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, redirect_stderr, suppress
-from dataclasses import dataclass
+from functools import partial
 from io import StringIO
 from typing import TYPE_CHECKING
 
@@ -18,17 +18,10 @@ if TYPE_CHECKING:
     from ..simulation.result import Run
 
 
-@dataclass(frozen=True)
-class Compilation:
-    """Task of the second process."""
-
-    scenario: str  # Text of a scenario file
-    label: str  # Label of the controller
-
-    def run(self) -> None:
-        """Compile the controller to the cache folder."""
-        with redirect_stderr(StringIO()):
-            Scenario.from_toml(self.scenario).build().compile(self.label)
+def _compile(scenario: str, label: str) -> None:
+    """Compile a controller to the cache folder, in the second process."""
+    with redirect_stderr(StringIO()):
+        Scenario.from_toml(scenario).build().compile(label)
 
 
 @contextmanager
@@ -42,7 +35,7 @@ def compile_in_parallel(scenario: Scenario, job: Job) -> Iterator[Callable[[str]
     worker, pool = Worker(), ThreadPoolExecutor(1)
     text = scenario.to_toml()
     compilations = {
-        label: pool.submit(worker.run, Compilation(text, label))
+        label: pool.submit(worker.run, partial(_compile, text, label))
         for label in reversed(list(job.controllers))
     }
 

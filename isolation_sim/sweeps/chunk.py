@@ -42,7 +42,7 @@ class Chunk:
         """Whether a case's histories are saved."""
         return self.histories if isinstance(self.histories, bool) else case in self.histories
 
-    def run(self) -> Finished:
+    def __call__(self) -> Finished:
         """Run its cases."""
         # A row does not depend on other rows. Size and order of the chunks therefore do not change
         # the results, to the last bit.

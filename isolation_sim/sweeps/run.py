@@ -83,7 +83,7 @@ def estimate(design: Design) -> Estimate:
 def _timed(chunk: Chunk) -> tuple[Finished, float]:
     """Run a chunk, and measure its time, s."""
     start = time.perf_counter()
-    finished = chunk.run()
+    finished = chunk()
     return finished, time.perf_counter() - start
 
 

@@ -45,7 +45,7 @@ class _Share:
     scenario: str
     runs: tuple[CandidateRun, ...]
 
-    def run(self) -> tuple[int, Batch]:
+    def __call__(self) -> tuple[int, Batch]:
         return self.number, _batch(_job(self.scenario), self.runs, 1)
 
     def __str__(self) -> str:

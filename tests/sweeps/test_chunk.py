@@ -19,7 +19,7 @@ from .conftest import MIXED, SHORT, design_of
 
 def rows_of(design, places=None, **keys):
     places = range(design.n_cases) if places is None else places
-    finished = replace(chunk_of(design, 0, places), **keys).run()
+    finished = replace(chunk_of(design, 0, places), **keys)()
     return pandas.DataFrame(read_columns(io.BytesIO(finished.table))), finished
 
 
@@ -42,7 +42,7 @@ def test_an_estimate_fills_the_vector_lanes(monkeypatch):
         now[0] += 0.4 + 0.002 * n
         return Finished(0, bytes(n), n, 0)
 
-    monkeypatch.setattr(Chunk, "run", fake)
+    monkeypatch.setattr(Chunk, "__call__", fake)
     monkeypatch.setattr(run.time, "perf_counter", lambda: now[0])
     vary = [{"field": "isolator.count", "low": 0.5, "high": 1.5, "count": 240}]
     assert run.estimate(design_of(vary=vary)).seconds < 2 * (240 * 0.002 + 2 * 0.4)
@@ -59,7 +59,7 @@ def test_compilation_does_not_count_in_an_estimate(monkeypatch):
         compiled.add(kernel)
         return Finished(0, bytes(n), n, 0)
 
-    monkeypatch.setattr(Chunk, "run", fake)
+    monkeypatch.setattr(Chunk, "__call__", fake)
     monkeypatch.setattr(run.time, "perf_counter", lambda: now[0])
     vary = [{"field": "isolator.count", "low": 0.5, "high": 1.5, "count": 1000}]
     estimate = run.estimate(design_of(vary=vary))

@@ -45,7 +45,7 @@ class Square:
     def __init__(self, number):
         self.number = number
 
-    def run(self):
+    def __call__(self):
         return {self.number: self.number**2}[abs(self.number)]
 """
 
@@ -124,7 +124,7 @@ def test_a_worker_that_has_no_modules_says_so(design, squares):
     broken = chunk_of(design, 0, range(1))
     object.__setattr__(broken, "parameters", {"nothing": float})
     with pytest.raises(KeyError, match="nothing"):
-        broken.run()
+        broken()
     with pytest.raises(KeyError, match="7"):
         list(workers.in_processes(squares(2, -7), 1))
 

@@ -178,7 +178,7 @@ class _Match:
     def __str__(self) -> str:
         return f"match of {self.component.name}"
 
-    def run(self) -> tuple[tuple[int, int], str, MatchedRecord | InputError]:
+    def __call__(self) -> tuple[tuple[int, int], str, MatchedRecord | InputError]:
         """Return the matched component, or the reason for none."""
         fit = self.fit
         try:
