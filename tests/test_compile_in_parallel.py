@@ -41,7 +41,7 @@ def begun(monkeypatch):
 
     class Noted(compilation.Worker):
         def run(self, task):
-            labels.append(task.label)
+            labels.append(task.args[-1])
             return super().run(task)
 
     monkeypatch.setattr(compilation, "Worker", Noted)
