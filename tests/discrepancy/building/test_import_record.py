@@ -423,7 +423,7 @@ def test_rotations_and_a_second_floor_in_one_direction(tmp_path):
         ("isolator_displacement [m]", "Lager Weg", "--unit isolator_displacement=UNIT, --unit d"),
         ("isolator_displacement [m]", "isolator displacement [cm]", "times that of the isolators'"),
         ("isolator_displacement [m]", "base displacement [m]", "without one of the ground"),
-        ("base_acceleration [m/s2]", "base [g]", "times that of the isolators'"),
+        ("base_acceleration [m/s2]", "base [g]", "times the one that fits the other columns"),
         ("Time [s]", "Zeile", "not recognised: time; expected: --column time=HEADING"),
     ],
 )  # fmt: skip
