@@ -40,7 +40,7 @@ class Problem:
         sizes = (size, x, x / v)
         self.parameterisation = Parameterisation(LAWS[law_name], motion.current[:1], sizes, fixed)
         u = self.parameterisation
-        self.simulator = Simulator(u.law, motion, u.owner, u.power, n_steps)
+        self.simulator = Simulator(u.law, motion, u.n_powers, n_steps)
 
     def residuals(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
         """Force residuals, N, and their derivatives by the unknowns."""

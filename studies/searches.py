@@ -76,7 +76,7 @@ def synthetic_loops(seed: int = 0, noise: float = 0.02) -> Problem:
     )
     # the published numbers, moved
     truth = np.array(device.parameters_at(1.0)) * (1.3, 0.8, 0.7, 1.2, 1.4)
-    exact = Simulator(device.law, motion, range(len(truth)), [0] * len(truth), 16)
+    exact = Simulator(device.law, motion, n_steps=16)
     force = exact.run(truth, derivatives=False)[0]
     size = noise * np.sqrt(np.mean(force**2))
     force = force + size * np.random.default_rng(seed).standard_normal(len(force))

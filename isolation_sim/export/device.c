@@ -40,14 +40,14 @@ int device_step(device_state *it, const double *inputs, double step)
     array settings = {it->settings, 2}, states = {it->states, $N_STATES};
     array tried = {trial, $N_STATES}, parameters = {it->parameters, $N_PARAMETERS};
     array none = {0, 0};
-    array_i1 no_owner = {0, {0}};
-    array_d2 no_slope = {0, {0, 0}}, by = {slopes, {$N_STATES, $N_STATES + $N_PARAMETERS}};
+    array_d3 no_slope = {0, {0, 0, 0}};
+    array_d2 by = {slopes, {$N_STATES, $N_STATES + $N_PARAMETERS}};
 
     set_parameters(it->parameters, inputs[2]);
     it->force = force_scale * $FOLLOW(
         it->displacement / length_scale, it->velocity / length_scale, inputs[0] / length_scale,
-        inputs[1] / length_scale, step, $TOLERANCE, settings, states, tried, parameters, no_owner,
-        none, no_slope, by);
+        inputs[1] / length_scale, step, $TOLERANCE, settings, states, tried, parameters, none,
+        no_slope, by);
     it->displacement = inputs[0];
     it->velocity = inputs[1];
     return !isfinite(it->force);

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError
-from ..identification.device_arguments import Coefficients, Workspace
+from ..identification.device_arguments import Workspace
 from ..identification.sensitivities import compiled
 from ..laws.law import Law, Quantity
 from .c_text import CText
@@ -32,9 +32,9 @@ def device_part(job: Job) -> Part:
         )
     device, law = element.device, with_work(element.device.law)
     text = Path(str(compiled(law).__file__)).read_text()
-    groups = {group.__name__: group._fields for group in (Coefficients, Workspace)}
+    groups = {Workspace.__name__: Workspace._fields}
     module = CText(text, "law", {"step_with_slopes": ("v", "")}, groups)
-    kinds = ["d"] * 6 + ["a"] * 4 + ["i1", "a", "d2", "d2"]
+    kinds = ["d"] * 6 + ["a"] * 5 + ["d3", "d2"]
     follow, _ = module.function("follow", kinds)
     coefficients = np.asarray(device.current.coefficients, float)
     n_pieces, n_parameters, n_powers = coefficients.shape

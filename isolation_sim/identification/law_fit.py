@@ -95,7 +95,7 @@ class LawModel:
         """Compiled law under the measured motion, or another one."""
         p, data = self.parameterisation, self.data
         motion = motion or data.motion
-        return Simulator(p.law, motion, p.owner, p.power, data.n_steps, data.stiff)
+        return Simulator(p.law, motion, p.n_powers, data.n_steps, data.stiff)
 
     # trial values far from the data may overflow: their cost is infinite
     @np.errstate(all="ignore")

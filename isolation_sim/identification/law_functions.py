@@ -1,7 +1,7 @@
 """Functions of a law that ``device_kernel.py`` calls: here those of the Maxwell law.
 
 ``by`` gets derivatives by the states and then the parameters in its columns: those of the states in
-its rows, or those of the force in its first row.
+its rows, or those of the force in its first row. ``slope`` has those of the states by coefficients.
 """
 
 from ..compilation.options import inline
@@ -19,7 +19,13 @@ def begin(s, parameters, by):
 
 
 @inline
-def respond(x, v, s, parameters, by):
+def respond(x, v, s, parameters):
+    """Force."""
+    return parameters[0] * s[0]
+
+
+@inline
+def respond_with_slopes(x, v, s, parameters, by):
     """Force; by gets its derivatives."""
     by[0, 0] = parameters[0]
     by[0, 1] = s[0]
@@ -39,9 +45,9 @@ def step_alone(xa, va, xm, vm, xb, vb, h, s, parameters):
 
 
 @inline
-def step_with_slopes(xa, va, xm, vm, xb, vb, h, owner, work):
-    """The same with the states' derivatives: by those before and the parameters, and ``slope``."""
-    s, parameters, slope, by = work.s, work.parameters, work.slope, work.by
+def step_with_slopes(xa, va, xm, vm, xb, vb, h, carried, work):
+    """The same with the derivatives of the states in ``slope``, by ``carried`` powers."""
+    s, parameters, powers, slope = work.s, work.parameters, work.powers, work.slope
     relax, y = parameters[0] / parameters[1], s[0]
     r1 = va - relax * y
     r2 = vm - relax * (y + h / 2 * r1)
@@ -53,8 +59,8 @@ def step_with_slopes(xa, va, xm, vm, xb, vb, h, owner, work):
     step_alone(xa, va, xm, vm, xb, vb, h, s, parameters)
     by_relax = h / 6 * (d1 + 2 * d2 + 2 * d3 + d4)
     m = h * relax
-    by[0, 0] = 1 - m * (1 - m / 2 * (1 - m / 3 * (1 - m / 4)))
-    by[0, 1] = by_relax / parameters[1]
-    by[0, 2] = -by_relax * relax / parameters[1]
-    for k in range(owner.shape[0]):
-        slope[0, k] = by[0, 0] * slope[0, k] + by[0, N_STATES + owner[k]] * work.factor[k]
+    by_state = 1 - m * (1 - m / 2 * (1 - m / 3 * (1 - m / 4)))
+    by_spring, by_dashpot = by_relax / parameters[1], -by_relax * relax / parameters[1]
+    for k in range(carried):
+        slope[0, k, 0] = by_state * slope[0, k, 0] + by_spring * powers[k]
+        slope[0, k, 1] = by_state * slope[0, k, 1] + by_dashpot * powers[k]

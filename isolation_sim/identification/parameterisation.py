@@ -59,10 +59,7 @@ class Parameterisation:
         # (n_powers, n_powers): Bernstein coefficients to values at ``currents``
         self.basis = bernstein(currents, self.span)
         self._to_powers = np.linalg.solve(np.vander(currents, increasing=True), self.basis)
-        # owner, power: (n_coefficients,) int: Parameter and power of the current of each
-        # coefficient, as ``Simulator`` takes them
-        self.owner = np.repeat(np.arange(len(names)), n)
-        self.power = np.tile(np.arange(n), len(names))
+        self.n_powers = n  # Coefficients of each parameter
         # scale, lower, upper: (n_unknowns,): Size by the data, and bounds; one free parameter's
         # coefficients after another's
         sized = [characteristic_scale(self._units[q.name], *sizes) for q in self.free]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from types import ModuleType
@@ -17,7 +17,7 @@ from ..generated import in_cache, load_written, name_of_content
 from ..laws.emit import function_text, straight_line, symbols
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
-from .device_arguments import Coefficients, workspace
+from .device_arguments import workspace
 from .run_starts import lead_in
 
 _LARGEST_CHANGE = 1e3
@@ -33,6 +33,8 @@ _FEW_STIFF_STEPS = 8
 """Rosenbrock steps a sample up to which they cost less."""
 _STIFF_STATES = 4
 """States up to which their equations are solved in a Rosenbrock step."""
+_ZERO = "0.0"
+"""As ``straight_line`` writes what is always zero."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +60,8 @@ class Simulator:
         The law.
     motion : Motion
         The motion.
-    owner, power : sequence of int, (n_coefficients,)
-        Each coefficient's parameter, by number, and power of the current.
+    n_powers : int
+        Coefficients of each parameter: ascending powers of the current.
     n_steps : int or (n_runs,) array of int
         Integration steps a sample, of all runs or of each.
     stiff : bool or (n_runs,) array of bool
@@ -70,29 +72,26 @@ class Simulator:
         self,
         law: Law,
         motion: Motion,
-        owner: Sequence[int] | NDArray,
-        power: Sequence[int] | NDArray,
+        n_powers: int = 1,
         n_steps: int | NDArray = 1,
         stiff: bool | NDArray = False,
     ):
-        self.law, self.motion = law, motion
+        self.law, self.motion, self.n_powers = law, motion, n_powers
         self.n_steps = np.broadcast_to(np.asarray(n_steps, np.int64), motion.dt.shape).copy()
         self.stiff = np.broadcast_to(np.asarray(stiff, bool), motion.dt.shape).copy()
-        self.owner, self.power = np.array(owner, np.int64), np.array(power, np.int64)
         periods = motion.periods if law.states else None  # without memory any run may begin
         if periods is None:
             periods = np.zeros_like(motion.dt)
         self._runs = lead_in(motion.starts, motion.dt, periods, motion.displacement)
-        self._work = workspace(len(law.states), len(law.parameters), len(self.owner))
+        self._work = workspace(len(law.states), len(law.parameters), n_powers)
 
     def run(self, theta: NDArray, derivatives: bool = True) -> tuple[NDArray, NDArray]:
-        """Simulate all runs."""
+        """Simulate all runs; ``theta``: one parameter's coefficients after another's."""
         motion, n_samples = self.motion, len(self.motion.displacement)
         whole = self.n_steps.all()
         force = np.empty(n_samples) if whole else np.full(n_samples, np.nan)
-        jacobian = np.empty((n_samples if derivatives else 0, len(self.owner)))
-        theta = np.ascontiguousarray(theta, float)
-        coefficients = Coefficients(theta, self.owner, self.power)
+        jacobian = np.empty((n_samples if derivatives else 0, len(theta)))
+        rows = np.ascontiguousarray(theta, float).reshape(-1, self.n_powers)
         for stiff in (False, True):
             n_steps = np.where(self.stiff == stiff, self.n_steps, 0)
             if not n_steps.any():
@@ -103,7 +102,7 @@ class Simulator:
                 motion.velocity,
                 motion.current,
                 n_steps,
-                coefficients,
+                rows,
                 self._work,
                 force,
                 jacobian,
@@ -112,7 +111,7 @@ class Simulator:
 
     def with_steps(self, n_steps: NDArray, stiff: NDArray) -> Simulator:
         """Return the simulator with other steps; runs with none are left out."""
-        return Simulator(self.law, self.motion, self.owner, self.power, n_steps, stiff)
+        return Simulator(self.law, self.motion, self.n_powers, n_steps, stiff)
 
     def copy(self) -> Simulator:
         """Return a simulator that another thread may use at the same time."""
@@ -208,16 +207,18 @@ def compile_law(law: Law) -> None:
     n, time = len(law.parameters), np.linspace(0.0, 1.0, 8)
     motion = Motion(np.array([0, 8]), time, time, time, np.array([0.1]))
     with np.errstate(all="ignore"):
-        Simulator(law, motion, range(n), np.zeros(n)).run(np.ones(n))
+        Simulator(law, motion).run(np.ones(n))
 
 
-def _begin(law: Law, names: list[str], parameters: list, unpack: list[str]) -> list[str]:
-    """Statements that set the states at rest; by gets their derivatives by the parameters."""
+def _begin(
+    law: Law, names: list[str], parameters: list, unpack: list[str]
+) -> tuple[list[str], set[tuple[int, int]]]:
+    """Statements that set the states at rest; states and the parameters that move them there."""
     import casadi
 
     n, n_parameters = len(law.states), len(parameters)
     if not n:
-        return ["return"]
+        return ["return"], set()
     rest = (0.0,) * n if law.rest is None else law.rest(tuple(parameters))
     values = casadi.SX(casadi.vertcat(*rest))
     by = casadi.jacobian(values, casadi.vertcat(*parameters))
@@ -225,13 +226,36 @@ def _begin(law: Law, names: list[str], parameters: list, unpack: list[str]) -> l
     results = [*casadi.vertsplit(values), *(by[i, j] for i, j in places)]
     named = dict(zip(names, parameters, strict=True))
     _, _, statements, texts = straight_line(named, results)
+    slopes = dict(zip(places, texts[n:], strict=True))
     return [
         *(unpack if law.rest else ()),
         *statements,
         *(f"s[{i}] = {texts[i]}" for i in range(n)),
-        *(f"by[{i}, {n + j}] = {one}" for (i, j), one in zip(places, texts[n:], strict=True)),
+        *(f"by[{i}, {n + j}] = {one}" for (i, j), one in slopes.items()),
         "return",
-    ]
+    ], {place for place, one in slopes.items() if one != _ZERO}
+
+
+def _slopes(
+    entries: list[str], moved: set[tuple[int, int]], n: int, n_parameters: int
+) -> list[str]:
+    """Statements that carry the states' derivatives over a step; those that are 0 stay as they are.
+
+    ``entries``: derivatives of the new states by the old ones and the parameters, row by row.
+    """
+    by = {divmod(k, n + n_parameters): one for k, one in enumerate(entries) if one != _ZERO}
+    body = []
+    for j in range(n_parameters):
+        rows = {i for i in range(n) if (i, j) in moved or (i, n + j) in by}
+        while more := {i for i in range(n) for m in rows if (i, m) in by} - rows:
+            rows |= more
+        body += [f"old{i} = slope[{i}, k, {j}]" for i in sorted(rows)]
+        for i in sorted(rows):
+            terms = [f"{by[i, m]} * old{m}" for m in sorted(rows) if (i, m) in by]
+            terms += [f"{by[i, n + j]} * power"] if (i, n + j) in by else []
+            body.append(f"slope[{i}, k, {j}] = {' + '.join(terms) or _ZERO}")
+    body = ["power = powers[k]", *body]
+    return ["for k in range(carried):", *(f"    {line}" for line in body)]
 
 
 def _text(law: Law, stiff: bool) -> str:
@@ -245,24 +269,25 @@ def _text(law: Law, stiff: bool) -> str:
     s, p = symbols(s_names), symbols(p_names)
     x, v = symbols(["x", "v"])
     force = law.force(x, v, tuple(s), tuple(p))
-    response = [force, *(casadi.gradient(force, symbol) for symbol in (*s, *p))]
+    by_force = [casadi.gradient(force, symbol) for symbol in (*s, *p)]
     unpack = [f"{name} = s[{i}]" for i, name in enumerate(s_names)]
     unpack += [f"{name} = parameters[{k}]" for k, name in enumerate(p_names)]
     named = dict(zip(["x", "v", *s_names, *p_names], [x, v, *s, *p], strict=True))
-    _, _, statements, results = straight_line(named, response)
+    _, _, alone, (response,) = straight_line(named, [force])
+    _, _, with_slopes, results = straight_line(named, [force, *by_force])
+    with_slopes += [f"by[0, {i}] = {value}" for i, value in enumerate(results[1:])]
+    begin, moved = _begin(law, p_names, p, unpack[n:])
     blocks = [
         "from isolation_sim.compilation.options import inline, math",
         assigned({"N_STATES": n, "N_PARAMETERS": n_parameters}),
-        function_text("begin", "s, parameters, by", _begin(law, p_names, p, unpack[n:])),
+        function_text("begin", "s, parameters, by", begin),
         function_text(
-            "respond",
+            "respond", "x, v, s, parameters", [*unpack, *alone, f"return {response}"], doc="Force."
+        ),
+        function_text(
+            "respond_with_slopes",
             "x, v, s, parameters, by",
-            [
-                *unpack,
-                *statements,
-                *(f"by[0, {i}] = {value}" for i, value in enumerate(results[1:])),
-                f"return {results[0]}",
-            ],
+            [*unpack, *with_slopes, f"return {results[0]}"],
             doc="Force; by gets its derivatives by the states and the parameters.",
         ),
     ]
@@ -283,28 +308,17 @@ def _text(law: Law, stiff: bool) -> str:
         stored = [f"s[{i}] = {value}" for i, value in enumerate(results)]
         alone = [*unpack, *hoisted, *statements, *stored]
         hoisted, _, statements, results = straight_line(named, [*new, *entries], p_names)
-        body = [
-            "s, parameters, by = work.s, work.parameters, work.by",
-            "slope, new_slope = work.slope, work.new_slope",
+        with_slopes = [
+            "s, parameters, powers, slope = work.s, work.parameters, work.powers, work.slope",
             *unpack,
             *hoisted,
             *statements,
+            *_slopes(results[n:], moved, n, n_parameters),
+            *(f"s[{i}] = {results[i]}" for i in range(n)),
         ]
-        width = n + n_parameters
-        entry = {(i, j): results[n + i * width + j] for i in range(n) for j in range(width)}
-        body += [f"by[{i}, {j}] = {one}" for (i, j), one in entry.items() if j >= n]
-        body += ["for k in range(owner.shape[0]):"]
-        for i in range(n):
-            terms = " + ".join(f"{entry[i, j]} * slope[{j}, k]" for j in range(n))
-            body.append(
-                f"    new_slope[{i}, k] = {terms} + by[{i}, {n} + owner[k]] * work.factor[k]"
-            )
-        body += [f"    slope[{i}, k] = new_slope[{i}, k]" for i in range(n)]
-        body += [f"s[{i}] = {results[i]}" for i in range(n)]
-        with_slopes = body
     motion = ", ".join(times)
     blocks.append(function_text("step_alone", f"{motion}, s, parameters", alone))
-    blocks.append(function_text("step_with_slopes", f"{motion}, owner, work", with_slopes))
+    blocks.append(function_text("step_with_slopes", f"{motion}, carried, work", with_slopes))
     return kernel_text([run_walk, device_kernel], {law_functions: "\n\n".join(blocks)})
 
 

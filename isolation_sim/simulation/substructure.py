@@ -57,7 +57,7 @@ class DeviceSimulator:
         self._states, self._trial = np.zeros((2, max(n, 1)))
         self._parameters = np.zeros(n_parameters)
         # the kernel's arguments for derivatives, which are not needed here
-        self._unused = (np.zeros(0, np.int64), np.zeros(0), np.zeros((max(n, 1), 0)))
+        self._unused = np.zeros(0), np.zeros((max(n, 1), 0, 0))
         self._by = np.zeros((max(n, 1), n + n_parameters))
         # steps within a period, none at rest, and largest force so far; time, displacement,
         # velocity, current

@@ -129,9 +129,7 @@ class Ours:
             current=np.full(len(test.time), CURRENT),
             dt=np.array([1 / RATE]),
         )
-        self.simulator = Simulator(
-            LAWS["strain_stiffening"], motion, np.arange(5), np.zeros(5, int), n_steps
-        )
+        self.simulator = Simulator(LAWS["strain_stiffening"], motion, n_steps=n_steps)
         self.simulations = self.with_derivatives = 0
 
     def residuals(self, parameters: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:

@@ -646,9 +646,8 @@ def test_a_learned_term_dissipates_by_construction(learned):
         x = x * np.sin(np.pi * time / time[-1]) ** 2
         v = np.gradient(x, STEP)
         motion = Motion(np.array([0, len(x)]), x, v, np.zeros(len(x)), np.array([STEP]))
-        owner = np.arange(3)
         # the shortest state, of 0.15 mm, at four times the tests' speed
-        force, _ = Simulator(law_of(text), motion, owner, 0 * owner, 16).run(np.array([0, 0, 1.0]))
+        force, _ = Simulator(law_of(text), motion, n_steps=16).run(np.array([0, 0, 1.0]))
         work = float(np.sum((force[1:] + force[:-1]) / 2 * np.diff(x)))
         assert work > 0.2 * float(np.mean(np.abs(force)) * np.sum(np.abs(np.diff(x))))
 

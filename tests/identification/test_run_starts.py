@@ -114,11 +114,10 @@ def test_the_led_in_force_is_that_of_steady_cycles():
     assert data.periods == pytest.approx([1 / 1.7], rel=1e-4)
     law = LAWS["bouc_wen"]
     theta = np.array([STIFFNESS, DAMPING, ALPHA, A, BETA, GAMMA, 2.0, 0.0])
-    owner = np.arange(len(theta))
-    simulator = Simulator(law, data.motion, owner, 0 * owner, 4)
+    simulator = Simulator(law, data.motion, n_steps=4)
     force, jacobian = simulator.run(theta)
     assert np.max(np.abs(force - cut.force)) < 2e-3 * np.max(np.abs(cut.force))
-    rest = Simulator(law, replace(data.motion, periods=None), owner, 0 * owner, 4)
+    rest = Simulator(law, replace(data.motion, periods=None), n_steps=4)
     assert np.max(np.abs(rest.run(theta)[0] - cut.force)) > 0.05 * np.max(np.abs(cut.force))
     k = law.parameter_names.index("beta")
     moved = theta.copy()

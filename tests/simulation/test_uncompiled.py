@@ -70,10 +70,10 @@ def law_fit():
 def device():
     """A device under measured motion: uncompiled, the module itself, whose law is Maxwell's."""
     arrays = RUN.displacement, RUN.velocity, RUN.current, np.array([0.005])
-    simulator = Simulator(LAWS["maxwell"], Motion(np.array([0, 60]), *arrays), (0, 0, 1), (0, 1, 0))
+    simulator = Simulator(LAWS["maxwell"], Motion(np.array([0, 60]), *arrays), n_powers=2)
     if not COMPILED:
         simulator.module = device_kernel
-    return [*simulator.run(np.array([2e4, 3e3, 800.0]))], []
+    return [*simulator.run(np.array([2e4, 3e3, 800.0, 0.0]))], []
 
 
 def trajectories():

@@ -175,7 +175,7 @@ class TermParameterisation(Parameterisation):
         super().__init__(law, base.currents, base.sizes, fixed, base.span, base.scaling)
         n, names = len(base.currents), law.parameter_names
         own = base.spread.shape[0]
-        self.spread = np.zeros_like(base.spread, shape=(len(self.owner), base.spread.shape[1]))
+        self.spread = np.zeros_like(base.spread, shape=(len(names) * n, base.spread.shape[1]))
         self.spread[:own] = base.spread
         self._offset[:own] = base._offset
         self.basis, self.scale = base.basis, base.scale
@@ -184,7 +184,7 @@ class TermParameterisation(Parameterisation):
         columns, lower, upper = [], [], []
         for name, exponents in powers.items():
             for power in exponents:
-                column = np.zeros(len(self.owner))
+                column = np.zeros(len(names) * n)
                 column[names.index(name) * n + power] = 1.0
                 columns.append(column)
                 alone = exponents == (0,)
