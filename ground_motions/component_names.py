@@ -15,6 +15,7 @@ _WORDS = "|".join((*(end for pair in _PAIRS[:-1] for end in pair), *_VERTICAL))
 _STEM = re.compile(
     rf"(?P<base>.+?)(?:[-_. ]+(?P<word>{_WORDS})|[-_. ]*(?P<azimuth>\d{{3}}))", re.IGNORECASE
 )
+_FREE_FIELD = re.compile(r"free[\s_-]?field", re.IGNORECASE)
 # stations' names, such as IT.NRC..HGE.D.20161030.C.ACC, have it at the end of a code of the channel
 _CHANNEL = re.compile(r"(?P<before>.+\.[A-Z][NGLH])(?P<word>[ENZ23])(?P<after>\..+)")
 
@@ -24,14 +25,21 @@ class Component(NamedTuple):
 
     recording: str  # The same for all components of a recording; empty if it is not told
     direction: str  # As in the header: "Up", "360 Deg", "Long"; empty if it is not told
+    location: str = ""  # Of the sensor, as in the header: "Freefield", "Roof"
+
+    @property
+    def is_on_structure(self) -> bool:
+        """Whether the header names a place other than the free field."""
+        return bool(self.location) and not _FREE_FIELD.search(self.location)
 
 
 def by_header(components: Mapping[Path, Component]) -> list[list[Path]]:
     """Files of each recording of two horizontal components: these first, then the vertical one."""
-    recordings: dict[str, list[Path]] = {}
+    recordings: dict[tuple[str, str], list[Path]] = {}
     for path, component in components.items():
         if component.recording and component.direction:
-            recordings.setdefault(component.recording, []).append(path)
+            key = component.recording, component.location
+            recordings.setdefault(key, []).append(path)
     result = []
     for files in recordings.values():
         vertical = [path for path in files if is_vertical(components[path].direction)]

@@ -6,7 +6,7 @@ import csv
 import re
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -143,20 +143,31 @@ def read_folder(
         expected = f"files {', '.join(sorted(suffixes))}{hint}"
         raise InputError(str(folder), "no file of a record", expected)
     if others:
-        warn(f"{folder}: not used: {_listed(others)}{hint}", UserWarning)
+        warn(f"{folder}: not used: {_listed([path.name for path in others])}{hint}", UserWarning)
     vertical: list[Path] = []
-    groups = sorted(_group_components(files, vertical.append), key=lambda each: min(each[1]))
+    single = {path: component for path in files if (component := _only_component(path))}
+    grouped = _group_components(files, single, vertical.append)
+    groups = sorted(grouped, key=lambda each: min(each[1]))
     if vertical and not groups:
         raise InputError(str(folder), "vertical components alone", "horizontal components")
+    places = [
+        f"{path.name} ({each.location})" for path, each in single.items() if each.is_on_structure
+    ]
+    if places:
+        warn(
+            f"{folder}: not called free field by their headers, as sensors on a structure are: "
+            f"{_listed(places)}",
+            UserWarning,
+        )
     if vertical:
-        warn(f"{folder}: not used, vertical components alone: {_listed(vertical)}", UserWarning)
+        alone = _listed([path.name for path in vertical])
+        warn(f"{folder}: not used, vertical components alone: {alone}", UserWarning)
     named = [f"{name} ({', '.join(path.name for path in paths)})" for name, paths in groups
              if len(paths) > 1 and not _KNET.fullmatch(paths[0].suffix)]  # fmt: skip
     if named:
-        more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
         warn(
             f"{folder}: components of one record, by the ends of their names or by their headers: "
-            f"{', '.join(named[:_NAMED])}{more}; a list of files in [ground] pairs them otherwise",
+            f"{_listed(named)}; a list of files in [ground] pairs them otherwise",
             UserWarning,
         )
     return _unique(_readable(groups, unit, dt, column, on_unreadable))
@@ -247,30 +258,31 @@ def _unique(records: list[SuiteRecord]) -> list[SuiteRecord]:
     return records
 
 
-def _listed(files: list[Path]) -> str:
-    """Names of files, the first few of many."""
-    more = f" and {len(files) - _NAMED} more" if len(files) > _NAMED else ""
-    return ", ".join(path.name for path in files[:_NAMED]) + more
+def _listed(names: list[str]) -> str:
+    """The first few of many names."""
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + more
 
 
 def _group_components(
-    files: list[Path], leave_out: Callable[[Path], None]
+    files: list[Path], single: Mapping[Path, Component], leave_out: Callable[[Path], None]
 ) -> Iterator[tuple[str, list[Path]]]:
     """Names and files of records: the components of one recording together.
 
-    ``leave_out`` is called with each vertical component without horizontal ones.
+    ``single`` has the files of one component. ``leave_out`` is called with each vertical component
+    without horizontal ones.
     """
     groups: dict[str, dict[str, Path]] = {}
-    single: dict[Path, Component] = {}
+    others: dict[Path, Component] = {}
     for path in files:
         match = _KNET.fullmatch(path.suffix)
         if match:
             name = f"{path.stem}_{match['sensor']}" if match["sensor"] else path.stem
             groups.setdefault(name, {})[match["direction"].lower()] = path
-        elif (component := _only_component(path)) is None:
-            yield path.stem, [path]
+        elif path in single:
+            others[path] = single[path]
         else:
-            single[path] = component
+            yield path.stem, [path]
     for name, group in groups.items():
         horizontal = [group[each] for each in ("ns", "ew") if each in group]
         vertical = [group["ud"]] if "ud" in group else []
@@ -278,14 +290,14 @@ def _group_components(
             yield name, horizontal + (vertical if len(horizontal) == 2 else [])
         else:
             leave_out(group["ud"])
-    for together in by_header(single):
+    for together in by_header(others):
         # the same files by their names: these have a name for the record, and an order
-        (name, named), *others = by_recording(together)
-        yield (together[0].stem, together) if others else (name, named)
+        (name, named), *further = by_recording(together)
+        yield (together[0].stem, together) if further else (name, named)
         for path in together:
-            del single[path]
-    for name, paths in by_recording(single):
-        if len(paths) == 1 and is_vertical(single[paths[0]].direction):
+            del others[path]
+    for name, paths in by_recording(others):
+        if len(paths) == 1 and is_vertical(others[paths[0]].direction):
             leave_out(paths[0])
         else:
             yield name, paths

@@ -145,8 +145,7 @@ def component_of(path: str | Path) -> Component | None:
     if len(series) > 1:
         return None
     (only,) = series
-    where = f"{only.recording} {only.location}".strip() if only.recording else ""
-    return Component(where, only.direction)
+    return Component(only.recording, only.direction, only.location)
 
 
 def _accelerations(lines: list[str], path: str | Path) -> list[Series]:
