@@ -99,8 +99,8 @@ def read_folder(
         Unpacked download of PEER NGA-West2, with its ``_SearchResults.csv``; or files of records,
         each a record of its own, for which there is a reader. The columns of acceleration of a CSV
         file, and the channels of a V2 file, are components; K-NET files that differ in their
-        suffix alone are, too. So are other files of one component whose names differ in their end
-        alone, where these ends are a pair: ``_H1`` and ``_H2``, ``-FN`` and ``-FP``, ``NS`` and
+        suffix alone are, too. So are V2, SMC and AT2 files whose headers name one recording, and
+        other files of one component whose names differ in their end alone, where these are a pair: ``_H1`` and ``_H2``, ``-FN`` and ``-FP``, ``NS`` and
         ``EW``, ``N`` and ``E``, ``X`` and ``Y``, or azimuths at right angles such as ``-000`` and
         ``-090``; with ``-UP`` or ``_V`` for the vertical component.
     unit : str, optional
