@@ -100,8 +100,9 @@ def read_folder(
         each a record of its own, for which there is a reader. The columns of acceleration of a CSV
         file, and the channels of a V2 file, are components; K-NET files that differ in their
         suffix alone are, too. So are V2, SMC and AT2 files whose headers name one recording, and
-        other files of one component whose names differ in their end alone, where these are a pair: ``_H1`` and ``_H2``, ``-FN`` and ``-FP``, ``NS`` and
-        ``EW``, ``N`` and ``E``, ``X`` and ``Y``, or azimuths at right angles such as ``-000`` and
+        other files of one component whose names differ in their end alone, where these are a
+        pair: ``_H1`` and ``_H2``, ``-FN`` and ``-FP``, ``NS`` and ``EW``, ``N`` and ``E``, ``X``
+        and ``Y``, or azimuths at right angles such as ``-000`` and
         ``-090``; with ``-UP`` or ``_V`` for the vertical component.
     unit : str, optional
         Unit of text files, which are not used without it, and of CSV and MATLAB files that have
