@@ -117,8 +117,9 @@ class LawModel:
         return residual, jacobian
 
     def minimise(
-        self, start: NDArray, most: int = 20, tolerance: float = 1e-5, valley: float = 0.0
-    ) -> Optimum:
+        self, start: NDArray, most: int = 20, tolerance: float = 1e-5, valley: float = 0.0,
+        secants: bool = False,
+    ) -> Optimum:  # fmt: skip
         """Fit all values; cost and derivatives of the result are those of the data alone."""
         # A weak spring holds the law's parameters near ``expected``. Parameters that few runs leave
         # open do not diverge, and the law stays usable for other runs.
@@ -127,7 +128,7 @@ class LawModel:
             lower, upper = (np.where(self.held, start, bound) for bound in (lower, upper))
         if self.expected is None:
             return levenberg_marquardt(
-                self.residuals, start, lower, upper, most, tolerance, valley=valley
+                self.residuals, start, lower, upper, most, tolerance, valley=valley, secants=secants
             )
         n, expected = self.n_law, self.expected
 
@@ -141,7 +142,9 @@ class LawModel:
                 jacobian = np.concatenate([jacobian, pull])
             return residual, jacobian
 
-        result = levenberg_marquardt(held, start, lower, upper, most, tolerance, valley=valley)
+        result = levenberg_marquardt(
+            held, start, lower, upper, most, tolerance, valley=valley, secants=secants
+        )
         rows = len(result.residual) - n
         residual = result.residual[:rows]
         cost = float(np.nan_to_num(0.5 * np.vdot(residual, residual), nan=np.inf))

@@ -122,6 +122,8 @@ def levenberg_marquardt(
         damping, growth = damping * max(1 / 3, 1 - (2 * gain - 1) ** 3), 2.0
         if ends:
             return Optimum(x, cost, residual, jacobian, iteration, True)
+    if stale:
+        jacobian = problem(x, True)[1]
     return Optimum(x, cost, residual, jacobian, most, False)
 
 

@@ -15,6 +15,7 @@ from ...identification.characteristic_scales import characteristic_scale
 from ...identification.law_fit import LawModel
 from ...identification.least_squares import DETERMINED, Optimum, orthonormal, unit_columns
 from ...identification.measured_runs import MeasuredRuns
+from ..decisions import SEARCH_STEPS
 from .carried_history import has_unknown_starts
 from .effect_evaluation import differentiate, evaluate
 
@@ -84,6 +85,11 @@ class Model(LawModel):
     def causes(self) -> tuple[str, ...]:
         """Causes of the effects."""
         return tuple(effect.cause for effect in self.effects)
+
+    @property
+    def needs_differences(self) -> bool:
+        """Whether derivatives need further simulations of the law."""
+        return any(e.motion is not None or e.current is not None for e in self.effects)
 
     def slices(self) -> list[slice]:
         """Place of each effect's parameters among the values."""
@@ -361,3 +367,10 @@ class FittedModel:
 def fit_model(model: Model, start: NDArray, most: int = 20, tolerance: float = 1e-5) -> FittedModel:
     """Fit a model from given values, with ``most`` steps at most."""
     return FittedModel.of(model, model.minimise(start, most, tolerance))
+
+
+def fit_roughly(model: Model, start: NDArray) -> FittedModel:
+    """Fit a model during the search."""
+    # secants need more steps near the end, which a rough fit does not reach
+    secants = model.needs_differences
+    return FittedModel.of(model, model.minimise(start, SEARCH_STEPS, 1e-4, secants=secants))

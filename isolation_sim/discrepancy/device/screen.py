@@ -17,11 +17,10 @@ from ..decisions import (
     REFINE_STEPS,
     REFITTED,
     SCREEN_STARTS,
-    SEARCH_STEPS,
     WORTH_FITTING,
     WORTH_REFITTING,
 )
-from .model import FittedModel, Model, fit_model
+from .model import FittedModel, Model, fit_model, fit_roughly
 
 _LITTLE = 0.05
 """Share of an effect's first magnitude from which it is fitted if the whole of it does not help."""
@@ -144,14 +143,14 @@ def screen(
 def fit_direction(base: FittedModel, one: Direction) -> FittedModel:
     """Fit an effect together with the model it is added to."""
     model = base.model.with_effects(one.effect)
-    fitted = fit_model(model, first_values(base, model, one), SEARCH_STEPS, 1e-4)
+    fitted = fit_roughly(model, first_values(base, model, one))
     if base.cost - fitted.cost > _FAILED * one.gain:
         return fitted
     # the law that lacks the effect imitates it, so that little of it helps less than none
     strong = np.concatenate([base.values, one.start])
     strong[len(base.values) + one.effect.magnitude] *= _MUCH
     strong = np.clip(strong, *model.bounds())
-    other = fit_model(model, strong, SEARCH_STEPS, 1e-4)
+    other = fit_roughly(model, strong)
     return other if other.cost < fitted.cost else fitted
 
 
