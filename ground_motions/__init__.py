@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from ground_motions.readers import read_geonet as read_geonet
     from ground_motions.readers import read_knet as read_knet
     from ground_motions.readers import read_mat as read_mat
+    from ground_motions.readers import read_smc as read_smc
     from ground_motions.readers import read_text as read_text
     from ground_motions.readers import read_v2 as read_v2
     from ground_motions.record import Record as Record

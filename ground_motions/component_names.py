@@ -1,11 +1,12 @@
-"""Components of one recording in several files, recognised by the ends of the files' names."""
+"""Components of one recording in several files, by their headers or the ends of their names."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import combinations
 from pathlib import Path
+from typing import NamedTuple
 
 _PAIRS = (("h1", "h2"), ("fn", "fp"), ("ns", "ew"), ("n", "e"), ("x", "y"), ("3", "2"))
 """Ends of the names of both horizontal components, the first one first; the last of channels."""
@@ -14,8 +15,41 @@ _WORDS = "|".join((*(end for pair in _PAIRS[:-1] for end in pair), *_VERTICAL))
 _STEM = re.compile(
     rf"(?P<base>.+?)(?:[-_. ]+(?P<word>{_WORDS})|[-_. ]*(?P<azimuth>\d{{3}}))", re.IGNORECASE
 )
+_FREE_FIELD = re.compile(r"free[\s_-]?field", re.IGNORECASE)
 # stations' names, such as IT.NRC..HGE.D.20161030.C.ACC, have it at the end of a code of the channel
 _CHANNEL = re.compile(r"(?P<before>.+\.[A-Z][NGLH])(?P<word>[ENZ23])(?P<after>\..+)")
+
+
+class Component(NamedTuple):
+    """What the header of a file with one component says of it."""
+
+    recording: str  # The same for all components of a recording; empty if it is not told
+    direction: str  # As in the header: "Up", "360 Deg", "Long"; empty if it is not told
+    location: str = ""  # Of the sensor, as in the header: "Freefield", "Roof"
+
+    @property
+    def is_on_structure(self) -> bool:
+        """Whether the header names a place other than the free field."""
+        return bool(self.location) and not _FREE_FIELD.search(self.location)
+
+
+def by_header(components: Mapping[Path, Component]) -> list[list[Path]]:
+    """Files of each recording of two horizontal components: these first, then the vertical one."""
+    recordings: dict[tuple[str, str], list[Path]] = {}
+    for path, component in components.items():
+        if component.recording and component.direction:
+            key = component.recording, component.location
+            recordings.setdefault(key, []).append(path)
+    result = []
+    for files in recordings.values():
+        vertical = [path for path in files if is_vertical(components[path].direction)]
+        horizontal = [path for path in files if path not in vertical]
+        if len(horizontal) == 2 and len(vertical) < 2:
+            one, other = (components[path].direction.lower().split()[0] for path in horizontal)
+            azimuths = one.isdigit() and other.isdigit()
+            if _perpendicular(one, other) if azimuths else one != other:
+                result.append(horizontal + vertical)
+    return result
 
 
 def by_recording(files: Iterable[Path]) -> list[tuple[str, list[Path]]]:

@@ -6,24 +6,27 @@ import csv
 import re
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import TypeAlias
 
 from ground_motions.argument_types import checked
-from ground_motions.component_names import by_recording, is_vertical
+from ground_motions.component_names import Component, by_header, by_recording, is_vertical
 from ground_motions.errors import InputError, several, warn
-from ground_motions.readers import READERS, read
+from ground_motions.readers import READERS, at2, read, smc, v2
 from ground_motions.readers.csv_file import acceleration_columns
 from ground_motions.readers.geonet import directions_of
 from ground_motions.readers.lines import read_lines, table_cells
-from ground_motions.readers.v2 import channels_of
 from ground_motions.record import Record
 
 _TEXT = {".txt", ".dat", ".acc"}
-_COMPONENTS = {".v2": channels_of, ".v2c": channels_of, ".v2a": directions_of}
+_COMPONENTS = {".v2": v2.channels_of, ".v2c": v2.channels_of, ".v2a": directions_of}
+_HEADERS: dict[str, Callable[[Path], Component | None]] = {
+    ".at2": at2.component_of, ".smc": smc.component_of,
+    ".v2": v2.component_of, ".v2c": v2.component_of,
+}  # fmt: skip
 _KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<sensor>[12]?)", re.IGNORECASE)
 _NAMED = 8  # files in a warning
 _SEARCH_RESULTS = "_SearchResults.csv"
@@ -96,9 +99,10 @@ def read_folder(
         Unpacked download of PEER NGA-West2, with its ``_SearchResults.csv``; or files of records,
         each a record of its own, for which there is a reader. The columns of acceleration of a CSV
         file, and the channels of a V2 file, are components; K-NET files that differ in their
-        suffix alone are, too. So are other files of one component whose names differ in their end
-        alone, where these ends are a pair: ``_H1`` and ``_H2``, ``-FN`` and ``-FP``, ``NS`` and
-        ``EW``, ``N`` and ``E``, ``X`` and ``Y``, or azimuths at right angles such as ``-000`` and
+        suffix alone are, too. So are V2, SMC and AT2 files whose headers name one recording, and
+        other files of one component whose names differ in their end alone, where these are a
+        pair: ``_H1`` and ``_H2``, ``-FN`` and ``-FP``, ``NS`` and ``EW``, ``N`` and ``E``, ``X``
+        and ``Y``, or azimuths at right angles such as ``-000`` and
         ``-090``; with ``-UP`` or ``_V`` for the vertical component.
     unit : str, optional
         Unit of text files, which are not used without it, and of CSV and MATLAB files that have
@@ -140,17 +144,31 @@ def read_folder(
         expected = f"files {', '.join(sorted(suffixes))}{hint}"
         raise InputError(str(folder), "no file of a record", expected)
     if others:
-        names = ", ".join(path.name for path in others[:_NAMED])
-        more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
-        warn(f"{folder}: not used: {names}{more}{hint}", UserWarning)
-    groups = sorted(_group_components(files), key=lambda each: min(each[1]))
+        warn(f"{folder}: not used: {_listed([path.name for path in others])}{hint}", UserWarning)
+    vertical: list[Path] = []
+    single = {path: component for path in files if (component := _only_component(path))}
+    grouped = _group_components(files, single, vertical.append)
+    groups = sorted(grouped, key=lambda each: min(each[1]))
+    if vertical and not groups:
+        raise InputError(str(folder), "vertical components alone", "horizontal components")
+    places = [
+        f"{path.name} ({each.location})" for path, each in single.items() if each.is_on_structure
+    ]
+    if places:
+        warn(
+            f"{folder}: not called free field by their headers, as sensors on a structure are: "
+            f"{_listed(places)}",
+            UserWarning,
+        )
+    if vertical:
+        alone = _listed([path.name for path in vertical])
+        warn(f"{folder}: not used, vertical components alone: {alone}", UserWarning)
     named = [f"{name} ({', '.join(path.name for path in paths)})" for name, paths in groups
              if len(paths) > 1 and not _KNET.fullmatch(paths[0].suffix)]  # fmt: skip
     if named:
-        more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
         warn(
-            f"{folder}: components of one record, by the ends of their names: "
-            f"{', '.join(named[:_NAMED])}{more}; a list of files in [ground] pairs them otherwise",
+            f"{folder}: components of one record, by the ends of their names or by their headers: "
+            f"{_listed(named)}; a list of files in [ground] pairs them otherwise",
             UserWarning,
         )
     return _unique(_readable(groups, unit, dt, column, on_unreadable))
@@ -241,33 +259,61 @@ def _unique(records: list[SuiteRecord]) -> list[SuiteRecord]:
     return records
 
 
-def _group_components(files: list[Path]) -> Iterator[tuple[str, list[Path]]]:
-    """Names and files of records: the components of one recording together."""
+def _listed(names: list[str]) -> str:
+    """The first few of many names."""
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + more
+
+
+def _group_components(
+    files: list[Path], single: Mapping[Path, Component], leave_out: Callable[[Path], None]
+) -> Iterator[tuple[str, list[Path]]]:
+    """Names and files of records: the components of one recording together.
+
+    ``single`` has the files of one component. ``leave_out`` is called with each vertical component
+    without horizontal ones.
+    """
     groups: dict[str, dict[str, Path]] = {}
-    single = []
+    others: dict[Path, Component] = {}
     for path in files:
         match = _KNET.fullmatch(path.suffix)
         if match:
             name = f"{path.stem}_{match['sensor']}" if match["sensor"] else path.stem
             groups.setdefault(name, {})[match["direction"].lower()] = path
-        elif _may_have_several(path):
-            yield path.stem, [path]
+        elif path in single:
+            others[path] = single[path]
         else:
-            single.append(path)
+            yield path.stem, [path]
     for name, group in groups.items():
         horizontal = [group[each] for each in ("ns", "ew") if each in group]
-        vertical = [group["ud"]] if "ud" in group and len(horizontal) != 1 else []
-        yield name, horizontal + vertical
-    yield from by_recording(single)
+        vertical = [group["ud"]] if "ud" in group else []
+        if horizontal:
+            yield name, horizontal + (vertical if len(horizontal) == 2 else [])
+        else:
+            leave_out(group["ud"])
+    for together in by_header(others):
+        # the same files by their names: these have a name for the record, and an order
+        (name, named), *further = by_recording(together)
+        yield (together[0].stem, together) if further else (name, named)
+        for path in together:
+            del others[path]
+    for name, paths in by_recording(others):
+        if len(paths) == 1 and is_vertical(others[paths[0]].direction):
+            leave_out(paths[0])
+        else:
+            yield name, paths
 
 
-def _may_have_several(path: Path) -> bool:
-    """Whether a file can have several components; one that cannot be read stands alone."""
+def _only_component(path: Path) -> Component | None:
+    """The component of a file that has one; none if it has several, or cannot be read."""
     suffix = path.suffix.lower()
     try:
-        return suffix in _COMPONENTS or (suffix == ".csv" and len(acceleration_columns(path)) > 1)
+        if suffix in _HEADERS:
+            return _HEADERS[suffix](path)
+        several_columns = suffix == ".csv" and len(acceleration_columns(path)) > 1
     except InputError:
-        return True
+        return None
+    return None if several_columns or suffix in _COMPONENTS else Component("", "")
 
 
 def _record(

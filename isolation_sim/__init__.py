@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from .errors import Diverged as Diverged
     from .errors import InputError as InputError
     from .errors import PlausibilityWarning as PlausibilityWarning
+    from .errors import RefusedCurrent as RefusedCurrent
     from .errors import TestedRangeWarning as TestedRangeWarning
     from .export.opensees import OpenSeesMaterial as OpenSeesMaterial
     from .export.opensees import opensees_material as opensees_material

@@ -154,11 +154,12 @@ def compare(
     Raises
     ------
     InputError
-        If a name or an argument cannot be used, two controllers share a name, or a current is
-        refused.
+        If a name or an argument cannot be used, or two controllers share a name.
     Diverged
         If every response leaves the range of numbers or of the law, or every controller raises an
         error; with the time and the cause.
+    RefusedCurrent
+        If every controller commands a current out of range.
 
     Warns
     -----

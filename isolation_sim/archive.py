@@ -32,7 +32,7 @@ from .criterion import Criteria
 from .effects.effect import Effect
 from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
 from .effects.registry import EFFECTS, effect
-from .errors import ControllerError, Diverged, InputError, warn
+from .errors import ControllerError, Diverged, InputError, RefusedCurrent, warn
 from .generated import cache_folder, load_text
 from .laws.law import Law
 from .laws.passive_switching import PassiveLaw, _passive_law
@@ -52,7 +52,7 @@ _LAW_NUMPY = {"abs", "arcsinh", "cos", "cosh", "exp", "fabs", "log", "log1p", "m
 _TREE = "tree.json"
 _PACKAGES = ("isolation_sim", "ground_motions", "controllers")
 _ERRORS: dict[str, type[Exception]] = {
-    each.__name__: each for each in (Diverged, ControllerError, InputError)
+    each.__name__: each for each in (Diverged, ControllerError, RefusedCurrent, InputError)
 }
 _OLD_CLASSES = {"Reached": "TestComparison"}
 _OLD_FIELDS = {

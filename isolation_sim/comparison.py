@@ -11,7 +11,7 @@ from ground_motions.argument_types import checked
 
 from .criteria import criteria
 from .criterion import Criteria
-from .errors import Diverged, InputError, check_name
+from .errors import Diverged, InputError, RefusedCurrent, check_name
 from .io.results_folder import files_into
 from .rendering import Printed, render
 from .simulation.result import decisions_of, validity_lines
@@ -56,7 +56,7 @@ class Comparison(Printed):
     reference : str, optional
         Name of the reference run of J1 to J9; that of the controller ``"passive_off"`` by default.
         Without such a run there are no J1 to J9.
-    diverged : mapping of str to Diverged, optional
+    diverged : mapping of str to Diverged or RefusedCurrent, optional
         Errors of the runs that diverged or whose controller failed, by the name to print.
     fixed_base : Run, optional
         The building without isolation under the same ground motion, for comparison.
@@ -65,8 +65,9 @@ class Comparison(Printed):
     ----------
     runs : dict of str to Run
         The runs.
-    diverged : dict of str to Diverged
-        Time and cause of the runs that diverged or whose controller failed (`ControllerError`).
+    diverged : dict of str to Diverged or RefusedCurrent
+        Time and cause of the runs that diverged or whose controller failed (`ControllerError`) or
+        commanded a current out of range (`RefusedCurrent`).
     reference : str or None
         Name of the reference run of J1 to J9.
 
@@ -81,7 +82,7 @@ class Comparison(Printed):
         self,
         runs: Mapping[str, Run],
         reference: str | None = None,
-        diverged: Mapping[str, Diverged] | None = None,
+        diverged: Mapping[str, Diverged | RefusedCurrent] | None = None,
         fixed_base: Run | None = None,
     ):
         if not runs:
@@ -349,11 +350,11 @@ def simulated(
 ) -> Comparison:
     """Compare runs; a diverged run or a failed controller does not stop the others."""
     runs: dict[str, Run] = {}
-    diverged: dict[str, Diverged] = {}
+    diverged: dict[str, Diverged | RefusedCurrent] = {}
     for name in names:
         try:
             runs[name] = run(name)
-        except Diverged as error:
+        except (Diverged, RefusedCurrent) as error:
             diverged[name] = error
     if diverged and not runs:
         raise next(iter(diverged.values()))

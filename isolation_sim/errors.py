@@ -20,6 +20,10 @@ class ControllerError(Diverged):
     """A controller raised an error, which ends its run alone; with the time and the place."""
 
 
+class RefusedCurrent(InputError):
+    """A controller's command is no current within the limits, which ends its run alone."""
+
+
 class TestedRangeWarning(UserWarning):
     """A response exceeds the deformations or currents of the device tests."""
 

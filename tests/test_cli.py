@@ -195,18 +195,30 @@ def test_divergence_keeps_the_other_results(here, call, monkeypatch):
     assert (here / "results" / "short" / "passive_off.nc").exists()
 
 
-def test_an_error_of_a_controller_keeps_the_other_results(here, call):
+@pytest.mark.parametrize(
+    ("current", "reason", "error"),
+    [
+        (
+            "1 / 0",
+            "Boom failed at t = 1 s: ZeroDivisionError: division by zero (boom.py:6)",
+            "ControllerError",
+        ),
+        ("99.0", "Boom: current 99 A at t = 1 s is outside 0 to 5.203 A", "RefusedCurrent"),
+        ("'3'", "Boom: current() gave '3' at t = 1 s", "RefusedCurrent"),
+    ],
+)
+def test_an_error_of_a_controller_keeps_the_other_results(here, call, current, reason, error):
     (here / "boom.py").write_text(
         "from controllers import Controller\n\n\nclass Boom(Controller):\n"
-        "    def current(self, t, m):\n        return 1 / 0 if t >= 1 else 0.0\n"
+        f"    def current(self, t, m):\n        return {current} if t >= 1 else 0.0\n"
     )
     (here / "job.toml").write_text(SHORT + '[[controller]]\nname = "boom.py:Boom"\n')
     code, _, err = call("run", "job.toml", "--no-figures")
     assert code == 1 and "Traceback" not in err
-    assert "Boom failed at t = 1 s: ZeroDivisionError: division by zero (boom.py:6)" in err
+    assert reason in err
     assert (here / "results" / "job" / "passive_off.nc").exists()
     saved = isolation_sim.load(here / "results" / "job").diverged
-    assert [type(error) for error in saved.values()] == [isolation_sim.ControllerError]
+    assert [type(each).__name__ for each in saved.values()] == [error]
 
 
 def test_divergence_of_all_is_one_line_and_exit_code_1(here, call):

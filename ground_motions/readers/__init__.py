@@ -7,6 +7,7 @@ from ground_motions.readers.esm import read_esm
 from ground_motions.readers.geonet import read_geonet
 from ground_motions.readers.knet import read_knet
 from ground_motions.readers.mat_file import read_mat
+from ground_motions.readers.smc import read_smc
 from ground_motions.readers.text_file import read_text
 from ground_motions.readers.v2 import read_v2
 
@@ -19,6 +20,7 @@ __all__ = [
     "read_geonet",
     "read_knet",
     "read_mat",
+    "read_smc",
     "read_text",
     "read_v2",
 ]

@@ -9,6 +9,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.checks import positive
+from ground_motions.component_names import Component
 from ground_motions.errors import InputError
 from ground_motions.readers.lines import (
     excerpt,
@@ -26,13 +27,18 @@ _OTHERS = [unit for unit in ACCELERATION_UNITS if unit != "g"]
 _NPTS = re.compile(r"\bNPTS\s*[=:]\s*(?P<npts>[^\s,]+)", re.IGNORECASE)
 _DT = re.compile(r"\bDT\s*[=:]\s*(?P<dt>[^\s,]+?)(?:S|SEC)?(?=[\s,]|$)", re.IGNORECASE)
 _BOTH = re.compile(r"^\s*(?P<npts>\d+)[\s,]+(?P<dt>[^\s,]+)[\s,]+NPTS\s*,\s*DT", re.IGNORECASE)
-# "UNITS OF G" and "Units: g" declare a unit, whatever it is; "UNITS G" does if the unit is known.
+# "UNITS OF G", "units are (g)" and "Units: g" declare a unit, whatever it is; "UNITS G"
+# does if the unit is known.
 # "Unit 4 Power Plant" and "COMMUNITY" are parts of a station's name.
 _DECLARED = re.compile(
-    r"\bUNITS?\s*(?:\b(?:OF|IN|ARE)\b|:|=)\s*(?P<unit>[A-Z/0-9*^]+)", re.IGNORECASE
+    r"\bUNITS?\s*(?:\b(?:OF|IN|ARE)\b|:|=)\s*\(?(?P<unit>[A-Z/0-9*^]+)", re.IGNORECASE
 )
 _BARE = re.compile(r"\bUNITS\s+(?P<unit>[A-Z/0-9*^]+)", re.IGNORECASE)
 _KNOWN = re.compile(r"G(?:/10)?|GALS?|(?:MM|CM|M|IN|FT)/S.*", re.IGNORECASE)
+# "Northridge-05, 1/18/1994, Sylmar - County Hospital Grounds, 90": the direction is the last
+_DIRECTION = re.compile(
+    r"(?P<recording>.*\d.*),\s*(?P<direction>\d{1,3}|[NSEWV]|UP|DOWN|DWN|DN|VERT)\b[^,]*"
+)
 _OTHER_SERIES = re.compile(r"\b(?P<kind>VELOCITY|DISPLACEMENT)\s+TIME", re.IGNORECASE)
 
 
@@ -80,6 +86,13 @@ def read_at2(path: str | Path) -> Record:
         source=f"{path}, {' '.join(lines[min(1, after - 1)].split())}",
         file_unit=unit,
     )
+
+
+def component_of(path: str | Path) -> Component:
+    """The component in a file, which its second line tells."""
+    lines = read_lines(path)
+    match = _DIRECTION.fullmatch(lines[1].strip()) if len(lines) > 1 else None
+    return Component(match["recording"], match["direction"]) if match else Component("", "")
 
 
 def _npts_and_dt(lines: list[str], path: str | Path) -> tuple[int, int, float]:

@@ -11,6 +11,7 @@ from ground_motions.argument_types import checked
 from ground_motions.errors import InputError, warn
 from ground_motions.readers.at2 import read_at2
 from ground_motions.readers.geonet import read_geonet
+from ground_motions.readers.v2 import read_v2
 from ground_motions.record import Record
 from ground_motions.registry import Registry
 from ground_motions.units import STANDARD_GRAVITY
@@ -28,11 +29,14 @@ WEAKEST, STRONGEST = 1e-4, 3.0
 (Tohoku 2011, MYG004); instruments are triggered by 1e-3 g or more."""
 
 _REFUSED: dict[str, Callable[..., Record]] = {
+    "raw": read_v2,
     "vt2": read_at2,
     "dt2": read_at2,
+    "v1": read_v2,
     "v1a": read_geonet,
+    "v1c": read_v2,
 }
-"""PEER velocities and displacements, and uncorrected files of GeoNet: their readers say why not."""
+"""PEER velocities and displacements, and uncorrected files: their readers say why not."""
 
 
 @checked
@@ -50,9 +54,9 @@ def read(
     ----------
     path : str or Path
         ``.at2`` (see `read_at2`), ``.asc`` (`read_esm`), ``.csv`` (`read_csv`), ``.ns``, ``.ew`` or
-        ``.ud`` (`read_knet`), ``.txt``, ``.dat`` or ``.acc`` (`read_text`), ``.mat`` (`read_mat`),
-        ``.v2`` or ``.v2c`` (`read_v2`), ``.v2a`` (`read_geonet`), or a suffix for which a package
-        brings a reader.
+        ``.ud`` (`read_knet`), ``.smc`` (`read_smc`), ``.txt``, ``.dat`` or ``.acc`` (`read_text`),
+        ``.mat`` (`read_mat`), ``.v2`` or ``.v2c`` (`read_v2`), ``.v2a`` (`read_geonet`), or a
+        suffix for which a package brings a reader.
     column : str, optional
         Name of the acceleration column (CSV) or variable (MAT), number of the channel (V2) or
         direction (V2A).

@@ -10,6 +10,7 @@ from ground_motions.argument_types import checked
 from ground_motions.checks import positive
 from ground_motions.errors import InputError
 from ground_motions.readers.lines import (
+    TOLERANCE,
     counted,
     is_number,
     parse_number,
@@ -39,7 +40,8 @@ def read_text(
         ``in/s2``.
     dt : float, optional
         Sampling step, s, of accelerations without times: one a line, or several that go on from
-        line to line, as the files of OpenSees have them. Refused beside a column of times.
+        line to line, as the files of OpenSees have them. Refused beside a column of times. Not
+        needed where the first line has the number of samples and the step.
     skip_lines : int
         Lines to pass over at the top, for a header with lines that begin with a number.
 
@@ -69,6 +71,11 @@ def read_text(
              for i, cell in enumerate(cells, start=1)]
         )  # fmt: skip
         line_numbers.append(number)
+    own = _own_step(rows)
+    if own is not None:
+        del rows[0], line_numbers[0]
+        if len(rows[0]) != 2 or not _are_times(rows):
+            dt = _agreed(own, dt, path)
     samples = np.array([value for row in rows for value in row])
     require_two(len(samples), str(path))
 
@@ -90,7 +97,7 @@ def read_text(
         require_two(len(rows), str(path))
         times, samples = np.array(rows).T
         dt = uniform_step(times.tolist(), line_numbers, f"{path}, column 1")
-    elif width > 1 and _increase([row[0] for row in rows]):
+    elif width > 1 and _are_times(rows):
         given = f"{dt!r} beside a column of times"
         expected = "dt for accelerations without times; or two columns, times first, and no dt"
         raise InputError(f"{path}, dt", given, expected)
@@ -103,9 +110,26 @@ def read_text(
     )
 
 
-def _increase(column: list[float]) -> bool:
-    """Whether a column increases like times; one in ten may be misprinted."""
-    return len(column) > 1 and float(np.mean(np.diff(column) > 0.0)) > 0.9
+def _are_times(rows: list[list[float]]) -> bool:
+    """Whether the first column increases like times; one in ten may be misprinted."""
+    return len(rows) > 1 and float(np.mean(np.diff([row[0] for row in rows]) > 0.0)) > 0.9
+
+
+def _own_step(rows: list[list[float]]) -> float | None:
+    """The step in a first line that has the number of samples before it; else none."""
+    if len(rows) < 3 or len(rows[0]) != 2 or rows[0][1] <= 0:
+        return None
+    counts = len(rows) - 1, sum(map(len, rows[1:]))
+    return rows[0][1] if rows[0][0] in counts else None
+
+
+def _agreed(own: float, given: float | None, path: str | Path) -> float:
+    """The step of a file; another one given beside it is refused."""
+    if given is not None and abs(given / own - 1) > TOLERANCE:
+        raise InputError(
+            f"{path}, dt", f"{given!r} beside {own:g} in the first line", "one of them"
+        )
+    return own
 
 
 def _cells(line: str) -> list[str]:

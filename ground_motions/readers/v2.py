@@ -10,6 +10,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.checks import positive
+from ground_motions.component_names import Component
 from ground_motions.errors import InputError, wrong_choice
 from ground_motions.readers.lines import (
     excerpt,
@@ -23,11 +24,12 @@ from ground_motions.record import Record
 from ground_motions.units import UNITS, to_m_s2, unit_name
 
 _FIRST = re.compile(r"\s*CORRECTED ACCEL", re.IGNORECASE)
-# CSMIP: "  4000 points of accel data equally spaced at  .020 sec, in cm/sec2. (8f10.3)"
+# CSMIP: "  4000 points of accel data equally spaced at  .020 sec, in cm/sec2. (8f10.3)", and
+# until about 1990 " 1138 POINTS OF ACCEL DATA EQUALLY SPACED AT  .020 SEC.  (UNITS: CM/SEC/SEC)"
 _CSMIP = re.compile(
     r"\s*(?P<count>\d+)\s+points of (?P<kind>accel|displ) data equally spaced at\s+"
-    r"(?P<dt>[\d.]+)\s*sec,"
-    r"\s*in\s+(?P<unit>[a-z]+(?:/[a-z0-9^*]+)*)(?P<format>.*)",
+    r"(?P<dt>[\d.]+)\s*sec(?:,\s*in|\.\s*\(units\s*:)\s*"
+    r"(?P<unit>[a-z]+(?:/[a-z0-9^*]+)*)(?P<format>.*)",
     re.IGNORECASE,
 )
 # COSMOS: "  4000 acceleration pts, approx  80 secs, units=cm/sec2 (04), Format=(8F10.5)"
@@ -39,10 +41,18 @@ _COSMOS = re.compile(
 )
 _REALS = re.compile(r"\s*(?P<count>\d+)\s+Real-header values", re.IGNORECASE)
 _FORMAT = re.compile(r"\(?\s*(?P<columns>\d+)\s*[EFG](?P<width>\d+)", re.IGNORECASE)
+# "Chan  3: 90 Deg  (Sta Chn: 16)": of the recorder, and of the station, which may have several
 _CHANNEL = re.compile(r"\bCHAN(?:NEL)?\s*(?P<channel>\d+)\b", re.IGNORECASE)
+_STATION_CHANNEL = re.compile(r"\bSTA CHN\s*:\s*(?P<channel>\d+)", re.IGNORECASE)
 # "Chan  3:  90 Deg" and "Location: Roof, north"
-_WORDS = re.compile(
-    r"(?:\bCHAN(?:NEL)?\s*\d+\s*:|\bLOCATION\s*:)\s*(?P<words>\S+(?: \S+)*)", re.IGNORECASE
+_DIRECTION = re.compile(r"\bCHAN(?:NEL)?\s*\d+\s*:\s*(?P<words>\S+(?: \S+)*)", re.IGNORECASE)
+_LOCATION = re.compile(r"\bLOCATION\s*:\s*(?P<words>\S+(?: \S+)*)", re.IGNORECASE)
+# the recording in "Corrected accelerogram   54730-F1275-06331.02   Chan  1: 110 Deg" (CSMIP), and
+# in "Statn No: 37-000011 Code:AK-BMR" and "Rcrd start time: 2018/11/30 17:29:39.137" (COSMOS)
+_RECORDING = (
+    re.compile(r"^\s*CORRECTED ACCELEROGRAM\s+(?P<words>\d\S+)", re.IGNORECASE),
+    re.compile(r"\bSTATN NO\s*:\s*(?P<words>\S+\s+CODE\s*:\s*\S+)", re.IGNORECASE),
+    re.compile(r"\bRCRD START TIME\s*:\s*(?P<words>\S+ \S+)", re.IGNORECASE),
 )
 _USUAL = (8, 10)  # numbers of a line and their width, where CSMIP writes no format
 _DT_PLACE = 62  # of the real header: sampling interval of this series, ms
@@ -57,13 +67,20 @@ class Series:
 
     line: int  # Number of the heading, from 1
     channel: str  # Its number
-    words: str  # Of the header: direction and location of the sensor
+    direction: str  # Of the sensor, as the header has it; empty if it has none
+    location: str  # Of the sensor
+    recording: str  # What the channels of one recorder have in common
     is_displacement: bool  # Whether the samples are displacements
     count: int  # Number of samples
     dt: float  # s
     unit: str  # Of the samples
     columns: int  # Numbers in a line
     width: int  # Characters of a number
+
+    @property
+    def words(self) -> str:
+        """Direction and location of the sensor."""
+        return f"{self.direction} {self.location}".strip()
 
 
 @checked
@@ -122,6 +139,15 @@ def channels_of(path: str | Path) -> dict[str, str]:
     return {each.channel: each.words for each in _accelerations(read_lines(path), path)}
 
 
+def component_of(path: str | Path) -> Component | None:
+    """The component in a file; none if it has several."""
+    series = _accelerations(read_lines(path), path)
+    if len(series) > 1:
+        return None
+    (only,) = series
+    return Component(only.recording, only.direction, only.location)
+
+
 def _accelerations(lines: list[str], path: str | Path) -> list[Series]:
     return [each for each in all_series(lines, path) if not each.is_displacement]
 
@@ -150,11 +176,14 @@ def all_series(lines: list[str], path: str | Path) -> list[Series]:
         columns, width = numbers.group("columns", "width") if numbers else _USUAL
         if moved:
             last = series[-1]
-            channel, words, dt = last.channel, last.words, last.dt
+            channel, dt = last.channel, last.dt
+            direction, location, recording = last.direction, last.location, last.recording
         else:
             header = _own_header(lines[begin:place])
             number = sum(not each.is_displacement for each in series) + 1
-            channel, words = _channel(header, number), _words(header)
+            channel = _first(header, _STATION_CHANNEL, _CHANNEL) or str(number)
+            direction, location = _first(header, _DIRECTION), _first(header, _LOCATION)
+            recording = " ".join(filter(None, (_first(header, each) for each in _RECORDING)))
             dt = (
                 positive(f"{where}, step (s)", match["dt"])
                 if csmip
@@ -164,7 +193,9 @@ def all_series(lines: list[str], path: str | Path) -> list[Series]:
             Series(
                 place + 1,
                 channel,
-                words,
+                direction,
+                location,
+                recording,
                 moved,
                 int(match["count"]),
                 dt,
@@ -192,19 +223,13 @@ def _own_header(header: list[str]) -> list[str]:
     return header[ends[-1] + 1 if ends else 0 :]
 
 
-def _words(header: list[str]) -> str:
-    """Direction and location of a sensor, as its header has them."""
-    matches = (match for line in header for match in _WORDS.finditer(line))
-    return " ".join(dict.fromkeys(" ".join(match["words"].split()) for match in matches))
-
-
-def _channel(header: list[str], default: int) -> str:
-    """Return the number of the channel in its header."""
-    for line in header:
-        match = _CHANNEL.search(line)
-        if match:
-            return match["channel"]
-    return str(default)
+def _first(header: list[str], *patterns: re.Pattern[str]) -> str:
+    """What a header first has of the first pattern that it has; empty if there is none."""
+    for pattern in patterns:
+        for line in header:
+            if match := pattern.search(line):
+                return " ".join(match[1].split())
+    return ""
 
 
 def _cosmos_step(header: list[str], heading: re.Match[str], where: str, path: str | Path) -> float:

@@ -17,6 +17,7 @@ from ..laws.law import Law
 from ..laws.registry import LAWS
 from ..workers import run_beside, workers
 from .campaign import Campaign, read_campaign
+from .current_basis import STEADY, tested_currents
 from .data_checks import data_notes, divergence_note, outlier_note, refuse_swapped
 from .first_use import laws_to_compile
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
@@ -35,6 +36,9 @@ _DATA_NOTES = 5
 _LACKING = 3.0
 """Residual over the force noise from which a note says that the law lacks something; displacement
 noise alone can double the residual."""
+_BETWEEN = 1.1
+"""Factor on the larger force at two neighbouring currents from which the force between them is
+implausible: a device's force rises or falls steadily with the current, and a curve may bulge."""
 
 
 @checked
@@ -156,8 +160,44 @@ def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
     )
     estimates, covariance = _estimates(model, best)
     notes = _notes(campaign, estimates, covariance, best, errors)
-    notes = (*_scale_notes(p), *notes)
+    notes = (*_scale_notes(p), *_currents_note(campaign, model, best), *notes)
     return Fit(device, campaign, errors, notes, estimates, best.converged)
+
+
+def _currents_note(campaign: Campaign, model: LawModel, best: Optimum) -> list[str]:
+    """Warn where no run tests a law between the currents through which its polynomials pass."""
+    fitted = tested_currents([run.current for run in campaign.fitted])
+    everywhere = tested_currents([run.current for run in campaign.runs])
+    steady = all(np.ptp(run.current) <= STEADY * max(fitted[-1], 1e-9) for run in campaign.fitted)
+    n = len(model.parameterisation.currents)
+    if n < 2 or n < len(fitted) or not steady or len(everywhere) > len(fitted):
+        return []
+    middles = (fitted[1:] + fitted[:-1]) / 2
+    at = [_rms_force(model, best, current) for current in fitted]
+    between = [_rms_force(model, best, current) for current in middles]
+    ratios = np.array(between) / np.maximum(at[1:], at[:-1])
+    worst = int(np.argmax(np.where(np.isfinite(ratios), ratios, np.inf)))
+    middle = f"{middles[worst]:.3g} A"
+    implausible = ""
+    if not np.isfinite(ratios[worst]):
+        implausible = f"; at {middle} its force is not finite"
+    elif ratios[worst] > _BETWEEN:
+        implausible = f"; at {middle} its force is {ratios[worst]:.2g} times that at its neighbours"
+    several = ", ".join(f"{current:.3g}" for current in fitted[:-1])
+    return [
+        f"the runs have {several} and {fitted[-1]:.3g} A: between them the law is interpolated, "
+        f"and no run tests it{implausible}; measure one at {middle} and hold it out"
+    ]
+
+
+def _rms_force(model: LawModel, best: Optimum, current: float) -> float:
+    """RMS of the law's force under the motion of all runs, at one current."""
+    motion = model.data.motion
+    held = replace(motion, current=np.full_like(motion.current, current))
+    coefficients = model.parameterisation.coefficients(best.x)
+    with np.errstate(all="ignore"):
+        force = model.simulator(held).run(coefficients, False)[0]
+        return float(np.sqrt(np.mean(force**2)))
 
 
 def _scale_notes(p: Parameterisation) -> list[str]:

@@ -110,11 +110,15 @@ class LawModel:
     def residuals(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:
         """Residuals of the fitted samples over their noise, (n_fitted,), and their derivatives."""
         force, jacobian = self.forces(values, derivatives)
-        fitted, weight = self.data.fitted, self.data.weight
-        residual = ((force - self.data.force) * weight)[fitted]
+        data = self.data
+        residual = (force - data.force) * data.weight
+        if data.fitted.all():
+            jacobian *= data.weight[: len(jacobian), np.newaxis]
+            return residual, jacobian
+        fitted = data.fitted
         if derivatives:
-            jacobian = jacobian[fitted] * weight[fitted, np.newaxis]
-        return residual, jacobian
+            jacobian = jacobian[fitted] * data.weight[fitted, np.newaxis]
+        return residual[fitted], jacobian
 
     def minimise(
         self, start: NDArray, most: int = 20, tolerance: float = 1e-5, valley: float = 0.0,

@@ -83,7 +83,7 @@ class MeasuredRuns:
     # None where that is unknown
     past: Past | None = field(default=None, kw_only=True)
 
-    @property
+    @cached_property
     def motion(self) -> Motion:
         """The motion as the compiled simulation takes it."""
         return Motion(self.starts, self.x, self.v, self.current, self.dt, self.periods)
@@ -97,6 +97,13 @@ class MeasuredRuns:
     def runs(self) -> list[slice]:
         """Samples of each run."""
         return [slice(int(a), int(b)) for a, b in pairwise(self.starts)]
+
+    @cached_property
+    def sizes(self) -> tuple[float, float, float, float]:
+        """RMS force (N), peak displacement (m), a time (s) and the highest current (A), or 1."""
+        x, v = (float(np.max(np.abs(one))) for one in (self.x, self.v))
+        current = float(np.max(np.abs(self.current))) or 1.0
+        return float(np.sqrt(np.mean(self.force**2))), x, x / v, current
 
     @cached_property
     def force_size(self) -> NDArray:

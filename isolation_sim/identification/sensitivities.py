@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import lru_cache
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from types import ModuleType
 from typing import Any
 
@@ -18,7 +19,7 @@ from ..laws.emit import function_text, straight_line, symbols
 from ..laws.fingerprint import fingerprint
 from ..laws.law import Law
 from .device_arguments import workspace
-from .run_starts import lead_in
+from .run_starts import Runs, lead_in
 
 _LARGEST_CHANGE = 1e3
 """Change of a run's force over the relative change of a coefficient, in units of the force, beyond
@@ -50,6 +51,23 @@ class Motion:
     # (n_runs,), s: Period of each run whose first cycle is steady; 0, or None for all, from rest
     periods: NDArray | None = None
 
+    @cached_property
+    def runs(self) -> Runs:
+        """Where the runs lie, each with the motion that leads into it."""
+        periods = np.zeros_like(self.dt) if self.periods is None else self.periods
+        return lead_in(self.starts, self.dt, periods, self.displacement)
+
+    @cached_property
+    def runs_at_rest(self) -> Runs:
+        """The same if every run begins at rest."""
+        return lead_in(self.starts, self.dt, np.zeros_like(self.dt), self.displacement)
+
+    def with_current(self, current: NDArray) -> Motion:
+        """Return the same motion under another current, (n_samples,), A."""
+        other = replace(self, current=current)
+        other.__dict__["runs"] = self.runs  # they do not depend on it
+        return other
+
 
 class Simulator:
     """A law under measured motion.
@@ -79,15 +97,12 @@ class Simulator:
         self.law, self.motion, self.n_powers = law, motion, n_powers
         self.n_steps = np.broadcast_to(np.asarray(n_steps, np.int64), motion.dt.shape).copy()
         self.stiff = np.broadcast_to(np.asarray(stiff, bool), motion.dt.shape).copy()
-        periods = motion.periods if law.states else None  # without memory any run may begin
-        if periods is None:
-            periods = np.zeros_like(motion.dt)
-        self._runs = lead_in(motion.starts, motion.dt, periods, motion.displacement)
-        self._work = workspace(len(law.states), len(law.parameters), n_powers)
 
     def run(self, theta: NDArray, derivatives: bool = True) -> tuple[NDArray, NDArray]:
         """Simulate all runs; ``theta``: one parameter's coefficients after another's."""
-        motion, n_samples = self.motion, len(self.motion.displacement)
+        law, motion, n_samples = self.law, self.motion, len(self.motion.displacement)
+        # without memory any run may begin
+        runs = motion.runs if law.states else motion.runs_at_rest
         whole = self.n_steps.all()
         force = np.empty(n_samples) if whole else np.full(n_samples, np.nan)
         jacobian = np.empty((n_samples if derivatives else 0, len(theta)))
@@ -96,14 +111,14 @@ class Simulator:
             n_steps = np.where(self.stiff == stiff, self.n_steps, 0)
             if not n_steps.any():
                 continue
-            compiled(self.law, stiff).simulate(
-                self._runs,
+            compiled(law, stiff).simulate(
+                runs,
                 motion.displacement,
                 motion.velocity,
                 motion.current,
                 n_steps,
                 rows,
-                self._work,
+                workspace(len(law.states), len(law.parameters), self.n_powers),
                 force,
                 jacobian,
             )
@@ -111,11 +126,9 @@ class Simulator:
 
     def with_steps(self, n_steps: NDArray, stiff: NDArray) -> Simulator:
         """Return the simulator with other steps; runs with none are left out."""
-        return Simulator(self.law, self.motion, self.n_powers, n_steps, stiff)
-
-    def copy(self) -> Simulator:
-        """Return a simulator that another thread may use at the same time."""
-        return self.with_steps(self.n_steps, self.stiff)
+        other = copy(self)
+        other.n_steps, other.stiff = n_steps, stiff
+        return other
 
     def resolved(self, theta: NDArray, tolerance: float = 1e-4, most: int = 64) -> Simulator:
         """Return the simulator with as many steps a sample as each run's accuracy needs.

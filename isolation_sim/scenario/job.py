@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ground_motions import Record
 
-from ..errors import Diverged, InputError
+from ..errors import Diverged, InputError, RefusedCurrent
 from ..structures import IsolatedStructure
 
 if TYPE_CHECKING:
@@ -122,4 +122,5 @@ class Job:
 def with_place(error: Exception, *places: str) -> Exception:
     """Insert places before an error's text."""
     text = ": ".join([place for place in places if place] + [str(error)])
-    return type(error)(text) if isinstance(error, Diverged) else InputError(text)
+    alone = isinstance(error, Diverged | RefusedCurrent)
+    return type(error)(text) if alone else InputError(text)

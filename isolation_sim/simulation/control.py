@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ground_motions import Record
 from ground_motions.argument_types import checked
 
-from ..errors import ControllerError, Diverged, InputError
+from ..errors import ControllerError, Diverged, InputError, RefusedCurrent
 from ..structures import IsolatedStructure
 
 
@@ -225,7 +225,7 @@ def current_of(controller: Control, t: float, measurement: Any) -> NDArray:
         raise _failed(controller, f"at t = {t:.4g} s", cause, error) from error
     # NumPy reads the text "3" as a number
     if chosen is None or np.asarray(chosen).dtype.kind in "US":
-        raise InputError(
+        raise RefusedCurrent(
             f"{controller.name}: current() gave {chosen!r} at t = {t:.4g} s; expected: a current, "
             f"A, {'after return' if chosen is None else 'as a number'}"
         )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ground_motions import STANDARD_GRAVITY, Record
 
-from ..errors import Diverged, InputError, unknown_name
+from ..errors import Diverged, InputError, RefusedCurrent, unknown_name
 from ..laws.device import Device
 from ..laws.law import Law
 from ..structures import IsolatedStructure
@@ -301,13 +301,13 @@ class Plan:
         return refusal(float(commands[channel]), time, self.lanes[lane], channel)
 
 
-def refusal(current: float, time: float, lane: Lane, channel: int) -> InputError:
+def refusal(current: float, time: float, lane: Lane, channel: int) -> RefusedCurrent:
     """Error for a refused current, with its controller, its time and the limits."""
     low, high = lane.context.low[channel], lane.context.high[channel]
     remedy = (
         "" if np.isnan(current) else "; current_outside='clamp' clamps and counts such commands"
     )
-    return InputError(
+    return RefusedCurrent(
         f"{lane.controller}: current {current:.5g} A at t = {time:.4g} s is outside {low:.4g} to "
         f"{high:.4g} A, the range of the supply and of the devices on channel {channel}{remedy}"
     )

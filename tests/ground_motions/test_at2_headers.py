@@ -28,6 +28,9 @@ ACCEPTED = {
                             WEST1 + "      ", "4 0.0050 NPTS, DT"),
     "italian": ("ITACA STRONG MOTION DATA CONVERTED TO AT2 FORMAT",
                 "E_ID: IT-2009-0009 STATION_ID: AQV", WEST1, "4    0.005    NPTS, DT"),
+    "peknold": ("Data for El Centro 1940 North South Component (Peknold Version)",
+                "4 points at equal spacing of 0.0050 sec", "The units are (g)",
+                "NPTS=  4, DT= .00500 SEC"),
     # names of stations that hold the word, or begin as it does
     "power_plant": (NGA, "Whittier Narrows-01, 10/1/1987, Unit 4 Power Plant, 90", WEST2, POINTS),
     "unit_no_comma": (NGA, "Parkfield, 6/28/1966, SCE UNIT 4 POWER PLANT, 90", WEST2, POINTS),

@@ -132,6 +132,53 @@ def test_the_vertical_channel_of_three_is_told_by_its_direction(written, refused
         read_folder(tmp_path)
 
 
+def test_csmip_until_1990(written):
+    """Units in brackets, no format, and the channel of the station beside that of its recorder."""
+    old = CSMIP.replace("sec, in cm/sec2. (8f10.3)", "SEC.  (UNITS: CM/SEC/SEC)")
+    old = old.replace("CHAN  {channel}:  90 DEG", "CHAN  1: 90 DEG  (STA CHN: {channel})")
+    path = written("meloland.v2", old.format(channel=1, first=1) + old.format(channel=14, first=2))
+    record = read(path, column="14")
+    np.testing.assert_allclose(record.acceleration[:3] * 100, [2, -1000, 3])
+    assert (record.dt, record.name, record.file_unit) == (0.02, "meloland_14", "cm/s2")
+
+
+def test_channels_in_several_files_are_paired_by_their_headers(written, tmp_path):
+    """CESMD gives a file for each channel; two at one place are a record, the vertical is not."""
+    directions = {1: "110 DEG", 2: "UP", 3: "20 DEG", 4: "UP", 5: "110 DEG"}
+    places = {4: "DECK", 5: "PIER"}
+    for k, direction in directions.items():
+        words = f"{direction}   LOCATION: {places.get(k, 'FREEFIELD')}"
+        text = CSMIP.format(channel=k, first=k).replace(" 90 DEG", words)
+        written(f"CHAN00{k}.V2", text.replace("ACCELEROGRAM ", "ACCELEROGRAM"))
+    with pytest.warns(UserWarning) as told:
+        station, pier = read_folder(tmp_path)
+    assert [each.name for each in (*station.components, station.vertical)] == [
+        "CHAN001", "CHAN003", "CHAN002",
+    ]  # fmt: skip
+    assert ([each.name for each in pier.components], pier.vertical) == (["CHAN005"], None)
+    structure, vertical, together = (str(each.message) for each in told)
+    assert "not called free field by their headers" in structure
+    assert structure.endswith("are: CHAN004.V2 (DECK), CHAN005.V2 (PIER)")
+    assert "not used, vertical components alone: CHAN004.V2" in vertical
+    assert "by their headers: CHAN001 (CHAN001.V2, CHAN003.V2, CHAN002.V2)" in together
+
+
+def test_vertical_components_alone_are_no_records(written, refused, tmp_path):
+    written("CHAN002.V2", ONE.replace(" 90 DEG", "UP"))
+    with refused("vertical components alone", "horizontal"):
+        read_folder(tmp_path)
+
+
+def test_cosmos_files_of_a_station_are_one_record(written, tmp_path):
+    start = "Rcrd start time: 2018/11/30 17:29:39.137 UTC"
+    for k, direction in ((1, "90 Deg"), (2, "Up"), (3, "360 Deg")):
+        text = cosmos().replace("Chan  3: 90 Deg", f"Chan  {k}: {direction}\n{start}")
+        written(f"bmr_{k}.V2c", text)
+    with pytest.warns(UserWarning, match=r"bmr_1 \(bmr_1.V2c, bmr_3.V2c, bmr_2.V2c\)"):
+        (record,) = read_folder(tmp_path)
+    assert record.vertical is not None
+
+
 @pytest.mark.parametrize(
     ("text", "parts"),
     [

@@ -366,7 +366,8 @@ def test_components_are_paired_by_the_ends_of_their_names(tmp_path, stems, named
     pair = named.partition(",")[0]
     if ":" in named:
         files = ", ".join(f"{stem}.AT2" for stem in pair.partition(": ")[2].split() if stem != "|")
-        assert f"by the ends of their names: {records[0].name} ({files});" in lines[0]
+        told = f"by the ends of their names or by their headers: {records[0].name} ({files});"
+        assert told in lines[0]
     else:
         assert not lines
 

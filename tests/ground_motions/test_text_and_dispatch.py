@@ -29,6 +29,18 @@ def test_accelerations_that_go_on_from_line_to_line(text, content):
     assert record.acceleration.tolist() == [1, 2, -3, 0, 5, 6, -7]
 
 
+@pytest.mark.parametrize("content", ["3 0.005\n1\n2\n-3\n", "title\n 3 0.005\n1 2\n-3\n",
+                                     "3  0.005\n0.005 1\n0.01 2\n0.015 -3\n"])  # fmt: skip
+def test_a_first_line_with_the_number_of_samples_and_the_step(text, refused, content):
+    path = text(content, "motion.txt")
+    record = read(path, unit="m/s2")
+    assert (record.acceleration.tolist(), record.dt) == ([1, 2, -3], 0.005)
+    if "0.015" not in content:
+        assert read(path, unit="m/s2", dt=0.005).dt == 0.005
+        with refused(f"{path}, dt", "0.01 beside 0.005 in the first line"):
+            read(path, unit="m/s2", dt=0.01)
+
+
 @pytest.mark.parametrize("delimiter", [" ", "\t", ", ", ";", "   "])
 def test_two_columns(text, delimiter):
     path = text("".join(f"{time}{delimiter}{a}\n" for time, a in ((0.1, 1), (0.15, 2), (0.2, 3))))

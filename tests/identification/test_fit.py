@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -277,6 +278,29 @@ def test_held_out_runs_never_influence_the_fit(campaign_of, held):
     assert together.error == alone.error
     assert together.held_out_error > 0.9 and np.isnan(alone.held_out_error)
     assert [e.run.name for e in together.errors] == ["run0", "run1", "spoilt"]
+
+
+def test_a_law_that_nothing_tests_between_two_currents_says_so(campaign_of, held, monkeypatch):
+    campaign = campaign_of("kelvin_voigt", 0)
+    plain = "the runs have 0.5 and 2 A: between them the law is interpolated, and no run tests it"
+
+    def told(campaign):
+        notes = fitted("kelvin_voigt", campaign, held).notes
+        return [note for note in notes if note.startswith("the runs have")]
+
+    assert told(campaign) == [f"{plain}; measure one at 1.25 A and hold it out"]
+    first = campaign.runs[0]
+    between = replace(
+        first, name="between", hold_out=True, current=np.full_like(first.current, 1.0)
+    )
+    assert told(replace(campaign, runs=(*campaign.runs, between))) == []
+    for force, words in ((3.0, "3 times that at its neighbours"), (np.nan, "not finite")):
+        monkeypatch.setattr(
+            sys.modules[fit.__module__],
+            "_rms_force",
+            lambda model, best, current, force=force: force if current == 1.25 else 1.0,
+        )
+        assert told(campaign)[0].startswith(f"{plain}; at 1.25 A its force is {words}; measure")
 
 
 def test_the_same_seed_gives_the_same_fit(campaign_of, held):

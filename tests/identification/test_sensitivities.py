@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
 
@@ -158,14 +159,14 @@ def test_a_steady_current_is_the_limit_of_one_that_moves(name, numbers, wave):
         np.testing.assert_allclose(one, other, rtol=1e-7, atol=1e-9 * np.max(np.abs(one)))
 
 
-def test_a_copy_gives_the_same_and_shares_no_workspace(numbers, wave):
+def test_threads_may_share_a_simulator(numbers, wave):
     simulator, theta = simulator_of("maxwell", numbers, motion_along(wave), n_steps=2)
-    force, jacobian = simulator.run(theta)
-    copy = simulator.copy()
-    copy.run(2 * theta)
-    again = simulator.run(theta)
-    np.testing.assert_array_equal(force, again[0])
-    np.testing.assert_array_equal(jacobian, again[1])
+    alone = [simulator.run(k * theta) for k in (1.0, 2.0)]
+    with ThreadPoolExecutor(2) as pool:
+        together = list(pool.map(simulator.run, [theta, 2 * theta] * 8))
+    for k, run in enumerate(together):
+        for one, other in zip(run, alone[k % 2], strict=True):
+            np.testing.assert_array_equal(one, other)
 
 
 def test_steps_resolve_derivatives_where_the_force_is_bounded_by_itself():

@@ -19,8 +19,11 @@ _LOW, _HIGH = 0.2, 3.0
 """Hz: where an isolated building moves enough to compare accelerations with its displacement."""
 _TAPER = 0.25
 """Share of a record over which it fades in and out for this comparison. Convention."""
-_UNITS = (STANDARD_GRAVITY, 100.0, 100.0 * STANDARD_GRAVITY, 1000.0)
-"""Factors between units that are mistaken for each other."""
+_UNITS = {
+    STANDARD_GRAVITY: "g and m/s^2", 100.0: "cm/s^2 and m/s^2",
+    100.0 * STANDARD_GRAVITY: "g and cm/s^2", 1000.0: "mm/s^2 and m/s^2",
+}  # fmt: skip
+"""Factors between units of acceleration that are mistaken for each other."""
 _ALIKE, _COHERENT, _COHERENT_ALL = 0.12, 0.9, 0.97
 """Relative distance from a factor, and coherence from which it counts; coherence of what can only
 be the same motion. Convention."""
@@ -32,9 +35,16 @@ def check_quantities(record: BuildingRecord) -> None:
     """Refuse a record whose accelerations and displacements do not belong together."""
     for axis, motion in zip(record.axes, record.ground, strict=True):
         along = f" along {axis}" if axis else ""
+        name, factor = _wrong_unit(record, axis, motion.acceleration)
+        if name:
+            between = next(words for one, words in _UNITS.items() if _is_factor(factor, one))
+            raise InputError(
+                f"{record.name}: the {name}'s acceleration{along} is {factor:.3g} times the one "
+                "that fits the other columns and the isolators' displacement; expected: each "
+                f"column in the unit that its name says (the factor is that between {between})"
+            )
         slope, _, coherence = _against_displacement(record, axis, motion.acceleration)
-        ratio = max(abs(slope), 1 / abs(slope)) if slope else 1.0
-        if coherence > _COHERENT and any(abs(ratio / one - 1) < _ALIKE for one in _UNITS):
+        if coherence > _COHERENT and any(_is_factor(slope, one) for one in _UNITS):
             raise InputError(
                 f"{record.name}: the base's acceleration relative to the ground{along} is "
                 f"{slope:.3g} times that of the isolators' displacement; expected: 1 (is each "
@@ -47,6 +57,30 @@ def check_quantities(record: BuildingRecord) -> None:
                 "displacement; expected: absolute accelerations, and displacements relative to the "
                 "ground"
             )
+
+
+def _is_factor(ratio: float, factor: float) -> bool:
+    """Whether a ratio is a factor or its inverse, of either sign."""
+    ratio = max(abs(ratio), 1 / abs(ratio)) if ratio else 1.0
+    return abs(ratio / factor - 1) < _ALIKE
+
+
+def _wrong_unit(record: BuildingRecord, axis: str, motion: NDArray) -> tuple[str, float]:
+    """Which of base and ground is alone in another unit, and by which factor; else no name."""
+    # the displacement's second derivative is that of the base less that of the ground, each times
+    # its own factor; both are one unless a unit is wrong
+    base, ground, target = _spectra(record, axis, record.base_acceleration(axis), motion)
+    columns = np.stack([base, -ground], axis=1)
+    parts = np.vstack([columns.real, columns.imag])
+    both = np.concatenate([target.real, target.imag])
+    (of_base, of_ground), *_ = np.linalg.lstsq(parts, both, rcond=None)
+    left = both - parts @ (of_base, of_ground)
+    if float(left @ left) > (1 - _COHERENT**2) * float(both @ both):
+        return "", 1.0
+    for name, own, other in (("base", of_base, of_ground), ("ground", of_ground, of_base)):
+        if abs(other - 1) < _ALIKE and any(_is_factor(own, one) for one in _UNITS):
+            return name, 1 / own
+    return "", 1.0
 
 
 def record_problems(record: BuildingRecord) -> tuple[str, ...]:
@@ -109,22 +143,9 @@ def _against_displacement(
     record: BuildingRecord, axis: str, motion: NDArray | float
 ) -> tuple[float, float, float]:
     """Relative acceleration over the displacement's, delay of the displacement (s), coherence."""
-    from scipy.signal.windows import tukey
-
-    # From the phase and size of their cross-spectrum, weighted by its size. Without a window, a
-    # record that is cut off in strong motion would have a jump at its end. By parts, the second
-    # derivative of the displacement moves to the window and to the oscillation.
-    window = tukey(len(record), _TAPER)
-    frequency = np.fft.rfftfreq(len(record), record.dt)
-    used = (frequency > _LOW) & (frequency < _HIGH)
-    omega = 2 * np.pi * frequency[used]
-    base = record.base_acceleration(axis)
-    relative = np.fft.rfft(window * (base - motion))[used]
-    slope = np.gradient(window, record.dt)
-    bend = np.gradient(slope, record.dt)
-    x = record.displacement(axis)
-    of_x, of_slope, of_bend = (np.fft.rfft(w * x)[used] for w in (window, slope, bend))
-    accelerated = of_bend - 2j * omega * of_slope - omega**2 * of_x
+    # From the phase and size of their cross-spectrum, weighted by its size.
+    relative, accelerated = _spectra(record, axis, record.base_acceleration(axis) - motion)
+    omega = _omega(record)
     cross = relative * accelerated.conj()
     power = float(np.sum(np.abs(accelerated) ** 2))
     own = float(np.sum(np.abs(relative) ** 2))
@@ -134,3 +155,27 @@ def _against_displacement(
     aligned = cross * np.exp(-1j * omega * lag)
     shared = float(aligned.real.sum())
     return shared / power, lag, abs(shared) / float(np.sqrt(power * own))
+
+
+def _omega(record: BuildingRecord) -> NDArray:
+    """Angular frequencies at which accelerations and displacements are compared, rad/s."""
+    frequency = np.fft.rfftfreq(len(record), record.dt)
+    return 2 * np.pi * frequency[(frequency > _LOW) & (frequency < _HIGH)]
+
+
+def _spectra(record: BuildingRecord, axis: str, *accelerations: NDArray) -> list[NDArray]:
+    """Spectra of accelerations, and last that of the displacement's second derivative."""
+    from scipy.signal.windows import tukey
+
+    # Without a window, a record that is cut off in strong motion would have a jump at its end. By
+    # parts, the second derivative of the displacement moves to the window and to the oscillation.
+    window = tukey(len(record), _TAPER)
+    frequency = np.fft.rfftfreq(len(record), record.dt)
+    used = (frequency > _LOW) & (frequency < _HIGH)
+    omega = _omega(record)
+    slope = np.gradient(window, record.dt)
+    bend = np.gradient(slope, record.dt)
+    x = record.displacement(axis)
+    of_x, of_slope, of_bend = (np.fft.rfft(w * x)[used] for w in (window, slope, bend))
+    accelerated = of_bend - 2j * omega * of_slope - omega**2 * of_x
+    return [*(np.fft.rfft(window * each)[used] for each in accelerations), accelerated]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache, reduce
 from types import ModuleType
 from typing import Any
@@ -21,7 +22,6 @@ from ...compilation.kernel_text import assigned, kernel_text
 from ...effects import Effect, Signals
 from ...generated import in_cache, load_written, name_of_content
 from ...identification.measured_runs import MeasuredRuns, measured_runs
-from ...identification.run_starts import lead_in
 from ...identification.run_table import TestRun
 from ...laws.emit import function_text, straight_line, symbols
 from ...laws.fingerprint import fingerprint
@@ -80,8 +80,10 @@ class _Runs:
         self.effect, self.data, self.signals = effect, data, signals
         self.parameters = np.ascontiguousarray(parameters, float)
         # a slow effect begins at the first sample: before it the device may have rested for long
-        periods = np.zeros_like(data.periods) if effect.gradual else data.periods
-        self.runs = lead_in(data.starts, data.dt, periods, signals.x)
+        motion = data.motion
+        if signals.x is not data.x:
+            motion = replace(motion, displacement=signals.x)
+        self.runs = motion.runs_at_rest if effect.gradual else motion.runs
         self.rows = [name for name in HOOKS for _ in range(_width(effect, name))]
         self.out = np.empty((len(self.rows), len(signals.x)))
 

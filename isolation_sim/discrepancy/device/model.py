@@ -132,13 +132,7 @@ class Model(LawModel):
         """Scale of a parameter, in its unit, of which ``starts`` are multiples."""
         if quantity.unit in ("s", "1", "-"):
             return 1.0
-        data = self.data
-        x = float(np.max(np.abs(data.x)))
-        force = float(np.sqrt(np.mean(data.force**2)))
-        current = float(np.max(np.abs(data.current))) or 1.0
-        return characteristic_scale(
-            quantity.unit, force, x, x / float(np.max(np.abs(data.v))), current
-        )
+        return characteristic_scale(quantity.unit, *self.data.sizes)
 
     # trial values far from the data may overflow: their cost is infinite
     @np.errstate(all="ignore")
@@ -243,7 +237,7 @@ class Model(LawModel):
                 motion = replace(motion, displacement=seen[0], velocity=seen[1])
             if effect.current is not None:
                 seen = evaluate(effect, self.data, nothing, parameters, current=motion.current)
-                motion = replace(motion, current=seen["current"])
+                motion = motion.with_current(seen["current"])
         return self.simulator(motion).run(self.parameterisation.coefficients(law), derivatives)
 
     def _evaluate(self, effect: Effect, inner: NDArray, parameters: NDArray) -> dict[str, Any]:

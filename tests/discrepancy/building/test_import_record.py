@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import isolation_sim as iso
 from isolation_sim.cli import main
-from isolation_sim.discrepancy.building.raw_records.headings import read_heading
+from isolation_sim.discrepancy.building.raw_records.headings import read_heading, read_name
 from isolation_sim.discrepancy.building.raw_records.settings import (
     RecordSettings,
     channel_of,
@@ -188,7 +188,7 @@ def test_a_record_in_any_dialect_comes_back(tmp_path_factory, dialect):
         ("base_rotation_acceleration_rad_s2", ("base", "rotation", "acceleration")),
         ("Dach z [mg]", ("roof", "vertical", "acceleration")),
         ("channel 4 acceleration Up Base slab [cm/s2]", ("base", "vertical", "acceleration")),
-        ("90 Deg Free field [g]", ("ground", "", "acceleration")),
+        ("90 Deg Free field [g]", ("ground", "90deg", "acceleration")),
         ("Displ. Lager", ("isolator", "", "displacement")),
         ("floor 0 [g]", ("base", "", "acceleration")),
         ("Roof slab [g]", ("roof", "", "acceleration")),
@@ -199,6 +199,12 @@ def test_a_record_in_any_dialect_comes_back(tmp_path_factory, dialect):
 def test_places_in_headings(heading, expected):
     read = heading_of(heading)
     assert read_heading(read.text, read.name, read.unit)[:3] == expected
+
+
+def test_azimuths_are_directions_by_the_settings():
+    words = {"360 deg": "x", "EW": "y"}
+    assert read_name("channel 2 acceleration 360 DEG Base", words).axis == "x"
+    assert read_name("channel 2 acceleration 90 DEG Base", words).axis == "90deg"
 
 
 def test_names_of_files_say_where_a_sensor_stands(tmp_path):
@@ -422,7 +428,7 @@ def test_rotations_and_a_second_floor_in_one_direction(tmp_path):
         ("isolator_displacement [m]", "Lager Weg", "--unit isolator_displacement=UNIT, --unit d"),
         ("isolator_displacement [m]", "isolator displacement [cm]", "times that of the isolators'"),
         ("isolator_displacement [m]", "base displacement [m]", "without one of the ground"),
-        ("base_acceleration [m/s2]", "base [g]", "times that of the isolators'"),
+        ("base_acceleration [m/s2]", "base [g]", "times the one that fits the other columns"),
         ("Time [s]", "Zeile", "not recognised: time; expected: --column time=HEADING"),
     ],
 )  # fmt: skip

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim.discrepancy.building.record import BuildingRecord, read_building_record
-from isolation_sim.discrepancy.building.record_checks import record_problems, unmeasured_floors
+from isolation_sim.discrepancy.building.record_checks import (
+    check_quantities,
+    record_problems,
+    unmeasured_floors,
+)
 from isolation_sim.errors import InputError
 
 NAMES = [
@@ -155,6 +161,23 @@ def test_a_record_that_ends_in_strong_motion_hangs_together(n):
 def test_what_does_not_hang_together_is_reported(channel, spoil, message):
     spoilt = spoil(_record().response[channel])
     assert any(message in problem for problem in record_problems(_record(**{channel: spoilt})))
+
+
+@pytest.mark.parametrize("name", ["base", "ground"])
+@pytest.mark.parametrize(
+    ("factor", "units"), [(9.80665, "g and m/s^2"), (1 / 9.80665, "g and m/s^2"), (0.01, "cm/s^2")]
+)
+def test_a_single_accelerometer_in_another_unit_is_named(name, factor, units):
+    record = _record()
+    check_quantities(record)
+    if name == "base":
+        changed = factor * record.response["base_acceleration_m_s2"]
+        record = _record(base_acceleration_m_s2=changed)
+    else:
+        record = _record(ground_acceleration_m_s2=factor * record.ground[0].acceleration)
+    told = rf"the {name}'s acceleration is .* times the one that fits .*between {re.escape(units)}"
+    with pytest.raises(InputError, match=told):
+        check_quantities(record)
 
 
 TWO = [

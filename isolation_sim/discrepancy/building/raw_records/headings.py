@@ -48,6 +48,8 @@ _AXES = {
     "längs": "long", "trans": "trans", "transverse": "trans", "lateral": "trans", "quer": "trans",
 }  # fmt: skip
 _COMPASS = re.compile(r"(?<![a-z])(?:(e)-?(w)|(n)-?(s))(?![a-z])", re.IGNORECASE)
+_AZIMUTH = re.compile(r"(?<![\d.])0*(\d{1,3})\s*deg(?![a-z])", re.IGNORECASE)
+"""Such as ``90 Deg`` of CSMIP and COSMOS."""
 _RELATIVE = {"rel", "relative", "relativ"}
 _LETTERS = {
     **dict.fromkeys(("a", "ag", "ab", "ax", "ay", "az"), "acceleration"),
@@ -77,11 +79,18 @@ def read_name(name: str, directions: Mapping[str, str] | None = None) -> Reading
     quantity = named[0] if len(set(named)) == 1 else ""
     own = {word.lower(): axis for word, axis in (directions or {}).items()}
     tokens = re.findall(r"\w+", name.lower().replace("_", " "))
-    axes = {own[token] for token in [*parts, *tokens] if token in own}
-    axes = axes or {_AXES[part] for part in parts if part in _AXES}
+    azimuths = _azimuth(name)
+    own |= {azimuth: axis for word, axis in own.items() for azimuth in _azimuth(word)}
+    axes = {own[token] for token in [*parts, *tokens, *azimuths] if token in own}
+    axes = axes or {_AXES[part] for part in parts if part in _AXES} or set(azimuths)
     place = _place(plain.lower(), set(parts), relative, quantity)
     measured = not set(parts) & NOT_MEASURED
     return Reading(place, axes.pop() if len(axes) == 1 else "", quantity, relative, measured)
+
+
+def _azimuth(word: str) -> list[str]:
+    """An azimuth as an axis is called: 90deg of ``90 Deg``."""
+    return [f"{number}deg" for number in _AZIMUTH.findall(word)]
 
 
 def read_heading(

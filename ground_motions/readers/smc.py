@@ -1,0 +1,144 @@
+"""Accelerograms of the US Geological Survey (SMC)."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ground_motions.argument_types import checked
+from ground_motions.checks import positive
+from ground_motions.component_names import Component
+from ground_motions.errors import InputError, warn
+from ground_motions.readers.lines import (
+    excerpt,
+    fixed_cells,
+    parse_number,
+    read_lines,
+    require_count,
+    require_two,
+)
+from ground_motions.record import Record
+from ground_motions.units import to_m_s2
+
+_WIDTHS = {10: 8, 15: 5}  # characters of a number, and numbers of a line
+_TEXT, _INTEGERS, _REALS = 11, 6, 10  # lines of the header
+_NULL, _COMMENTS, _COUNT = 0, 15, 16  # places in the integer header
+_NO_REAL, _RATE = 0, 1  # places in the real header; the rate is in Hz
+_CORRECTED, _UNCORRECTED = "2 CORRECTED ACCELEROGRAM", "1 UNCORRECTED ACCELEROGRAM"
+# "station = San Francisco, 1295 Shafter, F component=    360", below the day of the earthquake
+_DAY_LINE, _STATION_LINE = 3, 5
+_STATION = re.compile(
+    r"\s*station\s*=(?P<station>.*?)component\s*=(?P<direction>.*)", re.IGNORECASE
+)
+
+
+class _Header(NamedTuple):
+    """The numbers of a header that say how the samples are to be read."""
+
+    comments: int  # Lines between the header and the samples
+    samples: int  # Their number
+    rate: float | None  # Hz; none for pairs of time and acceleration
+
+
+@checked
+def read_smc(path: str | Path) -> Record:
+    """Read an accelerogram of the National Strong Motion Project of the US Geological Survey.
+
+    Parameters
+    ----------
+    path : str or Path
+        One component, ``.smc``, at a constant sampling rate, in cm/s2. A warning says so where
+        the accelerogram is uncorrected.
+
+    Returns
+    -------
+    Record
+        The motion in m/s2, named after the file; the source has the station and the component.
+
+    Raises
+    ------
+    InputError
+        If the file has velocities, displacements or spectra, or samples at uneven times; the
+        header is not one of an SMC file; there are fewer samples than it says; or a sample is not
+        a finite number.
+
+    Notes
+    -----
+    "SMC-format data files", National Strong Motion Project, US Geological Survey.
+    """
+    lines = read_lines(path)
+    first = " ".join(lines[0].split()).upper()
+    if not first.startswith((_CORRECTED, _UNCORRECTED)):
+        raise InputError(f"{path}, line 1", excerpt(lines[0].strip()), repr(_CORRECTED))
+    header = _header(lines, path)
+    if header.rate is None:
+        raise InputError(
+            str(path), "no sampling rate: samples at uneven times",
+            "the corrected accelerogram of this record",
+        )  # fmt: skip
+    begin = _TEXT + _INTEGERS + _REALS + header.comments
+    samples = _numbers(lines, range(begin, len(lines)), 10, path)
+    require_count(len(samples), header.samples, str(path), "number of samples")
+    require_two(len(samples), str(path))
+    if first.startswith(_UNCORRECTED):
+        warn(f"{path}: uncorrected; baseline_corrected() removes its baseline", UserWarning)
+    station, direction = _station(lines)
+    return Record(
+        np.array(samples) * to_m_s2("cm/s2"),
+        1.0 / header.rate,
+        name=Path(path).stem,
+        source=f"{path}, station {station}, component {direction}",
+        file_unit="cm/s2",
+    )
+
+
+def component_of(path: str | Path) -> Component | None:
+    """The component in a file; none if its header does not say."""
+    lines = read_lines(path)
+    station, direction = _station(lines)
+    return Component(" ".join([*lines[_DAY_LINE].split(), station]), direction) if station else None
+
+
+def _station(lines: list[str]) -> tuple[str, str]:
+    """Station and direction of the component; empty if they are not told."""
+    match = _STATION.match(lines[_STATION_LINE]) if len(lines) > _STATION_LINE else None
+    if match is None:
+        return "", ""
+    return " ".join(match["station"].split()), " ".join(match["direction"].split())
+
+
+def _header(lines: list[str], path: str | Path) -> _Header:
+    integers = _numbers(lines, range(_TEXT, _TEXT + _INTEGERS), 10, path)
+    begin = _TEXT + _INTEGERS
+    reals = _numbers(lines, range(begin, begin + _REALS), 15, path)
+    for name, cells, rows, width in (
+        ("whole", integers, _INTEGERS, 10), ("real", reals, _REALS, 15),
+    ):  # fmt: skip
+        expected = rows * _WIDTHS[width]
+        if len(cells) != expected:
+            raise InputError(
+                str(path),
+                f"{len(cells)} {name} numbers in the header",
+                f"{expected} on {rows} lines",
+            )
+    null, comments, count = (round(integers[k]) for k in (_NULL, _COMMENTS, _COUNT))
+    rate = reals[_RATE]
+    known = rate != reals[_NO_REAL]
+    return _Header(
+        0 if comments == null else comments,
+        count,
+        positive(f"{path}, line {begin + 1}, sampling rate (Hz)", rate) if known else None,
+    )
+
+
+def _numbers(lines: list[str], rows: range, width: int, path: str | Path) -> list[float]:
+    """Numbers of some lines, which are given from 0."""
+    return [
+        parse_number(cell, f"{path}, line {k + 1}, column {i}")
+        for k in rows
+        if k < len(lines)
+        for i, cell in enumerate(fixed_cells(lines[k], width), start=1)
+    ]
