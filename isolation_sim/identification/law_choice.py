@@ -148,25 +148,28 @@ def choose_law(
 
     def fit(name: str) -> tuple[LawModel, Optimum | None]:
         p = parameterise(campaign, LAWS[name], short, degree)
-        result = _fit(LawModel(short, p), pool, seed)
+        result = _fit(LawModel(short, p), seed)
         advance()
         return result
 
-    fits = sorted(map(fit, laws), key=_cost)
+    fits = sorted(pool.map(fit, laws), key=_cost)
     if not np.isfinite(_cost(fits[0])):
         raise InputError(f"{campaign.name}: no law gives finite forces under the measured motion")
-    ranks: list[LawRank] = []
-    for model, end in fits:
-        least = min((one.left_out for one in ranks), default=np.inf)
-        ranks.append(_evaluate(model, end, pool, WRONG_FAMILY * least))
+    first = _evaluate(*fits[0])
+
+    def evaluate(fitted: tuple[LawModel, Optimum | None]) -> LawRank:
+        result = _evaluate(*fitted, WRONG_FAMILY * first.left_out)
         advance()
+        return result
+
+    ranks = [first, *pool.map(evaluate, fits[1:])]
     likely = sorted(zip(ranks, fits, strict=True), key=lambda one: one[0].left_out)
     for one, (model, end) in likely[:_FINALISTS]:
         # one that misses its own data by more than the best misses others' cannot become the best
         if end is not None and one.error <= min(rank.left_out for rank in ranks):
             model, further = refine_law(model, end.x, _RANKED)
             if model.error(further.x) < (1 - _RANKED) * one.error:
-                ranks[ranks.index(one)] = _evaluate(model, further, pool)
+                ranks[ranks.index(one)] = _evaluate(model, further)
         advance()
     if prescribed is not None:
         own = _rank_prescribed(campaign, short, degree, prescribed)
@@ -174,8 +177,8 @@ def choose_law(
         ranks = [*(one for one in ranks if one.law != own.law), *(better or [own])]
     ranks.sort(key=lambda one: one.left_out)
     least = ranks[0].left_out
-    first = min((r for r in ranks if r.left_out <= NEAR * least), key=lambda one: one.n_numbers)
-    return LawChoice((first, *(one for one in ranks if one is not first)))
+    best = min((r for r in ranks if r.left_out <= NEAR * least), key=lambda one: one.n_numbers)
+    return LawChoice((best, *(one for one in ranks if one is not best)))
 
 
 def _cost(fitted: tuple[LawModel, Optimum | None]) -> float:
@@ -184,14 +187,14 @@ def _cost(fitted: tuple[LawModel, Optimum | None]) -> float:
     return np.inf if end is None else end.cost
 
 
-def _fit(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> tuple[LawModel, Optimum | None]:
+def _fit(model: LawModel, seed: int) -> tuple[LawModel, Optimum | None]:
     """Fit a law from a few starts; the model is held near the best of them."""
     fitted, p = model.data.without_held_out(), model.parameterisation
 
     def search(p: Parameterisation, start: NDArray) -> Optimum:
         return search_roughly(LawModel(fitted, p), start, SCREENING_STEPS, 1e-3)
 
-    begin = screen_starts(p, search, pool, _STARTS, seed)
+    begin = screen_starts(p, search, _STARTS, seed)
     model = replace(model, expected=begin[0])
     near = replace(model, data=fitted)
 
@@ -200,8 +203,8 @@ def _fit(model: LawModel, pool: ThreadPoolExecutor, seed: int) -> tuple[LawModel
         here = replace(model, step_error=max(STEP_ERROR, min(_RESOLVES * missed, _COARSEST)))
         return here.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-3)
 
-    ends = pool.map(lambda start: search_roughly(near, start, _STEPS, 1e-3), begin[:_RESOLVED])
-    best = min(pool.map(resolved, distinct(ends)), key=_cost, default=None)
+    ends = (search_roughly(near, start, _STEPS, 1e-3) for start in begin[:_RESOLVED])
+    best = min(map(resolved, distinct(ends)), key=_cost, default=None)
     return best if best is not None and np.isfinite(_cost(best)) else (model, None)
 
 
@@ -221,24 +224,20 @@ def _rank_prescribed(
     )
 
 
-def _evaluate(
-    model: LawModel, end: Optimum | None, pool: ThreadPoolExecutor, most: float = np.inf
-) -> LawRank:
+def _evaluate(model: LawModel, end: Optimum | None, most: float = np.inf) -> LawRank:
     """The rank of a fitted law, cross-validated over conditions if its error is small enough."""
     law, n_numbers = model.parameterisation.law, len(model.parameterisation.scale)
     if end is None:
         return LawRank(law.name, law.title, n_numbers, np.inf, np.inf)
     error = model.error(end.x)
     near = error <= most
-    left_out = _left_out(model, end.x, pool, cross_validated=near)
+    left_out = _left_out(model, end.x, cross_validated=near)
     return LawRank(
         law.name, law.title, n_numbers, error, left_out if near else max(left_out, error), end.x
     )
 
 
-def _left_out(
-    model: LawModel, values: NDArray, pool: ThreadPoolExecutor, cross_validated: bool
-) -> float:
+def _left_out(model: LawModel, values: NDArray, cross_validated: bool) -> float:
     """Relative error of all samples, those of each condition by a fit without it."""
     model = model.resolve_steps(values, 1)
     data = model.data
@@ -248,7 +247,7 @@ def _left_out(
 
     total = residual(values)
     masks = [mask for _, mask in conditions(data)] if cross_validated else []
-    ends = fitted_without(model, [values] * len(masks), masks, pool, _FOLD_STEPS)
-    for mask, own in zip(masks, pool.map(residual, ends), strict=True):
+    ends = fitted_without(model, [values] * len(masks), masks, _FOLD_STEPS)
+    for mask, own in zip(masks, map(residual, ends), strict=True):
         total[mask] = own[mask]
     return data.relative(total, np.ones(len(total), bool))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -372,7 +372,7 @@ def fit_law(
         ends = pool.map(end, [*(o.x for o in last), *further])
         return sorted(ends, key=lambda one: one[:2])
 
-    begin = screen_starts(p, search_constant, pool, starts, seed)
+    begin = screen_starts(p, search_constant, starts, seed, pool.map)
     best = compare(p, begin, [] if start is None else [start])
     holding = p.holding()
     if holding is not None and _n_currents(data) > len(p.currents):
@@ -434,16 +434,16 @@ SCREENED = 4
 def screen_starts(
     parameterisation: Parameterisation,
     minimise: Callable[[Parameterisation, NDArray], Optimum],
-    pool: ThreadPoolExecutor,
     number: int,
     seed: int,
+    apply: Callable[..., Iterable[Any]] = map,
 ) -> list[NDArray]:
     """Search from many starts with parameters that do not depend on the current."""
     # These have a third of the unknowns, or half, and far fewer local minima. Returned are the ends
     # of the best few different searches, the best first, then the published numbers with their
-    # dependence on the current, or random ones.
+    # dependence on the current, or random ones. ``apply``: ``map``, or that of a pool.
     steady, law = parameterisation.steady(), parameterisation.law
-    result = pool.map(lambda start: minimise(steady, start), steady.starts(number, seed))
+    result = apply(lambda start: minimise(steady, start), steady.starts(number, seed))
     keep = distinct(result)[:SCREENED]
     begin = [parameterisation.of(Device(law, steady.dependence(o.x))) for o in keep]
     return begin + parameterisation.starts(1, seed)

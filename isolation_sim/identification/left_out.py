@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -62,16 +61,19 @@ def fitted_without(
     model: LawModel,
     starts: Sequence[NDArray],
     masks: Sequence[NDArray],
-    pool: ThreadPoolExecutor,
     most: int,
+    apply: Callable[..., Iterable[NDArray]] = map,
 ) -> list[NDArray]:
-    """Values of fits without each mask's samples, each from values near the fit to all."""
+    """Values of fits without each mask's samples, each from values near the fit to all.
+
+    ``apply``: ``map``, or that of a pool.
+    """
 
     def fit(start: NDArray, mask: NDArray) -> NDArray:
         data = replace(model.data, fitted=model.data.fitted & ~mask)
         return replace(model, data=data).minimise(start, most, 1e-4).x
 
-    return list(pool.map(fit, starts, masks))
+    return list(apply(fit, starts, masks))
 
 
 def _mask(like: NDArray, places: NDArray) -> NDArray:

@@ -55,10 +55,7 @@ def searched(data, values):
 
 
 def test_poles_are_in_line_near_the_middle_of_the_tested_deformation():
-    data = SimpleNamespace(
-        x=np.array([-4e-3, 10e-3]), v=np.array([0.1]), force=np.array([300.0]),
-        current=np.array([1.0]),
-    )  # fmt: skip
+    data = SimpleNamespace(x=np.array([-4e-3, 10e-3]), sizes=(300.0, 10e-3, 0.1, 1.0))
     model = Model(data, SimpleNamespace(law=None))
     loss, centre = effect("field_gap_coupling", "off_centre").parameters
     assert (model.lower(centre), model.upper(centre)) == pytest.approx((-3e-3, 3e-3))

@@ -201,12 +201,14 @@ class EffectSearch:
         if not (forms and np.isfinite(bare.cost) and np.isfinite(bare.jacobian).all()):
             return []
         left = bare.across(bare.residual)
-        refined = (refine(bare, d, self.noise) for d in screen(bare, forms, self.noise, self.pool))
-        fitted = [
-            fit_direction(bare, one)
-            for one in refined
-            if float(left @ left) - one.gain < model.cost
-        ]
+
+        def fit(one: Direction) -> FittedModel | None:
+            one = refine(bare, one, self.noise)
+            likely = float(left @ left) - one.gain < model.cost
+            return fit_direction(bare, one) if likely else None
+
+        directions = screen(bare, forms, self.noise, self.pool)
+        fitted = [one for one in self.pool.map(fit, directions) if one is not None]
         self._keep_better(fitted)
         return fitted
 

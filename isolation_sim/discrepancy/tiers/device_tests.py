@@ -109,7 +109,7 @@ class DeviceTiers(Tiers[_Rung]):
             return self.data.bounded(model.forces(values, False)[0])
 
         pool = self.problem.pool
-        ends = fitted_without(part.model, starts, self.masks, pool, _FOLD_STEPS)
+        ends = fitted_without(part.model, starts, self.masks, _FOLD_STEPS, pool.map)
         without = np.stack(list(pool.map(force, ends)))
         return tuple(ends), without, self._left_out(without)
 
