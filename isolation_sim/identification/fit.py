@@ -193,7 +193,7 @@ def _currents_note(campaign: Campaign, model: LawModel, best: Optimum) -> list[s
 def _rms_force(model: LawModel, best: Optimum, current: float) -> float:
     """RMS of the law's force under the motion of all runs, at one current."""
     motion = model.data.motion
-    held = replace(motion, current=np.full_like(motion.current, current))
+    held = motion.with_current(np.full_like(motion.current, current))
     coefficients = model.parameterisation.coefficients(best.x)
     with np.errstate(all="ignore"):
         force = model.simulator(held).run(coefficients, False)[0]

@@ -145,7 +145,7 @@ def _against_displacement(
     """Relative acceleration over the displacement's, delay of the displacement (s), coherence."""
     # From the phase and size of their cross-spectrum, weighted by its size.
     relative, accelerated = _spectra(record, axis, record.base_acceleration(axis) - motion)
-    omega = _omega(record)
+    _, omega = _band(record)
     cross = relative * accelerated.conj()
     power = float(np.sum(np.abs(accelerated) ** 2))
     own = float(np.sum(np.abs(relative) ** 2))
@@ -157,10 +157,11 @@ def _against_displacement(
     return shared / power, lag, abs(shared) / float(np.sqrt(power * own))
 
 
-def _omega(record: BuildingRecord) -> NDArray:
-    """Angular frequencies at which accelerations and displacements are compared, rad/s."""
+def _band(record: BuildingRecord) -> tuple[NDArray, NDArray]:
+    """Where accelerations and displacements are compared in a spectrum, and there omega, rad/s."""
     frequency = np.fft.rfftfreq(len(record), record.dt)
-    return 2 * np.pi * frequency[(frequency > _LOW) & (frequency < _HIGH)]
+    used = (frequency > _LOW) & (frequency < _HIGH)
+    return used, 2 * np.pi * frequency[used]
 
 
 def _spectra(record: BuildingRecord, axis: str, *accelerations: NDArray) -> list[NDArray]:
@@ -170,9 +171,7 @@ def _spectra(record: BuildingRecord, axis: str, *accelerations: NDArray) -> list
     # Without a window, a record that is cut off in strong motion would have a jump at its end. By
     # parts, the second derivative of the displacement moves to the window and to the oscillation.
     window = tukey(len(record), _TAPER)
-    frequency = np.fft.rfftfreq(len(record), record.dt)
-    used = (frequency > _LOW) & (frequency < _HIGH)
-    omega = _omega(record)
+    used, omega = _band(record)
     slope = np.gradient(window, record.dt)
     bend = np.gradient(slope, record.dt)
     x = record.displacement(axis)
