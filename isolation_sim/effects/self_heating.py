@@ -12,6 +12,8 @@ Forms:
                    force, a friction or a spring keeps its value
     dissipation    the same as exponential, with h' = gain (F - k x) v - h / cooling, and the secant
                    stiffness k = <F x> / <x^2>, means over the last second
+    absolute_power the same as exponential, with h' = gain |F v| - h / cooling: work that the device
+                   gives back warms it as much as work done on it
 
 F is the force after the factor, so that a device that weakens heats less. Elastic work swings h
 within a cycle and cancels over it, where it is not taken out; only h > 0 weakens.
@@ -83,6 +85,13 @@ def rates_fluid(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     gain, cooling, _ = parameters
     force = signals.force + fluid(signals, states, parameters)
     return (gain * force * signals.v - states[0] / cooling,)
+
+
+def rates_absolute_power(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Heat by work done on the device and given back, heat out."""
+    gain, cooling = parameters
+    left = exponential(signals, states, parameters)
+    return (gain * left * np.fabs(signals.force * signals.v) - states[0] / cooling,)
 
 
 def rates_dissipation(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -165,6 +174,18 @@ FORMS = (
         factor=exponential,
         needs=frozenset({"force"}),
         source="lumped heat balance; elastic work by the secant stiffness of the storage modulus",
+        gradual=True,
+    ),
+    Effect(
+        cause="self_heating",
+        form="absolute_power",
+        title="Self-heating by work done and given back",
+        parameters=PARAMETERS,
+        states=(WARMTH,),
+        rates=rates_absolute_power,
+        factor=exponential,
+        needs=frozenset({"force"}),
+        source="lumped heat balance by the magnitude of the power, a common simplification",
         gradual=True,
     ),
 )  # fmt: skip

@@ -125,6 +125,27 @@ def test_heat_of_the_core_is_named_with_its_gain_and_the_stiffness_around_it():
     assert diagnosis.verdict == "explained"
 
 
+def test_heat_by_the_magnitude_of_the_power_is_named_with_its_cooling():
+    random = np.random.default_rng(3)
+    runs = []
+    for k, (size, frequency) in enumerate(TESTS):
+        time, omega = np.arange(0, 12 / frequency, DT), 2 * np.pi * frequency
+        x, v = size * np.sin(omega * time), size * omega * np.cos(omega * time)
+        force, heat = 9e3 * x + 700 * v + 120 * np.tanh(v / 0.01), 0.0
+        for i in range(len(time)):
+            force[i] *= np.exp(-heat)
+            heat += DT * (6e-3 * abs(force[i] * v[i]) - heat / 8)
+        force += 0.005 * np.std(force) * random.standard_normal(len(time))
+        held = k in HELD_OUT
+        runs.append(TestRun(f"run{k}", time, x, v, force, 0 * time, hold_out=held))
+    campaign = Campaign("bearing", "NumPy", tuple(runs))
+    diagnosis = diagnose(campaign, "hyperbolic_tangent", tiers="causes", threads=1)
+    (cause,) = diagnosis.causes
+    assert (cause.name, cause.form) == ("self_heating", "absolute_power")
+    assert cause.parameters["cooling"].value == pytest.approx(8, rel=0.03)
+    assert cause.parameters["gain"].value == pytest.approx(6e-3, rel=0.03)
+
+
 def bench(law, currents=(0.0,), noise=0.005, displacement=None, seed=11, tests=TESTS):
     """Runs of a device whose force is a function of motion and current, at every current."""
     random = np.random.default_rng(seed)

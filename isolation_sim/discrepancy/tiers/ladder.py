@@ -183,15 +183,18 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
 def _refusals(rungs: Sequence[Rung], worse_than: str) -> list[str]:
     """Why models that lose somewhere are not offered."""
     losing = [one for one in rungs if one.worse or one.beyond]
-    return [
-        f"{_NAMES[one.name]} worse than the law in {', '.join(one.worse + one.beyond)}, "
-        "and not offered."
-        for one in losing
-    ] + [
+    return [f"{_NAMES[one.name]} not offered: {_losses(one)}." for one in losing] + [
         worse_than.format(_NAMES[one.name], " and the ".join(one.worse_than))
         for one in rungs
         if one.worse_than and one not in losing
     ]
+
+
+def _losses(rung: Rung) -> str:
+    """Where a model is worse than the law, and where it diverges or gives energy back."""
+    worse = f"worse than the law in {', '.join(rung.worse)}" if rung.worse else ""
+    beyond = f"a force that diverges or gives energy back in {', '.join(rung.beyond)}"
+    return "; ".join(filter(None, (worse, beyond if rung.beyond else "")))
 
 
 def _attainable(
