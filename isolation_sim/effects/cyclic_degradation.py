@@ -7,8 +7,8 @@ Forms:
     work           1 - d (1 - exp(-W / W0)),     W' = max(F v, 0)
     dissipation    1 - d (1 - exp(-W / W0)),     W' = F v
     unlimited      exp(-c W),                    W' = F v
-    inelastic, inelastic_unlimited    the last two with W' = (F - k x) v, k the secant stiffness as
-                                      in self-heating by dissipation
+    inelastic, inelastic_unlimited    the last two with W less the elastic energy k x^2 / 2, k the
+                                      secant stiffness as in self-heating by dissipation
     core           1 / (1 + c W) of F - k x alone,    W' = (F - k x) v, of the force that is left:
                    the yield force falls, and the rubber of stiffness k beside it does not
     core_limited   the same with 1 - d (1 - exp(-W / W0))
@@ -24,7 +24,14 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Past, Signals
-from .followers import RUBBER, SECANT, of_core, positive, without_elastic
+from .followers import (
+    RUBBER,
+    SECANT,
+    of_core,
+    positive,
+    rates_secant,
+    stored_energy,
+)
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -79,19 +86,33 @@ def rates_unlimited(signals: Signals, states: tuple, parameters: tuple) -> tuple
     return (signals.force * signals.v * unlimited(signals, states, parameters),)
 
 
+def inelastic(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    # a device that has weakened stores less
+    work, stored = states[0], stored_energy(signals, tuple(states[1:]))
+    left = exponential(signals, (work - stored,), parameters)
+    return exponential(signals, (work - stored * left,), parameters)
+
+
 def rates_inelastic(signals: Signals, states: tuple, parameters: tuple) -> tuple:
-    """Work without its elastic part, of the force that is left; moving means."""
-    return _inelastic(signals, states, exponential(signals, states, parameters))
+    """All work, of the force that is left; moving means."""
+    return _rates_of_work(signals, states, inelastic(signals, states, parameters))
+
+
+def inelastic_unlimited(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    work, stored = states[0], stored_energy(signals, tuple(states[1:]))
+    left = unlimited(signals, (work - stored,), parameters)
+    return unlimited(signals, (work - stored * left,), parameters)
 
 
 def rates_inelastic_unlimited(signals: Signals, states: tuple, parameters: tuple) -> tuple:
-    """Work without its elastic part, of the force that is left; moving means."""
-    return _inelastic(signals, states, unlimited(signals, states, parameters))
+    """All work, of the force that is left; moving means."""
+    return _rates_of_work(signals, states, inelastic_unlimited(signals, states, parameters))
 
 
-def _inelastic(signals: Signals, states: tuple, left: Any) -> tuple:
-    force, of_means = without_elastic(signals, tuple(states[1:]))
-    return (force * signals.v * left, *of_means)
+def _rates_of_work(signals: Signals, states: tuple, left: Any) -> tuple:
+    return (signals.force * signals.v * left, *rates_secant(signals, tuple(states[1:])))
 
 
 def carried_inelastic(past: Past, parameters: tuple) -> tuple:
@@ -219,11 +240,11 @@ FORMS = (
         title="Cyclic degradation by the dissipated work",
         parameters=(LOSS, _scale("J", "dissipated energy after which force is lost")),
         states=(DISSIPATED, *SECANT),
-        factor=exponential,
+        factor=inelastic,
         carried=carried_inelastic,
         rates=rates_inelastic,
         needs=frozenset({"force"}),
-        source="damage by dissipated energy; elastic work by the secant stiffness",
+        source="damage by dissipated energy; elastic energy by the secant stiffness",
         gradual=True,
     ),
     Effect(
@@ -232,7 +253,7 @@ FORMS = (
         title="Cyclic degradation by the dissipated work, without an end",
         parameters=(PER_ENERGY,),
         states=(DISSIPATED, *SECANT),
-        factor=unlimited,
+        factor=inelastic_unlimited,
         carried=carried_inelastic,
         rates=rates_inelastic_unlimited,
         needs=frozenset({"force"}),

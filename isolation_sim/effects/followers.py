@@ -23,15 +23,19 @@ SECANT = (
     Quantity("product", "J", "moving mean of force times deformation"),
     Quantity("square", "m^2", "moving mean square of the deformation"),
 )
-"""States of ``without_elastic``."""
+"""States of ``stored_energy``."""
 
 
-def without_elastic(signals: Signals, means: tuple) -> tuple[Any, tuple]:
-    """Force less that of the secant stiffness, and the rates of ``SECANT``."""
+def stored_energy(signals: Signals, means: tuple) -> Any:
+    """Elastic energy of the secant stiffness, before the device weakens."""
     product, square = means
-    secant = product / (positive(square) + REST**2)
-    rates = (signals.force * signals.x - product) / WINDOW, (signals.x**2 - square) / WINDOW
-    return signals.force - secant * signals.x, rates
+    return 0.5 * product / (positive(square) + REST**2) * signals.x**2
+
+
+def rates_secant(signals: Signals, means: tuple) -> tuple:
+    """Rates of ``SECANT``."""
+    product, square = means
+    return (signals.force * signals.x - product) / WINDOW, (signals.x**2 - square) / WINDOW
 
 
 RUBBER = EffectParameter(

@@ -10,8 +10,8 @@ Forms:
                    core or beside a slider keeps its force
     fluid          the same as exponential, for a part c v of F alone: the fluid thins, and a yield
                    force, a friction or a spring keeps its value
-    dissipation    the same as exponential, with h' = gain (F - k x) v - h / cooling, and the secant
-                   stiffness k = <F x> / <x^2>, means over the last second
+    dissipation    the same as exponential, with h less the elastic energy k x^2 / 2 times the gain,
+                   and the secant stiffness k = <F x> / <x^2>, means over the last second
     absolute_power the same as exponential, with h' = gain |F v| - h / cooling: work that the device
                    gives back warms it as much as work done on it
 
@@ -25,7 +25,15 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Past, Signals
-from .followers import FLUID, RUBBER, SECANT, of_core, positive, without_elastic
+from .followers import (
+    FLUID,
+    RUBBER,
+    SECANT,
+    of_core,
+    positive,
+    rates_secant,
+    stored_energy,
+)
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -94,12 +102,27 @@ def rates_absolute_power(signals: Signals, states: tuple, parameters: tuple) -> 
     return (gain * left * np.fabs(signals.force * signals.v) - states[0] / cooling,)
 
 
+def dissipation(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Share of the force that is left."""
+    return _left(_dissipated_heat(signals, states, parameters))
+
+
 def rates_dissipation(signals: Signals, states: tuple, parameters: tuple) -> tuple:
-    """Heat by the work that is not elastic, heat out; moving means."""
-    warmth, *means = states
-    force, of_means = without_elastic(signals, tuple(means))
-    dissipative = signals._replace(force=force)
-    return (rates_exponential(dissipative, (warmth,), parameters)[0], *of_means)
+    """Heat by all work, heat out of the part that is not elastic; moving means."""
+    gain, cooling = parameters
+    heat = _dissipated_heat(signals, states, parameters)
+    power = _left(heat) * signals.force * signals.v
+    return (gain * power - heat / cooling, *rates_secant(signals, tuple(states[1:])))
+
+
+def _dissipated_heat(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    # a device that has weakened stores less
+    stored = parameters[0] * stored_energy(signals, tuple(states[1:]))
+    return states[0] - stored * _left(states[0] - stored)
+
+
+def _left(heat: Any) -> Any:
+    return np.exp(-positive(heat))
 
 
 PARAMETERS = (
@@ -171,9 +194,9 @@ FORMS = (
         parameters=PARAMETERS,
         states=(WARMTH, *SECANT),
         rates=rates_dissipation,
-        factor=exponential,
+        factor=dissipation,
         needs=frozenset({"force"}),
-        source="lumped heat balance; elastic work by the secant stiffness of the storage modulus",
+        source="lumped heat balance; elastic energy by the secant stiffness of the storage modulus",
         gradual=True,
     ),
     Effect(
