@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lsim
 
+from isolation_sim.discrepancy.adapters.device_tests import sentence
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
 from isolation_sim.discrepancy.device.interference import interference
 from isolation_sim.discrepancy.device.model import run_means
@@ -259,3 +260,13 @@ def test_numbers_of_another_law_are_refused():
 
     with pytest.raises(InputError, match="expected: of bouc_wen"):
         diagnose("anywhere", "bouc_wen", law("linear", {"k": 1.0}))
+
+
+def test_notes_about_the_data_are_sentences():
+    names = ["run1"]
+    assert sentence("sampling intervals differ: 2, 4 ms", names) == (
+        "Sampling intervals differ: 2, 4 ms."
+    )
+    assert sentence("run1: force is 1/9.81 times that of run2", names).startswith("run1: ")
+    question = "run1: current reaches 1e+03 A; is its unit right?"
+    assert sentence(question, names) == question

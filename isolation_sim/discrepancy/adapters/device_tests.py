@@ -492,7 +492,9 @@ class DeviceTests(Problem[FittedModel]):
         duration = float(np.sum(data.lengths * data.dt))
         law = self.law.model.parameterisation.law
         notes = " ".join(
-            f"{note}." for note in (*self.data_notes, start_note(data.periods, law)) if note
+            sentence(note, [run.name for run in runs])
+            for note in (*self.data_notes, start_note(data.periods, law))
+            if note
         )
         low, high = data.current.min(), data.current.max()
         currents = f", currents {low:.3g} to {high:.3g} A" if data.current.any() else ""
@@ -640,3 +642,9 @@ def _observable_effects(data: MeasuredRuns) -> list[Effect]:
     if several and data.past is not None:
         effects += [carry_history(effect) for effect in effects if can_carry_history(effect)]
     return [EACH_RUN, *effects] if several else effects
+
+
+def sentence(note: str, names: Sequence[str]) -> str:
+    """A note about the data as a sentence; the name of a run keeps its letters."""
+    begin = note if note.startswith(tuple(names)) else note[:1].upper() + note[1:]
+    return begin if note.endswith("?") else f"{begin}."
