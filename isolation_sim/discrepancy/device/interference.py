@@ -68,7 +68,7 @@ def _common_line(data: MeasuredRuns, signal: NDArray) -> float | None:
         part = signal[run] - np.mean(signal[run])
         power = np.abs(np.fft.rfft(part * np.hanning(len(part)), size)) ** 2
         # over the neighbourhood, so that broad humps do not count
-        width = max(int(size * dt / longest) * 24, 9)
+        width = max(int(size * dt / longest + 1e-6) * 24, 9)
         around = np.exp(_running_mean(np.log(power + 1e-300), width))
         own |= own_frequencies > 0.9 / (2 * dt)
         ratio = np.where(own, np.nan, np.log(power / around + 1e-300))
