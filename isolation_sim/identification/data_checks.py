@@ -157,7 +157,9 @@ def outlier_note(errors: Sequence[RunError]) -> str:
     """Say which run alone makes the misfit of a law; empty if none does."""
     if len(errors) < 3:
         return ""
-    squares = np.array([float(np.sum((one.force - one.run.force) ** 2)) for one in errors])
+    squares = np.array(
+        [float(np.sum((one.force - one.run.force)[one.settled :] ** 2)) for one in errors]
+    )
     worst = int(np.argmax(squares))
     error = errors[worst].relative
     others = pooled(one for k, one in enumerate(errors) if k != worst)

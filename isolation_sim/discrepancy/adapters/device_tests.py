@@ -467,8 +467,11 @@ class DeviceTests(Problem[FittedModel]):
                 measured=data.force[run],
                 before=self.before[run],
                 after=self.after[run],
+                settled=first,
             )
-            for name, dt, run in zip(data.names, data.dt, data.runs, strict=True)
+            for name, dt, run, first in zip(
+                data.names, data.dt, data.runs, data.settled, strict=True
+            )
         )
 
     @cached_property
@@ -476,11 +479,14 @@ class DeviceTests(Problem[FittedModel]):
         """Return suspicious features of the runs."""
         runs = self.campaign.runs
         errors = [
-            RunError(run, self.after[at]) for run, at in zip(runs, self.data.runs, strict=True)
+            RunError(run, self.after[at], first)
+            for run, at, first in zip(runs, self.data.runs, self.data.settled, strict=True)
         ]
         alone = outlier_note(errors)
         notes = data_notes(runs, self.data.averaging)
-        return (*([alone] if alone else []), *self._repaired, *notes)
+        unsettled = self.data.unsettled_note()
+        first = [note for note in (alone, unsettled) if note]
+        return (*first, *self._repaired, *notes)
 
     def data_text(self) -> Text:
         """Number, duration and range of the runs, and suspicious features."""
