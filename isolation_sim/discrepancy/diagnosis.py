@@ -144,6 +144,9 @@ class Trace:
     size : float, optional
         RMS by which errors are ranked, in the unit that ``label`` says: of a whole record, whose
         quiet end matters less; None for that of ``measured``.
+    settled : int
+        The first sample that counts in errors: what is before it depends on how the run began,
+        which is unknown.
     """
 
     name: str
@@ -157,6 +160,7 @@ class Trace:
     after: NDArray
     group: str = ""
     size: float | None = None
+    settled: int = 0
 
 
 @checked
@@ -175,8 +179,10 @@ def relative_error(trace: Trace, simulated: NDArray) -> float:
     float
         Not a number where nothing was measured.
     """
-    size = float(np.sum(trace.measured**2))
-    return float(np.sqrt(np.sum((simulated - trace.measured) ** 2) / size)) if size else np.nan
+    measured = trace.measured[trace.settled :]
+    size = float(np.sum(measured**2))
+    residual = simulated[trace.settled :] - measured
+    return float(np.sqrt(np.sum(residual**2) / size)) if size else np.nan
 
 
 @checked

@@ -56,10 +56,13 @@ def evaluate(device: Device, campaign: Campaign | str | Path) -> LawEvaluation:
     force, history = _forces(model, values, base.force_scale)
     data, force = _averaged(data, force, averaging)
     errors = tuple(
-        RunError(run, force[a:b])
-        for run, (a, b) in zip(campaign.runs, pairwise(data.starts), strict=True)
+        RunError(run, force[a:b], first)
+        for run, (a, b), first in zip(
+            campaign.runs, pairwise(data.starts), data.settled, strict=True
+        )
     )
-    own = (*wrong, averaging_note(data.averaging), start_note(data.periods, base.law))
+    begin = start_note(data.periods, base.law), data.unsettled_note()
+    own = (*wrong, averaging_note(data.averaging), *begin)
     notes = filter(None, (divergence_note(errors), *_notes(device, campaign), *own, history))
     return LawEvaluation(device, campaign, errors, tuple(notes))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,9 @@ _CLIPPED = 6
 """Equal extreme samples in a row from which a channel counts as clipped. Convention."""
 _DRIFT = 0.1
 """Drift of a channel's middle, relative to its range, that is noted. Convention."""
+_DRIFT_ERRORS = 4.0
+"""Standard errors of the trend of the cycles' middles that a drift must exceed. Chance exceeds them
+in one of 60 tests of six cycles and in one of 250 of ten (Student's t). Theory."""
 _NOISY = 0.3
 """White noise of a channel over its RMS from which it is noted. Convention."""
 _LARGEST_DEFORMATION = 1.0
@@ -154,7 +157,9 @@ def outlier_note(errors: Sequence[RunError]) -> str:
     """Say which run alone makes the misfit of a law; empty if none does."""
     if len(errors) < 3:
         return ""
-    squares = np.array([float(np.sum((one.force - one.run.force) ** 2)) for one in errors])
+    squares = np.array(
+        [float(np.sum((one.force - one.run.force)[one.settled :] ** 2)) for one in errors]
+    )
     worst = int(np.argmax(squares))
     error = errors[worst].relative
     others = pooled(one for k, one in enumerate(errors) if k != worst)
@@ -512,4 +517,25 @@ def _drift(values: NDArray) -> float:
         return 0.0  # a test whose size changes has no steady middle
     first, second, last = (0.5 * (float(part.max()) + float(part.min())) for part in thirds)
     steady = (second - first) * (last - second) > 0
-    return (last - first) / max(sizes) if steady else 0.0
+    return (last - first) / max(sizes) if steady and _is_trend(_cycle_middles(values)) else 0.0
+
+
+def _cycle_middles(values: NDArray) -> NDArray:
+    """Mid-range of each cycle, from one rise through the middle to the next."""
+    from_middle = values - np.mean(values)
+    outside = np.flatnonzero(np.abs(from_middle) > 0.1 * np.ptp(values))  # noise is no cycle
+    rises = outside[1:][np.diff(np.sign(from_middle[outside])) > 0]
+    cycles = [values[a:b] for a, b in pairwise(rises)]
+    return np.array([0.5 * (float(cycle.max()) + float(cycle.min())) for cycle in cycles])
+
+
+def _is_trend(middles: NDArray) -> bool:
+    """Whether the cycles' middles move by more than chance; few cycles cannot tell it."""
+    n = len(middles)
+    if n < 4:
+        return True
+    at = np.arange(n) - (n - 1) / 2
+    slope = float(at @ middles / (at @ at))
+    scatter = middles - np.mean(middles) - slope * at
+    error = np.sqrt(float(scatter @ scatter) / (n - 2) / float(at @ at))
+    return abs(slope) > _DRIFT_ERRORS * error

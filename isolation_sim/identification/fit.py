@@ -123,12 +123,12 @@ def fit(
         model, best = fit_law(model, pool, starts=starts, seed=seed, start=known, advance=advance)
     result = _result(campaign, model, best)
     chosen = "" if choice is None else choice.text
-    begin = start_note(model.data.periods, law)
+    begin = start_note(model.data.periods, law), model.data.unsettled_note()
     of_data = filter(
         None, (outlier_note(result.errors), *data_notes(campaign.runs, model.data.averaging))
     )
     diverges = divergence_note(result.errors)
-    notes = filter(None, (diverges, *wrong, *thinned, *_first(of_data), chosen, begin))
+    notes = filter(None, (diverges, *wrong, *thinned, *_first(of_data), chosen, *begin))
     return replace(result, notes=(*notes, *result.notes))
 
 
@@ -156,7 +156,8 @@ def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
     )
     force = model.forces(best.x, False)[0]
     errors = tuple(
-        RunError(run, force[at]) for run, at in zip(campaign.runs, model.data.runs, strict=True)
+        RunError(run, force[at], first)
+        for run, at, first in zip(campaign.runs, model.data.runs, model.data.settled, strict=True)
     )
     estimates, covariance = _estimates(model, best)
     notes = _notes(campaign, estimates, covariance, best, errors)

@@ -103,10 +103,14 @@ class RunError:
         The measurement.
     force : (n,) array
         Modelled force, N.
+    settled : int
+        The first sample that counts: the force before depends on how the run began, which is
+        unknown.
     """
 
     run: TestRun
     force: NDArray
+    settled: int = 0
 
     @property
     def relative(self) -> float:
@@ -131,8 +135,9 @@ def pooled(errors: Iterable[RunError]) -> float:
     errors = list(errors)
     if not errors:
         return float("nan")
-    residual = sum(float(np.sum((e.force - e.run.force) ** 2)) for e in errors)
-    return float(np.sqrt(residual / sum(float(np.sum(e.run.force**2)) for e in errors)))
+    residual = sum(float(np.sum((e.force - e.run.force)[e.settled :] ** 2)) for e in errors)
+    size = sum(float(np.sum(e.run.force[e.settled :] ** 2)) for e in errors)
+    return float(np.sqrt(residual / size))
 
 
 @checked

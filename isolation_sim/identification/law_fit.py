@@ -51,6 +51,16 @@ _NEARLY_OFF = 0.02
 """Lowest current of the data over the highest up to which a law is for no current, too."""
 _UNDEFORMED = 0.1
 """First deformation over its RMS up to which a device without memory may have rested."""
+_FORGOTTEN = 2.0
+"""Difference of the forces after several starts of a run, over the noise, below which a law has
+forgotten how the run began. Convention."""
+_MOST_UNSETTLED = 0.25
+"""Share of a run that may count for little since its start is unknown, at most. Convention."""
+_NOT_STARTED = 3.0
+"""Residual until then, over that expected from the noise and the misfit of later samples, from
+which no known start is right. Noise alone exceeds 1.5 once in 10,000 runs of 20 samples. Theory."""
+_SETTLED_AGAIN = 4
+"""Fits with other starts, or with other samples that depend on them. Effort."""
 LARGEST_DERIVATIVE = 1e100
 """A derivative of a residual beyond it has diverged, though its force has not."""
 NOT_AVERAGED = 0.8
@@ -195,27 +205,72 @@ class LawModel:
         if not unknown.any():
             return self
 
-        def costs(begin: NDArray) -> NDArray:
+        def force(begin: NDArray) -> NDArray:
             here = replace(data, periods=np.where(unknown, begin, data.periods))
-            force = data.bounded(replace(self, data=here).forces(values, False)[0])
-            return np.add.reduceat(((force - data.force) * data.weight) ** 2, data.starts[:-1])
+            return data.bounded(replace(self, data=here).forces(values, False)[0])
 
+        unsettled = None
         if self.parameterisation.law.states:
             begin = np.column_stack([np.zeros_like(data.dt), data.return_times])
-            least = np.argmin([costs(one) for one in begin.T], axis=0)
+            forces = [force(one) for one in begin.T]
+            costs = [self._costs(one) for one in forces]
+            least = np.argmin(costs, axis=0)
             chosen = begin[np.arange(len(least)), least]
+            unsettled = _unsettled(data, begin, np.array(forces), least)
         else:  # a device that has rested is not deformed
             sizes = np.array([np.std(data.x[run]) for run in data.runs])
             deformed = np.abs(data.x[data.starts[:-1]]) > _UNDEFORMED * sizes
             chosen = np.where(deformed, data.return_times[:, 0], 0.0)
         periods = np.where(unknown, chosen, data.periods)
-        if np.array_equal(periods, data.periods):
+        same = np.array_equal(periods, data.periods)
+        if same and _same_samples(unsettled, data.unsettled):
             return self
-        return replace(self, data=replace(data, periods=periods))
+        return replace(self, data=replace(data, periods=periods, unsettled=unsettled))
+
+    def _costs(self, force: NDArray) -> NDArray:
+        """Squared residual of each run, all of its samples alike."""
+        data = replace(self.data, unsettled=None)
+        return np.add.reduceat(((force - data.force) * data.weight) ** 2, data.starts[:-1])
 
     def weigh(self, values: NDArray) -> Self:
         """Return the model with its runs weighed by noise and by the misfit at these values."""
         return replace(self, data=self.data.weigh(self.forces(values, False)[0]))
+
+
+def _unsettled(
+    data: MeasuredRuns, begin: NDArray, forces: NDArray, chosen: NDArray
+) -> NDArray | None:
+    """Samples at whose forces a law has not forgotten how its run began, where no start is right.
+
+    ``forces``, (n_starts, n_samples), follow the starts ``begin``, (n_runs, n_starts).
+    """
+    result = np.zeros(len(data.force), bool)
+    for k, run in enumerate(data.runs):
+        starts = np.unique(begin[k], return_index=True)[1]
+        if len(starts) < 2:
+            continue
+        noise = float(data.assumed_noise[k])
+        remembers = np.flatnonzero(np.ptp(forces[starts, run], axis=0) > _FORGOTTEN * noise)
+        if not remembers.size:
+            continue
+        n = min(int(remembers[-1]) + 1, int(_MOST_UNSETTLED * (run.stop - run.start)))
+        residual = np.square(data.force[run] - forces[chosen[k], run])
+        first, later, strong, weak = (
+            float(np.mean(part))
+            for squares in (residual, np.square(data.force[run]))
+            for part in (squares[:n], squares[n:])
+        )
+        # noise, and a misfit of the same share of the force as later
+        expected = noise**2 + max(later - noise**2, 0.0) * strong / weak
+        if first > _NOT_STARTED**2 * expected:
+            result[run.start : run.start + n] = True
+    return result if result.any() else None
+
+
+def _same_samples(some: NDArray | None, others: NDArray | None) -> bool:
+    return some is others or (
+        some is not None and others is not None and np.array_equal(some, others)
+    )
 
 
 M = TypeVar("M", bound=LawModel)
@@ -423,8 +478,12 @@ def _refined(model: M, start: NDArray, valley: float) -> tuple[M, Optimum]:
         return model.minimise_resolved(start, _MOST_ITERATIONS, tolerance, valley)
 
     model, result = fit(model.settle_starts(start), start)
-    with_starts = model.settle_starts(result.x)
-    return (model, result) if with_starts is model else fit(with_starts, result.x)
+    for _ in range(_SETTLED_AGAIN):
+        with_starts = model.settle_starts(result.x)
+        if with_starts is model:
+            break
+        model, result = fit(with_starts, result.x)
+    return model, result
 
 
 SCREENED = 4

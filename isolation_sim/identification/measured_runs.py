@@ -16,7 +16,7 @@ from .current_basis import STEADY
 from .force_channel import Averaging, find_averaging, moving_average
 from .holds import hold_still
 from .noise import channel_noise, sensor_noise, white_noise
-from .run_starts import find_starts
+from .run_starts import find_starts, unsettled_note
 from .run_table import TestRun
 from .sensitivities import Motion
 from .velocity import cycle_time, smooth
@@ -82,6 +82,9 @@ class MeasuredRuns:
     # (n_runs,) each: What the device went through before each run, in the order of the campaign;
     # None where that is unknown
     past: Past | None = field(default=None, kw_only=True)
+    # (n_samples,) bool: Whether the force still depends on the unknown state with which its run
+    # begins: these samples count for next to nothing; None where every start is known
+    unsettled: NDArray | None = field(default=None, kw_only=True)
 
     @cached_property
     def motion(self) -> Motion:
@@ -117,9 +120,10 @@ class MeasuredRuns:
 
     @cached_property
     def weight(self) -> NDArray:
-        """One over each sample's ``sigma``, 1/N, and next to nothing beside a jump."""
+        """One over each sample's ``sigma``, 1/N; next to nothing beside a jump or if unsettled."""
         every = np.repeat(1 / self.sigma, self.lengths)
-        return np.where(self.beside_jump, _BESIDE_JUMP, 1.0) * every
+        small = self.beside_jump if self.unsettled is None else self.beside_jump | self.unsettled
+        return np.where(small, _BESIDE_JUMP, 1.0) * every
 
     def record(self, force: NDArray) -> NDArray:
         """Simulated force, (n_samples, ...), as the force channel records it."""
@@ -152,6 +156,17 @@ class MeasuredRuns:
         )
 
     @property
+    def settled(self) -> list[int]:
+        """The first sample of each run that counts."""
+        if self.unsettled is None:
+            return [0] * len(self.dt)
+        return [int(np.count_nonzero(self.unsettled[run])) for run in self.runs]
+
+    def unsettled_note(self) -> str:
+        """Say which first parts of runs do not count; empty if all do."""
+        return unsettled_note(self.names, (self.dt * self.settled).tolist())
+
+    @property
     def total_steps(self) -> int:
         """Integration steps of all runs."""
         return int(self.n_steps @ self.lengths)
@@ -168,6 +183,8 @@ class MeasuredRuns:
 
     def relative(self, residual: NDArray, chosen: NDArray) -> float:
         """RMS of a residual (N) over RMS of the measured force, of the chosen samples."""
+        if self.unsettled is not None:
+            chosen = _without(chosen, self.unsettled)
         if not chosen.any():
             return float("nan")
         return float(np.sqrt(np.sum(residual[chosen] ** 2) / np.sum(self.force[chosen] ** 2)))
@@ -204,6 +221,7 @@ class MeasuredRuns:
             starts=np.concatenate([[0], np.cumsum(-(-lengths // every))]),
             dt=self.dt * every,
             **{name: getattr(self, name)[at] for name in _BY_SAMPLE},
+            unsettled=None if self.unsettled is None else self.unsettled[at],
         )
 
     def without_held_out(self) -> MeasuredRuns:
@@ -221,6 +239,7 @@ class MeasuredRuns:
             **{name: getattr(self, name)[runs] for name in by_run},
             **{name: getattr(self, name)[self.fitted] for name in _BY_SAMPLE},
             past=None if self.past is None else Past(*(one[runs] for one in self.past)),
+            unsettled=None if self.unsettled is None else self.unsettled[self.fitted],
         )
 
 
@@ -266,6 +285,11 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
         past=_past(runs),
     )
     return replace(data, sigma=data.assumed_noise)
+
+
+def _without(chosen: NDArray, unsettled: NDArray) -> NDArray:
+    """Samples, as places or as a mask, without the unsettled ones."""
+    return chosen & ~unsettled if chosen.dtype == bool else chosen[~unsettled[chosen]]
 
 
 def _motion(run: TestRun) -> tuple[NDArray, NDArray, NDArray]:

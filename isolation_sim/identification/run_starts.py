@@ -115,6 +115,17 @@ def start_note(periods: NDArray, law: Law) -> str:
     )
 
 
+def unsettled_note(names: Sequence[str], seconds: Sequence[float]) -> str:
+    """Say from when on runs that begin in the middle of a motion count; empty if all do at once."""
+    some = [f"{name}: {s:.2g} s" for name, s in zip(names, seconds, strict=True) if s > 0]
+    if not some:
+        return ""
+    return (
+        f"the first part of runs that begin in the middle of a motion is left out, since the force "
+        f"depends there on an unknown past ({', '.join(some)})"
+    )
+
+
 def _return_times(run: TestRun) -> NDArray:
     """Times at which a run comes nearest to where it begins, (RETURNS,), s; 0 where it does not."""
     x, v, current = run.displacement, run.velocity, run.current

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lsim
 
+from isolation_sim.discrepancy.adapters.device_tests import sentence
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
 from isolation_sim.discrepancy.device.interference import interference
 from isolation_sim.discrepancy.device.model import run_means
@@ -20,8 +21,10 @@ from isolation_sim.identification.run_table import TestRun
 RATE, STIFFNESS = 256.0, 4e4
 
 
-def a_run(name="run", frequency=1.0, force=None, noise=0.0, seed=0, seconds=6.0, current=None):
-    time = np.arange(0, seconds, 1 / RATE)
+def a_run(
+    name="run", frequency=1.0, force=None, noise=0.0, seed=0, seconds=6.0, current=None, rate=RATE
+):
+    time = np.arange(0, seconds, 1 / rate)
     x = 5e-3 * np.sin(2 * np.pi * frequency * time)
     v = 5e-3 * 2 * np.pi * frequency * np.cos(2 * np.pi * frequency * time)
     if force is None:
@@ -154,6 +157,28 @@ def test_the_line_of_short_runs_holds_in_a_long_one():
     assert np.std(left[data.runs[-1]]) == pytest.approx(1.0, rel=0.05)
 
 
+@pytest.mark.parametrize("modulates", [False, True])
+def test_a_line_is_found_in_runs_of_unequal_rates(modulates):
+    """A run whose rate is too low for the frequency says nothing about it."""
+    rates = (100.0, 128.0, 200.0, 250.0, 1000.0)
+    quiet, loud = [], []
+    for k, rate in enumerate(rates):
+        run = a_run(f"run{k}", 0.4 + 0.3 * k, seconds=6.0 + 2 * k, rate=rate)
+        hum = np.sin(2 * np.pi * 50.02 * run.time + k)
+        hum *= 0.05 * run.force if modulates else 3.0
+        size = dict(noise=1.0, seed=k, seconds=6.0 + 2 * k, rate=rate)
+        quiet.append(a_run(f"run{k}", 0.4 + 0.3 * k, **size))
+        loud.append(a_run(f"run{k}", 0.4 + 0.3 * k, run.force + hum, **size))
+    data = measured_runs(quiet)
+    assert interference(data, STIFFNESS * data.x) is None
+    data = measured_runs(loud)
+    disturbance = interference(data, STIFFNESS * data.x)
+    assert disturbance.frequency == pytest.approx(50.02, abs=0.01)
+    assert disturbance.modulates == modulates
+    left = data.force - STIFFNESS * data.x - disturbance.force
+    assert np.std(left) == pytest.approx(1.0, rel=0.05)
+
+
 def test_means_are_taken_run_by_run():
     data = measured_runs([a_run("a"), a_run("b", seconds=8.0)])
     values = np.concatenate([np.full(n, k + 1.0) for k, n in enumerate(data.lengths)])
@@ -235,3 +260,13 @@ def test_numbers_of_another_law_are_refused():
 
     with pytest.raises(InputError, match="expected: of bouc_wen"):
         diagnose("anywhere", "bouc_wen", law("linear", {"k": 1.0}))
+
+
+def test_notes_about_the_data_are_sentences():
+    names = ["run1"]
+    assert sentence("sampling intervals differ: 2, 4 ms", names) == (
+        "Sampling intervals differ: 2, 4 ms."
+    )
+    assert sentence("run1: force is 1/9.81 times that of run2", names).startswith("run1: ")
+    question = "run1: current reaches 1e+03 A; is its unit right?"
+    assert sentence(question, names) == question

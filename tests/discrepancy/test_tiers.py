@@ -731,3 +731,21 @@ def test_every_term_may_stand_in_a_saved_law():
     for term in terms.values():
         law = law_of_saved(law_text(LAWS["kelvin_voigt"], (Chosen(term, (0, 1)),), None, "A."))
         assert "c_1" in law.parameter_names
+
+
+@pytest.mark.parametrize(
+    ("after", "verdict"),
+    [(0.0118, "unexplained"), (0.0116, "unexplained"), (0.010, "partly_explained")],
+)
+def test_a_tier_that_removes_next_to_nothing_explains_no_part(campaign, after, verdict):
+    """Law 1.18 %, noise 0.87 %: with 1.16 % a term removes 7 % of the misfit."""
+    from isolation_sim.discrepancy.tiers.device_tests import DeviceTiers
+
+    data = measured_runs(campaign.runs)
+    ladder = object.__new__(DeviceTiers)
+    ladder.problem = SimpleNamespace(data=data)
+    before = SimpleNamespace(
+        verdict="unexplained", noise_floor=0.0061, noise=SimpleNamespace(held_out=0.0087)
+    )
+    rung = SimpleNamespace(final=SimpleNamespace(force=1.0088 * data.force))
+    assert ladder.verdict(before, rung, after, 0.0087, 0.0118) == verdict

@@ -1,5 +1,7 @@
 """Intervals of a diagnosis hold the truth although the measured motion is noisy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import binom
@@ -85,3 +87,24 @@ def test_the_steps_of_thinned_samples_resolve_a_stiff_law(monkeypatch):
     values = np.array([*(numbers[q.name] for q in model.parameterisation.free), MASS])
     final = FittedModel.at(model.resolve_steps(values), values)
     assert np.isfinite(errors_by_motion(final, motion_noise(data, 2))).all()
+
+
+def test_a_stop_that_is_never_touched_has_no_determined_gap():
+    """Random motion against a stop ahead; the largest deformation behind is without contact."""
+    runs = campaign(0, noise=0.005)
+    with_stop = []
+    for run in runs.runs:
+        x = run.displacement
+        inside = 0.6 * np.max(np.abs(x))
+        contact = 1e5 * np.maximum(x - inside, 0.0)
+        with_stop.append(replace(run, force=run.force + contact))
+    data = measured_runs(with_stop)
+    model = Model(data, parameterise(replace(runs, runs=with_stop), LAWS["kelvin_voigt"], data))
+    model = model.with_effects(effect("end_stop", "two_gaps"))
+    start = model.parameterisation.starts(1, 0)[0]
+    largest = float(np.max(np.abs(data.x)))
+    values = np.concatenate([start, [1e5, 0.6 * largest, 1.4 * largest, 1.0]])
+    final = fit_model(model, values, 50, 1e-10)
+    (numbers,) = intervals(final, motion_noise(data, INTERVAL_EXAMPLES // 2))
+    assert not numbers["behind"].determined
+    assert numbers["ahead"].determined and numbers["stiffness"].determined

@@ -126,6 +126,16 @@ def test_nothing_is_said_of_data_in_which_nothing_is_wrong(runs):
     assert data_notes(runs, np.zeros(len(runs))) == []
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_random_motion_has_no_steady_middle_that_could_drift(seed):
+    random = np.random.default_rng(seed)
+    frequencies = np.array([0.4, 0.7, 1.1, 1.6, 2.3])
+    x = np.sin(2 * np.pi * np.outer(TIME, frequencies) + random.uniform(0, 6.28, 5)).sum(axis=1)
+    v = np.gradient(x, DT)
+    random_motion = TestRun("random", TIME, 2e-3 * x, 2e-3 * v, 16.0 * x + v, np.zeros(N))
+    assert not any("middle" in note for note in data_notes([random_motion], np.zeros(1)))
+
+
 def test_runs_at_other_temperatures_do_not_repeat_each_other(runs):
     cold = replace(runs[4], force=0.9 * runs[4].force, temperature=np.full(len(TIME), -10.0))
     warm = [replace(one, temperature=np.full(len(TIME), 20.0)) for one in runs[:4]]

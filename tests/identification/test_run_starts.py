@@ -221,3 +221,47 @@ def test_cycles_cut_out_whose_motion_dies_away():
     late = _part(run, np.arange(int(4 / STEP), len(time)))
     result = measured_runs([run, late]).periods
     assert result == pytest.approx([0.0, 2.0], abs=1e-3)
+
+
+def _decaying(k, begin, noise=0.005):
+    """A standard solid under free vibrations of several tones, kept from a time ``begin`` on."""
+    random = np.random.default_rng(k)
+    frequencies = np.array([0.31, 0.83, 1.9]) * random.uniform(0.9, 1.1, 3)
+    phases = random.uniform(0, 2 * np.pi, 3)
+
+    def motion(t):
+        rise = np.minimum(t, 1.0)
+        x = 4e-3 * np.sin(np.multiply.outer(t, 2 * np.pi * frequencies) + phases).sum(axis=-1)
+        return rise * np.exp(-t / 3) * x
+
+    # spring k1 in series with k0 beside c0: k1 = 9e4, k0 = 3e4 N/m, relaxed in 0.17 s
+    time = np.arange(0.0, 14.0, STEP)
+    y = solve_ivp(
+        lambda t, y: -(1.2e5 * y - 3e4 * motion(t)) / 2e4 + _slope(motion, t),
+        (0.0, time[-1]), [0.0], "LSODA", time, rtol=1e-8, atol=1e-12, max_step=0.02,
+    ).y[0]  # fmt: skip
+    force = 9e4 * y
+    force = force + noise * np.std(force) * random.standard_normal(len(time))
+    places = slice(round(begin / STEP), None)
+    zero = np.zeros(len(time))
+    v = np.array([_slope(motion, t) for t in time])
+    run = TestRun(f"run {k}", time, motion(time), v, force, zero, velocity_measured=True)
+    return _part(run, places)
+
+
+def _slope(motion, t):
+    return (motion(t + 1e-6) - motion(t - 1e-6)) / 2e-6
+
+
+@pytest.mark.parametrize("begin", [0.0, 1.7])
+def test_a_motion_that_does_not_come_back_counts_once_its_beginning_is_forgotten(begin):
+    """The past is unknown where a decaying motion is cut out, and no later part is like it."""
+    result = fit(Campaign("cut", "made", tuple(_decaying(k, begin) for k in range(4))),
+                 "standard_solid")  # fmt: skip
+    values = {each.name: each.value for each in result.estimates}
+    assert values == pytest.approx({"c0": 2e4, "k0": 3e4, "k1": 9e4}, rel=0.01)
+    assert max(error.relative for error in result.errors) < 0.012
+    left_out = [note for note in result.notes if "unknown past" in note]
+    assert len(left_out) == (begin > 0)
+    # a relaxation time of 0.17 s: what remains of a start is noise after some of them
+    assert all(error.settled * STEP < 2.0 for error in result.errors)

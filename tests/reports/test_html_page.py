@@ -148,3 +148,9 @@ def test_axes_that_have_to_be_alike_hold_everything():
     assert charts.span([[1.0, 3.0], [-1.0]], 0.0) == [-1, 3]
     assert charts.span([[2.0, 2.0]]) == [1, 3]
     assert charts.span([[0.0, 10.0]], 0.1) == [-1, 11]
+
+
+def test_long_names_break_after_their_underscores():
+    block = page.Facts({"tension_compression_asymmetry": "text"})
+    text = page.Page("Title", "", [page.Section("Part", [block])]).html()
+    assert "<dt>tension_<wbr>compression_<wbr>asymmetry</dt>" in text

@@ -467,8 +467,11 @@ class DeviceTests(Problem[FittedModel]):
                 measured=data.force[run],
                 before=self.before[run],
                 after=self.after[run],
+                settled=first,
             )
-            for name, dt, run in zip(data.names, data.dt, data.runs, strict=True)
+            for name, dt, run, first in zip(
+                data.names, data.dt, data.runs, data.settled, strict=True
+            )
         )
 
     @cached_property
@@ -476,11 +479,14 @@ class DeviceTests(Problem[FittedModel]):
         """Return suspicious features of the runs."""
         runs = self.campaign.runs
         errors = [
-            RunError(run, self.after[at]) for run, at in zip(runs, self.data.runs, strict=True)
+            RunError(run, self.after[at], first)
+            for run, at, first in zip(runs, self.data.runs, self.data.settled, strict=True)
         ]
         alone = outlier_note(errors)
         notes = data_notes(runs, self.data.averaging)
-        return (*([alone] if alone else []), *self._repaired, *notes)
+        unsettled = self.data.unsettled_note()
+        first = [note for note in (alone, unsettled) if note]
+        return (*first, *self._repaired, *notes)
 
     def data_text(self) -> Text:
         """Number, duration and range of the runs, and suspicious features."""
@@ -492,7 +498,9 @@ class DeviceTests(Problem[FittedModel]):
         duration = float(np.sum(data.lengths * data.dt))
         law = self.law.model.parameterisation.law
         notes = " ".join(
-            f"{note}." for note in (*self.data_notes, start_note(data.periods, law)) if note
+            sentence(note, [run.name for run in runs])
+            for note in (*self.data_notes, start_note(data.periods, law))
+            if note
         )
         low, high = data.current.min(), data.current.max()
         currents = f", currents {low:.3g} to {high:.3g} A" if data.current.any() else ""
@@ -640,3 +648,9 @@ def _observable_effects(data: MeasuredRuns) -> list[Effect]:
     if several and data.past is not None:
         effects += [carry_history(effect) for effect in effects if can_carry_history(effect)]
     return [EACH_RUN, *effects] if several else effects
+
+
+def sentence(note: str, names: Sequence[str]) -> str:
+    """A note about the data as a sentence; the name of a run keeps its letters."""
+    begin = note if note.startswith(tuple(names)) else note[:1].upper() + note[1:]
+    return begin if note.endswith("?") else f"{begin}."

@@ -148,13 +148,14 @@ class EffectSearch:
 
     def finish(self, best: FittedModel) -> FittedModel:
         """Drop effects that only imitate a generic term, or are no longer needed."""
-        model, place = self._without_imitations(best), 0
-        while place < len(model.effects):
-            without = self.without(model, place)
-            if self._helps(without, model):
-                place += 1
-            else:
-                model = without
+        model = self._without_imitations(best)
+        while model.effects:
+            lacking = [self.without(model, place) for place in range(len(model.effects))]
+            needless = [one for one in lacking if not self._helps(one, model)]
+            if not needless:
+                break
+            # of two that stand for one another the better one stays
+            model = min(needless, key=self.penalised_cost)
         return model
 
     def continues(self, result: SearchResult[FittedModel]) -> bool:

@@ -37,7 +37,7 @@ class Interference:
 
 def interference(data: MeasuredRuns, modelled: NDArray) -> Interference | None:
     """Look for a periodic disturbance that all runs share; ``modelled`` is the law's force, N."""
-    if len(data.dt) < 3 or np.ptp(data.dt) > 1e-9:
+    if len(data.dt) < 3:
         return None
     modelled = data.bounded(modelled)
     residual = data.force - modelled
@@ -59,28 +59,52 @@ def interference(data: MeasuredRuns, modelled: NDArray) -> Interference | None:
 
 def _common_line(data: MeasuredRuns, signal: NDArray) -> float | None:
     """Frequency that stands out in the runs' periodograms taken together."""
-    dt = float(data.dt[0])
-    size = 4 << (int(np.max(data.lengths)) - 1).bit_length()
-    frequencies = np.fft.rfftfreq(size, dt)
-    band = (frequencies > INTERFERENCE_LOWEST) & (frequencies < 0.9 / (2 * dt))
+    sizes, frequencies = _common_grid(data, 4)
+    longest = float(np.max(data.lengths * data.dt))
     logs = []
-    for run in data.runs:
-        own = _own_lines(data.x[run], dt, frequencies)
+    for run, dt, size in zip(data.runs, data.dt, sizes, strict=True):
+        own_frequencies = np.fft.rfftfreq(size, dt)
+        own = _own_lines(data.x[run], dt, own_frequencies)
         part = signal[run] - np.mean(signal[run])
         power = np.abs(np.fft.rfft(part * np.hanning(len(part)), size)) ** 2
         # over the neighbourhood, so that broad humps do not count
-        width = max(size // int(np.max(data.lengths)) * 24, 9)
+        width = max(int(size * dt / longest + 1e-6) * 24, 9)
         around = np.exp(_running_mean(np.log(power + 1e-300), width))
-        logs.append(np.where(own, np.nan, np.log(power / around + 1e-300)))
+        own |= own_frequencies > 0.9 / (2 * dt)
+        ratio = np.where(own, np.nan, np.log(power / around + 1e-300))
+        logs.append(_on_grid(ratio, frequencies * size * dt))
     table = np.stack(logs)
+    band = frequencies > INTERFERENCE_LOWEST
     # where most runs have lines of their own nothing can be said
-    band &= np.sum(np.isfinite(table), axis=0) >= max(3, len(logs) // 2)
+    band &= np.sum(np.isfinite(table), axis=0) >= _enough(data)
     if not band.any():
         return None
     common = np.full(len(frequencies), -np.inf)
     common[band] = _quantile(table[:, band], INTERFERENCE_RUNS)
     k = int(np.argmax(common))
     return float(frequencies[k]) if common[k] > np.log(INTERFERENCE_LINE) else None
+
+
+def _common_grid(data: MeasuredRuns, fine: int) -> tuple[list[int], NDArray]:
+    """Length of each run's transform, and frequencies (Hz), ``fine`` or more to a line's width."""
+    longest = float(np.max(data.lengths * data.dt))
+    # a whole number of samples but for rounding
+    sizes = [fine << (int(np.ceil(longest / dt - 1e-6)) - 1).bit_length() for dt in data.dt]
+    step = min(1 / (size * dt) for size, dt in zip(sizes, data.dt, strict=True))
+    # nothing can be said where most runs end
+    highest = 0.5 / float(np.sort(data.dt)[_enough(data) - 1])
+    return sizes, step * np.arange(round(highest / step) + 1)
+
+
+def _enough(data: MeasuredRuns) -> int:
+    """Number of runs that must have a frequency."""
+    return max(3, len(data.dt) // 2)
+
+
+def _on_grid(values: NDArray, places: NDArray) -> NDArray:
+    """Values of a run's own grid at the nearest places; not a number beyond its end."""
+    at = np.rint(places).astype(int)
+    return np.where(at < len(values), values[np.minimum(at, len(values) - 1)], np.nan)
 
 
 def _quantile(table: NDArray, part: float) -> NDArray:
@@ -117,15 +141,15 @@ def _running_mean(values: NDArray, width: int) -> NDArray:
 
 def _refine(data: MeasuredRuns, signal: NDArray, near: float) -> float:
     """Frequency of most power near a line: short runs leave it open for the long ones."""
-    dt = float(data.dt[0])
-    size = _FINE << (int(np.max(data.lengths)) - 1).bit_length()
-    frequencies = np.fft.rfftfreq(size, dt)
-    inside = np.abs(frequencies - near) < 1 / (int(np.min(data.lengths)) * dt)
-    power = np.zeros(np.sum(inside))
-    for run, n in zip(data.runs, data.lengths, strict=True):
+    sizes, frequencies = _common_grid(data, _FINE)
+    width = 1 / float(np.min(data.lengths * data.dt))
+    frequencies = frequencies[np.abs(frequencies - near) < width]
+    power = np.zeros(len(frequencies))
+    for run, n, dt, size in zip(data.runs, data.lengths, data.dt, sizes, strict=True):
         part = signal[run] - np.mean(signal[run])
-        power += np.abs(np.fft.rfft(part, size)[inside]) ** 2 / n
-    return float(frequencies[inside][int(np.argmax(power))])
+        own = np.abs(np.fft.rfft(part, size)) ** 2 / n
+        power += np.nan_to_num(_on_grid(own, frequencies * size * dt))
+    return float(frequencies[int(np.argmax(power))])
 
 
 def _fit_line(data: MeasuredRuns, residual: NDArray, carrier: NDArray, frequency: float) -> NDArray:

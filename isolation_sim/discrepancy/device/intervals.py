@@ -109,17 +109,26 @@ def _intervals(
     low, high = np.minimum(values, middle - half), np.maximum(values, middle + half)
     return [
         {
-            quantity.name: Interval(
-                value=float(values[k]),
-                low=float(max(low[k], model.lower(quantity))),
-                high=float(min(high[k], model.upper(quantity))),
-                unit=quantity.unit,
-                at_bound=at_bound(float(values[k]), model.lower(quantity), model.upper(quantity)),
+            quantity.name: _interval(
+                model, quantity, float(values[k]), float(low[k]), float(high[k]),
+                is_size=k == place.start + effect.magnitude,
             )
             for k, quantity in enumerate(effect.parameters, place.start)
         }
         for effect, place in zip(model.effects, model.slices(), strict=True)
-    ]
+    ]  # fmt: skip
+
+
+def _interval(
+    model: Model, quantity: EffectParameter, value: float, low: float, high: float, is_size: bool
+) -> Interval:
+    """One interval within the bounds; one that holds all allowed values determines none."""
+    least, most = model.lower(quantity), model.upper(quantity)
+    bound = at_bound(value, least, most)
+    # an effect's size is compared with zero, its lower bound
+    if low <= least and high >= most and not is_size:
+        return Interval(value, -np.inf, np.inf, quantity.unit, bound)
+    return Interval(value, max(low, least), min(high, most), quantity.unit, bound)
 
 
 def _starts_of_fitted(final: FittedModel) -> NDArray:

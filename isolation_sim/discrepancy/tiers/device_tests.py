@@ -408,13 +408,14 @@ class DeviceTiers(Tiers[_Rung]):
             return diagnosis.verdict
         floor, data = self.noise_floor(diagnosis), self.problem.data
         fitted = data.relative(data.bounded(rung.final.force) - data.force, data.fitted)
-        remains = named**2 - floor**2
-        little = remains < NEARLY_ALL * (before**2 - floor**2) and (
+        remains, misfit = named**2 - floor**2, before**2 - floor**2
+        little = remains < NEARLY_ALL * misfit and (
             max(remains, fitted**2 - diagnosis.noise_floor**2) < REMAINS**2
         )
         if little and named**2 < ADEQUATE * least**2:
             return "explained"
-        return "partly_explained" if named < before else diagnosis.verdict
+        # a tier that removes next to nothing explains no part
+        return "partly_explained" if remains < (1 - NEARLY_ALL) * misfit else diagnosis.verdict
 
     def extend(self, diagnosis: D, rung: _Rung, errors: Rung) -> D:
         """A diagnosis whose extended device has the rung's law."""
