@@ -224,6 +224,10 @@ MISFIT_LEVEL = 0.005
 """Level of the test for adequacy. Theory: rate of false alarms."""
 BUILDING_EXPLAINED = 0.95
 """Removed share of the misfit above which the verdict is "explained". Blind buildings."""
+UNRESOLVED = 0.5
+"""Part of a sample. A cause beside others that changes the current less than a delay by so much does
+not differ from how the current goes between the samples: held and linear are so far apart. Theory.
+"""
 FITTED_ENERGY = 0.6
 """Share of a lone record's energy that is fitted; later samples are held out. Convention."""
 LESS_FITTED_ENERGY = 0.3

@@ -178,7 +178,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         segment, whitened = self.first.fitted[0], self.engineers.fitted[0]
         named = significant(dependences)
         if self.unknown is not None:
-            named = (f"an unknown force at {self.unknown.place}", *named)
+            named = (self.unknown.words, *named)
         if cell_p_values(segment, whitened).min() < DEPENDENCE_LEVEL:
             excess = (cell_means(whitened) - segment.expected) * segment.cell_sizes
             named = (*named, _cell(segment, int(np.argmax(excess))))
@@ -327,7 +327,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             return ""
         beside = [cause.label for cause, _ in self.unknown.beside]
         sentences = (
-            f" With an unknown force at {self.unknown.place}"
+            f" With {self.unknown.words}"
             f"{' beside ' * bool(beside)}{', '.join(beside)}, chosen freely at every frequency, "
             f"{percent(max(self.unknown.left, 0.0))} % of the misfit would remain; with all causes "
             f"that were found, {percent(self.unknown.left_by_causes)} % do."
