@@ -228,6 +228,9 @@ UNRESOLVED = 0.5
 """Part of a sample. A cause beside others that changes the current less than a delay by so much does
 not differ from how the current goes between the samples: held and linear are so far apart. Theory.
 """
+SWITCHING = 2.0
+"""Standard deviations of the errors by jumps of the current at unknown moments within a sample, up
+to which what causes leave of a record may be nothing else. Theory: 95 % of normal errors."""
 FITTED_ENERGY = 0.6
 """Share of a lone record's energy that is fitted; later samples are held out. Convention."""
 LESS_FITTED_ENERGY = 0.3

@@ -29,13 +29,14 @@ from ..building.comparison import (
     values_of,
     with_causes,
 )
-from ..building.errors import mean_error, relative_errors, relative_noise, squared_blocks
+from ..building.errors import excess_error, mean_error, relative_errors, relative_noise, squared_blocks
 from ..building.localisation import ISOLATION_LAYER, UnknownForce, unknown_force
 from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
 from ..building.record_checks import check_quantities, record_problems, unmeasured_floors
 from ..building.segment import Segment, band_edges, cell_means
-from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL
+from ..building.switching import jumps, switching_error
+from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL, SWITCHING
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..interval import percent
 from ..problem import Evaluation, Problem, Text
@@ -76,8 +77,11 @@ class BuildingRecords(Problem[FittedBuilding]):
         """Search for causes, and fit the model again without each of them."""
         self.space, result = search_causes(self.first, self.most_causes, self.progress)
         self.progress("measuring the gain")
-        self.unknown = self._unknown(result.best)
         self.imitations: tuple[str, ...] = ()
+        self.switching = self._switching(result.best)
+        if self.switching > 0:
+            result = replace(result, best=self.space.before)
+        self.unknown = None if self.switching > 0 else self._unknown(result.best)
         if self.unknown is not None:
             best = self.space.comparison.fit((), self.unknown.beside)
             self.imitations = tuple(c for c in result.best.causes if c not in best.causes)
@@ -85,11 +89,27 @@ class BuildingRecords(Problem[FittedBuilding]):
         self.without = self.space.without_each(result.best) if result.best.cause_values else []
         return result
 
+    def _explains(self, best: FittedBuilding) -> bool:
+        segments = self.space.comparison.segments
+        chance = adequacy(segments(False) + segments(True), best.fitted + best.held_out)
+        return self.space.explains(best, chance)
+
+    def _switching(self, best: FittedBuilding) -> float:
+        """Error by unknown moments of the current's jumps where it is no less than what remains."""
+        if self._explains(best):
+            return 0.0
+        comparison, least = self.space.comparison, np.inf
+        for held_out in (False, True):
+            error = switching_error(comparison, best.cause_values, held_out)
+            if excess_error(comparison, best, held_out) > SWITCHING * error:
+                return 0.0
+            least = min(least, error)
+        return least
+
     def _unknown(self, best: FittedBuilding) -> UnknownForce | None:
         """An unknown force that leaves far less than the causes, where these leave much."""
-        space, segments = self.space, self.space.comparison.segments
-        chance = adequacy(segments(False) + segments(True), best.fitted + best.held_out)
-        if space.explains(best, chance):
+        space = self.space
+        if self._explains(best):
             return None
         return unknown_force(space.comparison, space.before, best.cause_values)
 
@@ -179,6 +199,8 @@ class BuildingRecords(Problem[FittedBuilding]):
         named = significant(dependences)
         if self.unknown is not None:
             named = (self.unknown.words, *named)
+        if self.switching > 0:
+            named = ("the current between its samples", *named)
         if cell_p_values(segment, whitened).min() < DEPENDENCE_LEVEL:
             excess = (cell_means(whitened) - segment.expected) * segment.cell_sizes
             named = (*named, _cell(segment, int(np.argmax(excess))))
@@ -233,7 +255,18 @@ class BuildingRecords(Problem[FittedBuilding]):
                 *record_problems(record),
                 *unmeasured_floors(record, self._model.structure),
                 *record.notes,
+                *self._switching_problem(record),
             )
+        )
+
+    def _switching_problem(self, record: BuildingRecord) -> tuple[str, ...]:
+        """Say that a current was recorded too slowly, where it limits the diagnosis."""
+        if not self.switching > 0:
+            return ()
+        return (
+            f"the current jumps {jumps(record)} times, at moments that are known to a sample of "
+            f"{1e3 * record.dt:g} ms: errors of {percent(self.switching)} % follow from this alone "
+            "(record the current at the rate of its controller)",
         )
 
     @property
@@ -323,6 +356,12 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def _unknown_text(self) -> str:
         """The unknown force against the causes that it stands for."""
+        if self.switching > 0:
+            return (
+                " The current jumps between its samples, so that the moments of its jumps are "
+                f"known to a sample. This alone makes errors of {percent(self.switching)} % and "
+                "more, as large as what remains: no cause is named."
+            )
         if self.unknown is None:
             return ""
         beside = [cause.label for cause, _ in self.unknown.beside]

@@ -121,7 +121,7 @@ def test_a_current_that_jumps_and_rests_is_distinguished_from_one_that_moves(cur
 def test_a_ramp_behind_a_slew_rate_is_followed_without_delay():
     time = np.arange(300) * DT
     ramp = np.interp(time, [0.5, 0.75], [0.0, 3.0])
-    table = RecordedCurrent(time, ramp, 0.0, None, slew=8.0)._table
+    table = RecordedCurrent(time, ramp, 0.0, None, slew=8.0).table
     fine = np.arange(0, 2.9, 1e-5)
     inputs = table[1][np.searchsorted(table[0], fine, side="right") - 1]
     exact = np.clip((fine - 0.5) * 8.0, 0.0, 3.0)
