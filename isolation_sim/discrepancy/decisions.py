@@ -228,6 +228,9 @@ UNRESOLVED = 0.5
 """Part of a sample. A cause beside others that changes the current less than a delay by so much does
 not differ from how the current goes between the samples: held and linear are so far apart. Theory.
 """
+TURNED = 0.1
+"""Distance of a sensor's gain from -1 at which its sign counts as turned: beside an error of its
+calibration. Convention."""
 SWITCHING = 2.0
 """Standard deviations of the errors by jumps of the current at unknown moments within a sample, up
 to which what causes leave of a record may be nothing else. Theory: 95 % of normal errors."""

@@ -29,14 +29,25 @@ from ..building.comparison import (
     values_of,
     with_causes,
 )
-from ..building.errors import excess_error, mean_error, relative_errors, relative_noise, squared_blocks
+from ..building.errors import (
+    excess_error,
+    mean_error,
+    relative_errors,
+    relative_noise,
+    squared_blocks,
+)
 from ..building.localisation import ISOLATION_LAYER, UnknownForce, unknown_force
 from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
-from ..building.record_checks import check_quantities, record_problems, unmeasured_floors
+from ..building.record_checks import (
+    check_quantities,
+    record_problems,
+    unit_factor_in_words,
+    unmeasured_floors,
+)
 from ..building.segment import Segment, band_edges, cell_means
 from ..building.switching import jumps, switching_error
-from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL, SWITCHING
+from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL, SWITCHING, TURNED
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..interval import percent
 from ..problem import Evaluation, Problem, Text
@@ -187,6 +198,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             f"If {what.replace('%', ' %')}, the error on data not fitted falls from "
             f"{errors[0]} to {errors[1]} %, most of it in "
             f"{_cell(segment, int(np.argmax(gain * segment.cell_sizes)))}."
+            + _remedy(best.cause_values[k][0].name, numbers)
         )
 
     def depends_on(
@@ -346,6 +358,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         )
         return Text(
             f"What remains has the chance {chance:.2g} if there is noise alone."
+            + _of_data(result.best)
             + self._unknown_text(),
             ("channel", "error on data not fitted before, %", "after, %"),
             tuple(
@@ -495,6 +508,30 @@ def _segment_traces(
             group=sensor.axis,
             size=factor * float(np.sqrt(np.mean(record.values[:, k] ** 2))),
         )
+
+
+def _of_data(best: FittedBuilding) -> str:
+    """Say that the model of the building is right where all causes are faults of the data."""
+    causes = [cause for cause, _ in best.cause_values]
+    if not causes or not all(cause.name.startswith("sensor_") for cause in causes):
+        return ""
+    return " All causes are faults of the data: the model of the building needs none."
+
+
+def _remedy(name: str, numbers: dict[str, Interval]) -> str:
+    """What to do about a fault of the data that is no error of calibration."""
+    if name == "sensor_exchange":
+        return " Exchange the two columns, and diagnose again."
+    if name != "sensor_gain":
+        return ""
+    gain = numbers["gain"]
+    if abs(gain.value + 1) < max(gain.value - gain.lower, TURNED):
+        return (
+            " Its sign is turned: multiply the column by -1, or import it with sign = -1, and "
+            "diagnose again."
+        )
+    units = unit_factor_in_words(gain.value)
+    return f" This is the factor between {units}: correct the unit of the column." if units else ""
 
 
 _LABELS = {
