@@ -225,8 +225,9 @@ MISFIT_LEVEL = 0.005
 BUILDING_EXPLAINED = 0.95
 """Removed share of the misfit above which the verdict is "explained". Blind buildings."""
 UNRESOLVED = 0.5
-"""Part of a sample. A cause beside others that changes the current less than a delay by so much does
-not differ from how the current goes between the samples: held and linear are so far apart. Theory.
+"""Part of a sample. A cause beside others that changes the current less than a delay by so much
+does not differ from how the current goes between the samples: held and linear are so far apart.
+Theory.
 """
 TURNED = 0.1
 """Distance of a sensor's gain from -1 at which its sign counts as turned: beside an error of its

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,7 +100,13 @@ def record_problems(record: BuildingRecord) -> tuple[str, ...]:
     result = []
     motions = [motion.acceleration for motion in record.ground]
     signals = {**dict(zip(record.ground_channels, motions, strict=True)), **record.response}
-    still = tuple(_without_motion(record))
+    unlike = {
+        name: problem
+        for axis, motion in zip(record.axes, motions, strict=True)
+        for name, problem in _unlike_others(record, axis, motion)
+    }
+    result += unlike.values()
+    still = {name for name in _without_motion(record) if name not in unlike}
     for name, values in signals.items():
         if name in still:
             result.append(f"{name} does not move with the building: not connected?")
@@ -113,7 +119,6 @@ def record_problems(record: BuildingRecord) -> tuple[str, ...]:
         if start > 0.3 * np.sqrt(np.mean(values**2)):
             result.append(f"{name} does not start at rest, as the simulation does")
     for axis, motion in zip(record.axes, motions, strict=True):
-        result += _unlike_others(record, axis, motion, still)
         along = f" along {axis}" if axis else ""
         slope, lag, _ = _against_displacement(record, axis, motion)
         if not 0.7 < slope < 1.4:
@@ -143,13 +148,10 @@ def _without_motion(record: BuildingRecord) -> Iterator[str]:
         yield from (name for name, size in sizes.items() if size < _STILL * usual)
 
 
-def _unlike_others(
-    record: BuildingRecord, axis: str, motion: NDArray, still: Sequence[str]
-) -> Iterator[str]:
+def _unlike_others(record: BuildingRecord, axis: str, motion: NDArray) -> Iterator[tuple[str, str]]:
     """Accelerometers that are turned or in another unit, by what most others show slowly."""
     names = [
-        one.name for one in record.sensors
-        if one.axis == axis and not one.is_displacement and one.name not in still
+        one.name for one in record.sensors if one.axis == axis and not one.is_displacement
     ]  # fmt: skip
     *shown, of_ground, relative = _spectra(
         record, axis, *(record.response[name] for name in names), motion, high=_SLOW
@@ -167,18 +169,27 @@ def _unlike_others(
         return
     for k, name in enumerate(names):
         others = right & (np.arange(len(right)) != k)
-        if np.median(alike[k, others]) < -_COHERENT:
-            yield (
-                f"{name} moves against the other sensors below {_SLOW:g} Hz: its sign is turned? "
-                "(multiply the column by -1, or import it with sign = -1)"
-            )
+        coherence = float(np.median(alike[k, others]))
+        if abs(coherence) < _COHERENT:
+            continue
         ratio = float(sizes[k] / np.median(sizes[others]))
         factors = [one for one in _UNITS if _is_factor(ratio, one, _FLOORS_ALIKE)]
-        if factors and abs(np.median(alike[k, others])) > _COHERENT:
+        if factors:
             yield (
-                f"{name} shows {ratio:.3g} times what the other sensors show below {_SLOW:g} Hz, "
-                f"about the factor between {_UNITS[factors[0]]}: is it in the unit that its name "
-                "says?"
+                name,
+                (
+                    f"{name} shows {ratio:.3g} times what the other sensors show below {_SLOW:g} Hz, "
+                    f"about the factor between {_UNITS[factors[0]]}: is it in the unit that its name "
+                    "says?"
+                ),
+            )
+        elif coherence < 0:
+            yield (
+                name,
+                (
+                    f"{name} moves against the other sensors below {_SLOW:g} Hz: its sign is turned? "
+                    "(multiply the column by -1, or import it with sign = -1)"
+                ),
             )
 
 
