@@ -161,7 +161,11 @@ class BuildingRecords(Problem[FittedBuilding]):
             adequate,
             self.space.explains(after, chance["after"]),
             squared_blocks(comparison, (before, after)),
-            {"adequacy_p_value": chance, "expected_model_error": comparison.model_error},
+            {
+                "adequacy_p_value": chance,
+                "expected_model_error": comparison.model_error,
+                "remark": f"{_of_data(after)}{self._unknown_text()}".strip(),
+            },
         )
 
     def causes(self, result: SearchResult[FittedBuilding], evaluation: Evaluation) -> list[Cause]:
@@ -357,9 +361,8 @@ class BuildingRecords(Problem[FittedBuilding]):
             relative_errors(comparison, one, True) for one in (self.space.before, result.best)
         )
         return Text(
-            f"What remains has the chance {chance:.2g} if there is noise alone."
-            + _of_data(result.best)
-            + self._unknown_text(),
+            f"What remains has the chance {chance:.2g} if there is noise alone. "
+            + evaluation.details["remark"],
             ("channel", "error on data not fitted before, %", "after, %"),
             tuple(
                 (channel, f"{100 * b:.2f}", f"{100 * a:.2f}")
@@ -381,9 +384,11 @@ class BuildingRecords(Problem[FittedBuilding]):
         sentences = (
             f" With {self.unknown.words}"
             f"{' beside ' * bool(beside)}{', '.join(beside)}, chosen freely at every frequency, "
-            f"{percent(max(self.unknown.left, 0.0))} % of the misfit would remain; with all causes "
-            f"that were found, {percent(self.unknown.left_by_causes)} % do."
+            f"{percent(max(self.unknown.left, 0.0))} % of the misfit would remain"
         )
+        found = bool(beside) or bool(self.imitations)
+        left = percent(self.unknown.left_by_causes)
+        sentences += f"; with all causes that were found, {left} % do." if found else "."
         if self.imitations:
             sentences += f" They only imitate it: {', '.join(self.imitations)}."
         return sentences
@@ -524,13 +529,13 @@ def _remedy(name: str, numbers: dict[str, Interval]) -> str:
         return " Exchange the two columns, and diagnose again."
     if name != "sensor_gain":
         return ""
-    gain = numbers["gain"]
-    if abs(gain.value + 1) < max(gain.value - gain.lower, TURNED):
+    gain = numbers["gain"].value
+    if abs(gain + 1) < TURNED:
         return (
             " Its sign is turned: multiply the column by -1, or import it with sign = -1, and "
             "diagnose again."
         )
-    units = unit_factor_in_words(gain.value)
+    units = unit_factor_in_words(gain)
     return f" This is the factor between {units}: correct the unit of the column." if units else ""
 
 

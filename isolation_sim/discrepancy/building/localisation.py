@@ -11,6 +11,7 @@ leave far more.
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from itertools import combinations
@@ -59,7 +60,9 @@ class UnknownForce(NamedTuple):
     def words(self) -> str:
         """What is unknown, for a sentence."""
         at = "" if self.place.startswith((_BETWEEN, _ANYWHERE)) else "at "
-        force = [f"an unknown force {at}{self.place}"] if self.place else []
+        # with that of the isolators unknown, it may also act between the base and the floor
+        ends = " (from outside or from the base)" if re.fullmatch(r"floor\d+", self.place) else ""
+        force = [f"an unknown force {at}{self.place}{ends}"] if self.place else []
         signal = [f"an unknown signal in {self.channel} alone"] if self.channel else []
         return " or ".join(force + signal)
 

@@ -97,7 +97,7 @@ def _wrong_unit(record: BuildingRecord, axis: str, motion: NDArray) -> tuple[str
 
 def record_problems(record: BuildingRecord) -> tuple[str, ...]:
     """Find suspicious features of a record."""
-    result = []
+    result: list[str] = []
     motions = [motion.acceleration for motion in record.ground]
     signals = {**dict(zip(record.ground_channels, motions, strict=True)), **record.response}
     unlike = {
@@ -174,22 +174,18 @@ def _unlike_others(record: BuildingRecord, axis: str, motion: NDArray) -> Iterat
             continue
         ratio = float(sizes[k] / np.median(sizes[others]))
         factors = [one for one in _UNITS if _is_factor(ratio, one, _FLOORS_ALIKE)]
+        below = f"below {_SLOW:g} Hz"
         if factors:
             yield (
                 name,
-                (
-                    f"{name} shows {ratio:.3g} times what the other sensors show below {_SLOW:g} Hz, "
-                    f"about the factor between {_UNITS[factors[0]]}: is it in the unit that its name "
-                    "says?"
-                ),
+                f"{name} shows {ratio:.3g} times what the other sensors show {below}, about the "
+                f"factor between {_UNITS[factors[0]]}: is it in the unit that its name says?",
             )
         elif coherence < 0:
             yield (
                 name,
-                (
-                    f"{name} moves against the other sensors below {_SLOW:g} Hz: its sign is turned? "
-                    "(multiply the column by -1, or import it with sign = -1)"
-                ),
+                f"{name} moves against the other sensors {below}: its sign is turned? (multiply "
+                "the column by -1, or import it with sign = -1)",
             )
 
 

@@ -94,7 +94,8 @@ def test_a_force_is_placed_where_the_model_is_wrong(isolated, name, place, value
 
 
 @pytest.mark.parametrize(
-    ("levels", "place"), [((0, 3), "floor3"), ((1, 4), "between floor1 and floor4")]
+    ("levels", "place"),
+    [((0, 3), "floor3 (from outside or from the base)"), ((1, 4), "between floor1 and floor4")],
 )
 def test_a_damper_over_several_storeys_is_placed_between_its_ends(isolated, levels, place):
     model = building_model(isolated, [_blank()])
