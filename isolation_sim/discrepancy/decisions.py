@@ -233,8 +233,8 @@ TURNED = 0.1
 """Distance of a sensor's gain from -1 at which its sign counts as turned: beside an error of its
 calibration. Convention."""
 SWITCHING = 2.0
-"""Standard deviations of the errors by jumps of the current at unknown moments within a sample, up
-to which what causes leave of a record may be nothing else. Theory: 95 % of normal errors."""
+"""Standard deviations of the errors by changes of the current at unknown moments within a sample,
+up to which what the model misses may be nothing else. Theory: 95 % of normal errors."""
 FITTED_ENERGY = 0.6
 """Share of a lone record's energy that is fitted; later samples are held out. Convention."""
 LESS_FITTED_ENERGY = 0.3

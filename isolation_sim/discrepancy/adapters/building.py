@@ -46,7 +46,7 @@ from ..building.record_checks import (
     unmeasured_floors,
 )
 from ..building.segment import Segment, band_edges, cell_means
-from ..building.switching import jumps, switching_error
+from ..building.switching import switching_error
 from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL, SWITCHING, TURNED
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..interval import percent
@@ -106,13 +106,13 @@ class BuildingRecords(Problem[FittedBuilding]):
         return self.space.explains(best, chance)
 
     def _switching(self, best: FittedBuilding) -> float:
-        """Error by unknown moments of the current's jumps where it is no less than what remains."""
+        """Error by unknown moments of the current's changes where the model misses no more."""
         if self._explains(best):
             return 0.0
         comparison, least = self.space.comparison, np.inf
         for held_out in (False, True):
-            error = switching_error(comparison, best.cause_values, held_out)
-            if excess_error(comparison, best, held_out) > SWITCHING * error:
+            error = switching_error(comparison, (), held_out)
+            if excess_error(comparison, self.space.before, held_out) > SWITCHING * error:
                 return 0.0
             least = min(least, error)
         return least
@@ -280,9 +280,8 @@ class BuildingRecords(Problem[FittedBuilding]):
         if not self.switching > 0:
             return ()
         return (
-            f"the current jumps {jumps(record)} times, at moments that are known to a sample of "
-            f"{1e3 * record.dt:g} ms: errors of {percent(self.switching)} % follow from this alone "
-            "(record the current at the rate of its controller)",
+            f"the current is known every {1e3 * record.dt:g} ms alone: changes between the samples "
+            f"make errors of {percent(self.switching)} % (record it at the rate of its controller)",
         )
 
     @property
@@ -374,9 +373,9 @@ class BuildingRecords(Problem[FittedBuilding]):
         """The unknown force against the causes that it stands for."""
         if self.switching > 0:
             return (
-                " The current jumps between its samples, so that the moments of its jumps are "
-                f"known to a sample. This alone makes errors of {percent(self.switching)} % and "
-                "more, as large as what remains: no cause is named."
+                " The current is known at its samples alone. Changes at other moments between them "
+                f"make errors of {percent(self.switching)} % and more, as large as those of the "
+                "model: no cause is named."
             )
         if self.unknown is None:
             return ""

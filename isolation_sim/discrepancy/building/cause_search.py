@@ -217,7 +217,7 @@ class CauseSearch:
     def finish(self, best: FittedBuilding) -> FittedBuilding:
         """Replace each cause by a better variant; name none if together they remove too little."""
         best = self._exchange_for_simpler(best)
-        if self._is_calibration(best):
+        if self._is_calibration(best, self.before):
             return self.before
         if len(best.cause_values) > 1:
             best = self._without_negligible(self._exchange_variants(best))
@@ -311,13 +311,13 @@ class CauseSearch:
             best = trials[least]
         return best
 
-    def _is_calibration(self, best: FittedBuilding) -> bool:
-        """Whether causes correct no more than the calibration error of good sensors."""
+    def _is_calibration(self, best: FittedBuilding, other: FittedBuilding) -> bool:
+        """Whether a model corrects no more of another than the calibration of good sensors."""
         of_sensors = all(cause.of_sensor for cause, _ in best.cause_values)
         for held_out in (False, True):
             before, after = (
                 relative_errors(self.comparison, one, held_out)[self.comparison.seen] ** 2
-                for one in (self.before, best)
+                for one in (other, best)
             )
             corrected = (before - after).max() if of_sensors else (before - after).mean()
             if not corrected <= LEAST_SENSOR_ERROR**2:
@@ -383,7 +383,9 @@ class CauseSearch:
             without = self.comparison.fit((), (*before, *after))
             for other, starts in self._screened(without, fewer, RIVALS_TRIED):
                 trial = self.comparison.fit((), (*before, (other, starts[0]), *after))
-                if _is_nearer(trial, current) or self._is_enough(trial, current):
+                still = current.cause_values[k][0] is many
+                alike = still and self._is_calibration(current, trial)
+                if _is_nearer(trial, current) or self._is_enough(trial, current) or alike:
                     current = trial
                     self.rivals.setdefault(other.label, [])
         return current

@@ -1,4 +1,4 @@
-"""What a record does not tell of a current that jumps: the moment within a sample.
+"""What a record does not tell of a current: at which moment within a sample it changes.
 
 A logger that is slower than the controller, or has another clock, shows a jump at the next sample.
 """
@@ -13,30 +13,17 @@ from .errors import pooled_error
 from .model import BuildingModel, RecordedCurrent
 from .record import BuildingRecord
 
-_JUMP = 0.25
-"""Change within a sample, over the range of the current, that is a jump. Convention."""
-_MOSTLY = 0.8
-"""Share of all changes that jumps make in a current that jumps. Convention."""
 _DRAWS = 8
-"""Simulations with jumps at random moments. Effort."""
-
-
-def jumps(record: BuildingRecord) -> int:
-    """Number of jumps of a record's current; 0 if it mostly changes otherwise."""
-    if record.current is None or not np.ptp(record.current) > 0:
-        return 0
-    changes = np.abs(np.diff(record.current))
-    jump = changes > _JUMP * np.ptp(record.current)
-    return int(jump.sum()) if changes[jump].sum() > _MOSTLY * changes.sum() else 0
+"""Simulations with changes at random moments. Effort."""
 
 
 def switching_error(comparison: Comparison, causes: CauseValues, held_out: bool) -> float:
-    """Error of all channels by jumps at unknown moments within their samples; 0 without jumps."""
+    """Error of all channels by changes of the current at unknown moments within their samples."""
     model = with_causes(comparison.model, causes)
     each = []
     for segment in comparison.segments(held_out):
         record = segment.record
-        if not jumps(record):
+        if record.current is None or not np.ptp(record.current) > 0:
             return 0.0
         try:
             runs = np.array([_simulated(model, record, seed) for seed in range(_DRAWS)])
@@ -48,7 +35,7 @@ def switching_error(comparison: Comparison, causes: CauseValues, held_out: bool)
 
 
 def _simulated(model: BuildingModel, record: BuildingRecord, seed: int) -> np.ndarray:
-    """Simulate a record whose current jumps at random moments within its samples."""
+    """Simulate a record whose current changes at random moments within its samples."""
     random = np.random.default_rng(seed)
     control = model.control(record)
     assert isinstance(control, RecordedCurrent) and record.current is not None

@@ -15,7 +15,7 @@ from isolation_sim.discrepancy.building.cause_search import CauseSearch, candida
 from isolation_sim.discrepancy.building.comparison import compare_records
 from isolation_sim.discrepancy.building.model import RecordedCurrent, building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
-from isolation_sim.discrepancy.building.switching import jumps, switching_error
+from isolation_sim.discrepancy.building.switching import switching_error
 from isolation_sim.discrepancy.diagnose import diagnose_building
 
 MASSES, STIFFNESS, DAMPING = (2.0e5, 1.5e5), 6.0e7, 3.0e5
@@ -110,6 +110,7 @@ LEVELS = np.repeat(RNG.uniform(0, 3, 50), 4)
         (np.repeat(RNG.uniform(0, 3, 100), 2), True),
         (LEVELS + 1e-3 * RNG.standard_normal(200), True),
         (np.repeat([0.0, 2.0, 0.0], [80, 40, 80]), True),
+        (3.0 * RNG.integers(0, 2, 200), True),
         (np.full(200, 1.0), False),
         (1 + np.sin(np.arange(200) / 9), False),
         # a supply that ramps between two levels
@@ -145,20 +146,8 @@ def test_a_delay_between_the_samples_is_named_only_alone(isolated):
         assert space._between_samples(both) == place
 
 
-@pytest.mark.parametrize(
-    ("current", "number"),
-    [
-        (np.repeat([0.0, 2.0, 0.0], [80, 40, 80]), 2),
-        (np.interp(np.arange(200), [50, 60, 120, 130], [0.0, 3.0, 3.0, 0.0]), 0),
-        (np.full(200, 1.0), 0),
-    ],
-)
-def test_jumps_of_a_current_are_counted(current, number):
-    assert jumps(_with_current(current)) == number
-
-
 def test_the_moments_of_jumps_within_a_sample_make_errors(isolated):
-    """A shorter sample tells more of them."""
+    """A constant current makes none."""
     model, errors = building_model(isolated, [_held(5, "after")]), []
     for record in (_held(5, "after"), replace(_held(5, "after"), current=np.full(N, 1.0))):
         comparison = compare_records(model, [record])
