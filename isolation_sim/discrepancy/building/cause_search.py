@@ -341,18 +341,17 @@ class CauseSearch:
         for record in self.comparison.records:
             if record.current is not None:
                 resolved += float(np.sum((UNRESOLVED * np.diff(record.current)) ** 2))
+        changes = {}
         for k, (cause, _) in enumerate(best.cause_values):
-            if cause.name not in CURRENT_CAUSES:
-                continue
-            before, _, after = _around(best, k)
-            other = with_causes(self.comparison.model, (*before, *after))
-            change = sum(
-                float(np.sum((model.run(r).current - other.run(r).current)[:, 0] ** 2))
-                for r in self.comparison.records
-            )
-            if change < resolved:
-                return k
-        return None
+            if cause.name in CURRENT_CAUSES:
+                before, _, after = _around(best, k)
+                other = with_causes(self.comparison.model, (*before, *after))
+                changes[k] = sum(
+                    float(np.sum((model.run(r).current - other.run(r).current)[:, 0] ** 2))
+                    for r in self.comparison.records
+                )
+        least = min(changes, key=lambda k: changes[k], default=None)
+        return least if least is not None and changes[least] < resolved else None
 
     def _exchange_causes(self, current: FittedBuilding) -> FittedBuilding:
         """Put others that were tried in the place of earlier causes, if they are nearer now."""

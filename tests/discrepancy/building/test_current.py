@@ -144,6 +144,10 @@ def test_a_delay_between_the_samples_is_named_only_alone(isolated):
     for late, place in ((0.2 * DT, 1), (3.0 * DT, None)):
         both = space.comparison.evaluate((other, (delay, (late,))))
         assert space._between_samples(both) == place
+    # of two causes in the current, that which changes it less
+    lag = listed["actuation_delay", "first_order"]
+    both = space.comparison.evaluate(((delay, (0.4 * DT,)), (lag, (0.05 * DT,))))
+    assert space._between_samples(both) == 1
 
 
 def test_the_moments_of_jumps_within_a_sample_make_errors(isolated):
