@@ -224,6 +224,17 @@ MISFIT_LEVEL = 0.005
 """Level of the test for adequacy. Theory: rate of false alarms."""
 BUILDING_EXPLAINED = 0.95
 """Removed share of the misfit above which the verdict is "explained". Blind buildings."""
+UNRESOLVED = 0.5
+"""Part of a sample. A cause beside others that changes the current less than a delay by so much
+does not differ from how the current goes between the samples: held and linear are so far apart.
+Theory.
+"""
+TURNED = 0.1
+"""Distance of a sensor's gain from -1 at which its sign counts as turned: beside an error of its
+calibration. Convention."""
+SWITCHING = 2.0
+"""Standard deviations of the errors by changes of the current at unknown moments within a sample,
+up to which what the model misses may be nothing else. Theory: 95 % of normal errors."""
 FITTED_ENERGY = 0.6
 """Share of a lone record's energy that is fitted; later samples are held out. Convention."""
 LESS_FITTED_ENERGY = 0.3

@@ -38,6 +38,7 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
     yield from data_notes(diagnosis)
     yield from better_law(diagnosis)
     yield f"{diagnosis.verdict.replace('_', ' ').upper()}. {diagnosis.meaning}"
+    yield from remarks(diagnosis)
     choice = diagnosis.details.get("law_choice", {})
     if choice and not choice["wrong_family"]:
         yield choice["text"]
@@ -67,6 +68,19 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
         yield from consequence_text(diagnosis.consequence)
 
 
+def remarks(diagnosis: Diagnosis) -> list[str]:
+    """Where a building's model is wrong, or that its data are."""
+    remark = str(diagnosis.details.get("remark", ""))
+    return [remark] if remark else []
+
+
+def is_unchanged(diagnosis: Diagnosis) -> bool:
+    """Whether the model after the diagnosis is the one before it."""
+    return not diagnosis.causes and (
+        diagnosis.ladder is None or diagnosis.ladder.offered in ("law", "causes")
+    )
+
+
 def data_notes(diagnosis: Diagnosis) -> list[str]:
     """What looks wrong in the data, not more than a few sentences."""
     notes = [
@@ -94,9 +108,10 @@ def errors_table(diagnosis: Diagnosis) -> TextTable:
     """Errors before and after, noise floors and decrease of the held-out error, %."""
     errors = diagnosis.error_before, diagnosis.error_after, diagnosis.noise
     columns = 2 + bool(np.isfinite(diagnosis.noise_floor))
+    what = "data" if isinstance(diagnosis, BuildingDiagnosis) else "runs"
     rows = [
         (name, *(f"{100 * getattr(error, part):.2f}" for error in errors[:columns]))
-        for name, part in (("fitted runs", "fit"), ("held-out runs", "held_out"))
+        for name, part in ((f"fitted {what}", "fit"), (f"held-out {what}", "held_out"))
         if np.isfinite(getattr(errors[0], part))
     ]
     if diagnosis.gain:
@@ -229,6 +244,7 @@ def markdown(diagnosis: Diagnosis) -> str:
         f"# {diagnosis.model} against {diagnosis.data}",
         *better_law(diagnosis),
         f"**{diagnosis.verdict.replace('_', ' ').capitalize()}.** {diagnosis.meaning}",
+        *remarks(diagnosis),
     ]
     if diagnosis.causes:
         parts.append(_grid(*cause_cells(diagnosis)))

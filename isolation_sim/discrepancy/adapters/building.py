@@ -29,13 +29,25 @@ from ..building.comparison import (
     values_of,
     with_causes,
 )
-from ..building.errors import mean_error, relative_errors, relative_noise, squared_blocks
+from ..building.errors import (
+    excess_error,
+    mean_error,
+    relative_errors,
+    relative_noise,
+    squared_blocks,
+)
 from ..building.localisation import ISOLATION_LAYER, UnknownForce, unknown_force
 from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
-from ..building.record_checks import check_quantities, record_problems, unmeasured_floors
+from ..building.record_checks import (
+    check_quantities,
+    record_problems,
+    unit_factor_in_words,
+    unmeasured_floors,
+)
 from ..building.segment import Segment, band_edges, cell_means
-from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL
+from ..building.switching import switching_error
+from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL, SWITCHING, TURNED
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..interval import percent
 from ..problem import Evaluation, Problem, Text
@@ -76,8 +88,11 @@ class BuildingRecords(Problem[FittedBuilding]):
         """Search for causes, and fit the model again without each of them."""
         self.space, result = search_causes(self.first, self.most_causes, self.progress)
         self.progress("measuring the gain")
-        self.unknown = self._unknown(result.best)
         self.imitations: tuple[str, ...] = ()
+        self.switching = self._switching(result.best)
+        if self.switching > 0:
+            result = replace(result, best=self.space.before)
+        self.unknown = None if self.switching > 0 else self._unknown(result.best)
         if self.unknown is not None:
             best = self.space.comparison.fit((), self.unknown.beside)
             self.imitations = tuple(c for c in result.best.causes if c not in best.causes)
@@ -85,11 +100,27 @@ class BuildingRecords(Problem[FittedBuilding]):
         self.without = self.space.without_each(result.best) if result.best.cause_values else []
         return result
 
+    def _explains(self, best: FittedBuilding) -> bool:
+        segments = self.space.comparison.segments
+        chance = adequacy(segments(False) + segments(True), best.fitted + best.held_out)
+        return self.space.explains(best, chance)
+
+    def _switching(self, best: FittedBuilding) -> float:
+        """Error by unknown moments of the current's changes where the model misses no more."""
+        if self._explains(best):
+            return 0.0
+        comparison, least = self.space.comparison, np.inf
+        for held_out in (False, True):
+            error = switching_error(comparison, (), held_out)
+            if excess_error(comparison, self.space.before, held_out) > SWITCHING * error:
+                return 0.0
+            least = min(least, error)
+        return least
+
     def _unknown(self, best: FittedBuilding) -> UnknownForce | None:
         """An unknown force that leaves far less than the causes, where these leave much."""
-        space, segments = self.space, self.space.comparison.segments
-        chance = adequacy(segments(False) + segments(True), best.fitted + best.held_out)
-        if space.explains(best, chance):
+        space = self.space
+        if self._explains(best):
             return None
         return unknown_force(space.comparison, space.before, best.cause_values)
 
@@ -130,7 +161,11 @@ class BuildingRecords(Problem[FittedBuilding]):
             adequate,
             self.space.explains(after, chance["after"]),
             squared_blocks(comparison, (before, after)),
-            {"adequacy_p_value": chance, "expected_model_error": comparison.model_error},
+            {
+                "adequacy_p_value": chance,
+                "expected_model_error": comparison.model_error,
+                "remark": f"{_of_data(after)}{self._unknown_text()}".strip(),
+            },
         )
 
     def causes(self, result: SearchResult[FittedBuilding], evaluation: Evaluation) -> list[Cause]:
@@ -167,6 +202,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             f"If {what.replace('%', ' %')}, the error on data not fitted falls from "
             f"{errors[0]} to {errors[1]} %, most of it in "
             f"{_cell(segment, int(np.argmax(gain * segment.cell_sizes)))}."
+            + _remedy(best.cause_values[k][0].name, numbers)
         )
 
     def depends_on(
@@ -178,7 +214,9 @@ class BuildingRecords(Problem[FittedBuilding]):
         segment, whitened = self.first.fitted[0], self.engineers.fitted[0]
         named = significant(dependences)
         if self.unknown is not None:
-            named = (f"an unknown force at {self.unknown.place}", *named)
+            named = (self.unknown.words, *named)
+        if self.switching > 0:
+            named = ("the current between its samples", *named)
         if cell_p_values(segment, whitened).min() < DEPENDENCE_LEVEL:
             excess = (cell_means(whitened) - segment.expected) * segment.cell_sizes
             named = (*named, _cell(segment, int(np.argmax(excess))))
@@ -233,7 +271,17 @@ class BuildingRecords(Problem[FittedBuilding]):
                 *record_problems(record),
                 *unmeasured_floors(record, self._model.structure),
                 *record.notes,
+                *self._switching_problem(record),
             )
+        )
+
+    def _switching_problem(self, record: BuildingRecord) -> tuple[str, ...]:
+        """Say that a current was recorded too slowly, where it limits the diagnosis."""
+        if not self.switching > 0:
+            return ()
+        return (
+            f"the current is known every {1e3 * record.dt:g} ms alone: changes between the samples "
+            f"make errors of {percent(self.switching)} % (record it at the rate of its controller)",
         )
 
     @property
@@ -312,8 +360,8 @@ class BuildingRecords(Problem[FittedBuilding]):
             relative_errors(comparison, one, True) for one in (self.space.before, result.best)
         )
         return Text(
-            f"What remains has the chance {chance:.2g} if there is noise alone."
-            + self._unknown_text(),
+            f"What remains has the chance {chance:.2g} if there is noise alone. "
+            + evaluation.details["remark"],
             ("channel", "error on data not fitted before, %", "after, %"),
             tuple(
                 (channel, f"{100 * b:.2f}", f"{100 * a:.2f}")
@@ -323,15 +371,23 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def _unknown_text(self) -> str:
         """The unknown force against the causes that it stands for."""
+        if self.switching > 0:
+            return (
+                " The current is known at its samples alone. Changes at other moments between them "
+                f"make errors of {percent(self.switching)} % and more, as large as those of the "
+                "model: no cause is named."
+            )
         if self.unknown is None:
             return ""
         beside = [cause.label for cause, _ in self.unknown.beside]
         sentences = (
-            f" With an unknown force at {self.unknown.place}"
+            f" With {self.unknown.words}"
             f"{' beside ' * bool(beside)}{', '.join(beside)}, chosen freely at every frequency, "
-            f"{percent(max(self.unknown.left, 0.0))} % of the misfit would remain; with all causes "
-            f"that were found, {percent(self.unknown.left_by_causes)} % do."
+            f"{percent(max(self.unknown.left, 0.0))} % of the misfit would remain"
         )
+        found = bool(beside) or bool(self.imitations)
+        left = percent(self.unknown.left_by_causes)
+        sentences += f"; with all causes that were found, {left} % do." if found else "."
         if self.imitations:
             sentences += f" They only imitate it: {', '.join(self.imitations)}."
         return sentences
@@ -456,6 +512,30 @@ def _segment_traces(
             group=sensor.axis,
             size=factor * float(np.sqrt(np.mean(record.values[:, k] ** 2))),
         )
+
+
+def _of_data(best: FittedBuilding) -> str:
+    """Say that the model of the building is right where all causes are faults of the data."""
+    causes = [cause for cause, _ in best.cause_values]
+    if not causes or not all(cause.name.startswith("sensor_") for cause in causes):
+        return ""
+    return " All causes are faults of the data: the model of the building needs none."
+
+
+def _remedy(name: str, numbers: dict[str, Interval]) -> str:
+    """What to do about a fault of the data that is no error of calibration."""
+    if name == "sensor_exchange":
+        return " Exchange the two columns, and diagnose again."
+    if name != "sensor_gain":
+        return ""
+    gain = numbers["gain"].value
+    if abs(gain + 1) < TURNED:
+        return (
+            " Its sign is turned: multiply the column by -1, or import it with sign = -1, and "
+            "diagnose again."
+        )
+    units = unit_factor_in_words(gain)
+    return f" This is the factor between {units}: correct the unit of the column." if units else ""
 
 
 _LABELS = {

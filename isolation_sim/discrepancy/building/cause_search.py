@@ -40,13 +40,20 @@ from ..decisions import (
     STARTS_FITTED,
     STRONG_EVIDENCE,
     TO_BLAME,
+    UNRESOLVED,
 )
 from ..inference import f_chance, rivals
 from ..search import SearchResult, search
 from .candidate import Candidate, Values
-from .comparison import CauseValues, Comparison, FittedBuilding, squared
-from .errors import excess_error, largest_excess, mean_error, relative_noise
-from .isolator_causes import current_causes, layer_causes
+from .comparison import CauseValues, Comparison, FittedBuilding, squared, with_causes
+from .errors import (
+    excess_error,
+    largest_excess,
+    mean_error,
+    relative_errors,
+    relative_noise,
+)
+from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
 from .model import BuildingModel
 from .record import BuildingRecord
 from .segment import Segment, cell_means
@@ -210,8 +217,11 @@ class CauseSearch:
     def finish(self, best: FittedBuilding) -> FittedBuilding:
         """Replace each cause by a better variant; name none if together they remove too little."""
         best = self._exchange_for_simpler(best)
+        if self._is_calibration(best, self.before):
+            return self.before
         if len(best.cause_values) > 1:
             best = self._without_negligible(self._exchange_variants(best))
+            best = self._of_one_sensor(best)
         # weights may count a little gain that the error itself does not show
         nominal, error = (mean_error(self.comparison, one, True) for one in (self.before, best))
         helps = self.removed_share(best) >= TO_BLAME and not error > nominal
@@ -283,6 +293,10 @@ class CauseSearch:
 
         while len(best.cause_values) > 1:
             trials = self._without_each(best)
+            unresolved = self._between_samples(best)
+            if unresolved is not None:
+                best = trials[unresolved]
+                continue
             nominal, after, *without = left([self.before, best, *trials])
             # on fitted or held-out data: what acts in strong motion alone shows in one of them
             corrected = np.maximum(without - after, 0.0)
@@ -296,6 +310,48 @@ class CauseSearch:
                 break
             best = trials[least]
         return best
+
+    def _is_calibration(self, best: FittedBuilding, other: FittedBuilding) -> bool:
+        """Whether a model corrects no more of another than the calibration of good sensors."""
+        of_sensors = all(cause.of_sensor for cause, _ in best.cause_values)
+        for held_out in (False, True):
+            before, after = (
+                relative_errors(self.comparison, one, held_out)[self.comparison.seen] ** 2
+                for one in (other, best)
+            )
+            corrected = (before - after).max() if of_sensors else (before - after).mean()
+            if not corrected <= LEAST_SENSOR_ERROR**2:
+                return False
+        return True
+
+    def _of_one_sensor(self, best: FittedBuilding) -> FittedBuilding:
+        """Leave a sensor's error alone where all other channels show noise without other causes."""
+        # causes beside an error of a sensor also follow what its form does not
+        for one in best.cause_values if len(best.cause_values) > 1 else ():
+            if one[0].of_sensor and one[0].place in self.comparison.records[0].channels:
+                others = self.comparison.without_channel(one[0].place)
+                if is_quiet(others, others.evaluate((one,))):
+                    return self.comparison.fit((), (one,))
+        return best
+
+    def _between_samples(self, best: FittedBuilding) -> int | None:
+        """A cause that changes the current less than the record tells of it; None without one."""
+        # by how much the current differs from itself a part of a sample before
+        resolved, model = 0.0, with_causes(self.comparison.model, best.cause_values)
+        for record in self.comparison.records:
+            if record.current is not None:
+                resolved += float(np.sum((UNRESOLVED * np.diff(record.current)) ** 2))
+        changes = {}
+        for k, (cause, _) in enumerate(best.cause_values):
+            if cause.name in CURRENT_CAUSES:
+                before, _, after = _around(best, k)
+                other = with_causes(self.comparison.model, (*before, *after))
+                changes[k] = sum(
+                    float(np.sum((model.run(r).current - other.run(r).current)[:, 0] ** 2))
+                    for r in self.comparison.records
+                )
+        least = min(changes, key=lambda k: changes[k], default=None)
+        return least if least is not None and changes[least] < resolved else None
 
     def _exchange_causes(self, current: FittedBuilding) -> FittedBuilding:
         """Put others that were tried in the place of earlier causes, if they are nearer now."""
@@ -326,7 +382,9 @@ class CauseSearch:
             without = self.comparison.fit((), (*before, *after))
             for other, starts in self._screened(without, fewer, RIVALS_TRIED):
                 trial = self.comparison.fit((), (*before, (other, starts[0]), *after))
-                if _is_nearer(trial, current) or self._is_enough(trial, current):
+                still = current.cause_values[k][0] is many
+                alike = still and self._is_calibration(current, trial)
+                if _is_nearer(trial, current) or self._is_enough(trial, current) or alike:
                     current = trial
                     self.rivals.setdefault(other.label, [])
         return current
@@ -358,9 +416,17 @@ def search_causes(
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Search for causes, again with more or less of a lone record fitted if its parts disagree."""
     choices = candidates(comparison.model, comparison.records)
-
+    before, late = comparison.evaluate(()), None
+    missed, missed_fitted = (excess_error(comparison, before, part) for part in (True, False))
+    if missed_fitted < NEARLY_RIGHT * missed:
+        # what grows or comes late is seen in the held-out data alone
+        late = _reopened(comparison, before)
+        if late is not None:
+            again = _search_as_expected(late, most_causes, progress, choices)
+            if again[1].best.cause_values:
+                return again
     space, result = _search_as_expected(comparison, most_causes, progress, choices)
-    best, held_out = result.best, space.comparison.held_out
+    best = result.best
     left, left_fitted = (excess_error(space.comparison, best, part) for part in (True, False))
     if best.cause_values and left > REMAINS:
         # a cause that imitates two others, taken first, may keep both out
@@ -376,14 +442,19 @@ def search_causes(
             again = _search_as_expected(reopened, most_causes, progress, choices)
             if largest_excess(again[0].comparison, again[1].best) < INSTEAD * left_fitted:
                 return again
-    if best.cause_values or adequacy(held_out, best.held_out) >= MISFIT_LEVEL:
+    if best.cause_values or late is not None:
         return space, result
-    # what grows or comes late is seen in the held-out data alone
-    reopened = comparison.fitting_more()
+    reopened = _reopened(space.comparison, best)
     if reopened is None:
         return space, result
     again = _search_as_expected(reopened, most_causes, progress, choices)
     return again if again[1].best.cause_values else (space, result)
+
+
+def _reopened(comparison: Comparison, best: FittedBuilding) -> Comparison | None:
+    """More of a lone record fitted where a model misses its held-out part; None where not."""
+    missed = adequacy(comparison.held_out, best.held_out) < MISFIT_LEVEL
+    return comparison.fitting_more() if missed else None
 
 
 def _search_as_expected(

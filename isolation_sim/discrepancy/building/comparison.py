@@ -17,7 +17,7 @@ from .candidate import Candidate, Parameter, Values
 from .model import JUMPS, BuildingModel
 from .noise import NoiseFloor, noise_floor
 from .record import MINIMUM_SAMPLES, BuildingRecord
-from .segment import Segment, make_segment
+from .segment import Segment, make_segment, without_channel
 
 _STEP = 1e-3
 _MOST_STEPS = 15
@@ -196,6 +196,16 @@ class Comparison:
             for segments in (self.fitted, self.held_out)
         )
         return replace(self, fitted=fitted, held_out=held_out, model_error=model_error)
+
+    def without_channel(self, name: str) -> Comparison:
+        """Compare the same data beside an unknown signal in one channel."""
+        floors = {r.name: floor for r, floor in zip(self.records, self.floors, strict=True)}
+        k = self.records[0].channels.index(name)
+        fitted, held_out = (
+            tuple(without_channel(s, floors[s.record.name], k) for s in segments)
+            for segments in (self.fitted, self.held_out)
+        )
+        return replace(self, fitted=fitted, held_out=held_out)
 
     def fitting_more(self) -> Comparison | None:
         """Fit half of the held-out time of a lone record as well; None where that is no choice."""

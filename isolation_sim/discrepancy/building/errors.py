@@ -26,6 +26,12 @@ def mean_error(comparison: Comparison, outcome: FittedBuilding, held_out: bool) 
     return _pooled(relative_errors(comparison, outcome, held_out)[comparison.seen])
 
 
+def pooled_error(parts: Sequence[tuple[NDArray, NDArray]], seen: NDArray) -> float:
+    """One relative error of errors and measured values, each (n, n_channels)."""
+    error, measured = (sum((one[k] ** 2).sum(axis=0) for one in parts) for k in (0, 1))
+    return _pooled(np.sqrt(error / measured)[seen])
+
+
 def _pooled(errors: NDArray) -> float:
     return float(np.sqrt(np.mean(errors**2))) if errors.size else float("nan")
 

@@ -21,6 +21,9 @@ _WEAK = 0.05
 """Share of its magnitude with which an effect begins where it does too much in full."""
 
 
+CURRENT_CAUSES = "actuation_delay", "current_supply_limit"
+
+
 def layer_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
     """Causes in the isolation layer."""
     yield from _linear(model)

@@ -1,14 +1,17 @@
-"""Localisation of what a building's model misses: the place of an unknown force.
+"""Localisation of what a building's model misses: the place of an unknown force or signal.
 
 A force on the linear structure shows in all channels by the structure's frequency response. At
 each frequency the force that follows the residual best is subtracted. Where the remainder is noise,
 the model is wrong at this place, whatever the reason. The force of the isolators is always unknown
-here: it follows from their motion, which a force at another place changes. An unknown force is far
-more flexible than a cause, so that it stands for causes only where they leave far more.
+here: it follows from their motion, which a force at another place changes. A signal that one
+channel alone shows is no force: the sensor is wrong, or what moves it is not in the model, such as
+torsion. Both are far more flexible than a cause, so that they stand for causes only where these
+leave far more.
 """
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from itertools import combinations
@@ -29,21 +32,39 @@ from .record import BuildingRecord
 from .segment import Segment, make_segment
 
 ISOLATION_LAYER = "the isolation layer"
-_NOWHERE = ""
+_ANYWHERE, _BETWEEN = "in the structure", "between"
+_MOST_PLACES = 3
+"""Places that are listed; more are not told apart."""
+_MOST_SIGMA = 3.0
+"""Standard deviations of the noise's squares up to which noise alone is left. Convention."""
+_NOWHERE = "", ""
+"""Key of what is left without an unknown force."""
 
 
 class UnknownForce(NamedTuple):
-    """An unknown force that leaves far less of the misfit than the causes found."""
+    """An unknown force, or signal of a channel, that leaves far less than the causes found."""
 
-    place: str  # Isolation layer, storey or floor
+    place: str  # Isolation layer, storey or floors; empty for a signal
     beside: CauseValues  # Causes that are needed beside it
     left: float  # Share of the nominal model's misfit above the noise that remains
     left_by_causes: float  # The same with all causes in its stead
 
+    channel: str = ""  # Channel that could alone show it as a signal; empty for a force
+
     @property
     def complexity(self) -> int:
         """Number of causes, and one for a force beside that of the isolators."""
-        return len(self.beside) + (self.place != ISOLATION_LAYER)
+        return len(self.beside) + (self.place not in ("", ISOLATION_LAYER))
+
+    @property
+    def words(self) -> str:
+        """What is unknown, for a sentence."""
+        at = "" if self.place.startswith((_BETWEEN, _ANYWHERE)) else "at "
+        # with that of the isolators unknown, it may also act between the base and the floor
+        ends = " (from outside or from the base)" if re.fullmatch(r"floor\d+", self.place) else ""
+        force = [f"an unknown force {at}{self.place}{ends}"] if self.place else []
+        signal = [f"an unknown signal in {self.channel} alone"] if self.channel else []
+        return " or ".join(force + signal)
 
 
 def unknown_force(
@@ -68,35 +89,58 @@ def unknown_force(
         return None  # an element beside the isolators that has no stiffness at rest
     misfit = left[()][_NOWHERE]
     by_causes = left[causes][_NOWHERE] / misfit if misfit > 0 else np.nan
-    if not by_causes >= WELL_EXPLAINED:
-        return None
     unknown_forces = [
-        UnknownForce(place, beside, one / misfit, by_causes)
+        UnknownForce(place, beside, one / misfit, by_causes, channel)
         for beside, places in left.items()
-        for place, one in places.items()
-        if place != _NOWHERE
+        for (place, channel), one in places.items()
+        if (place, channel) != _NOWHERE
     ]
     least = min((one.left for one in unknown_forces), default=np.inf)
     if not least < IMITATION * by_causes:
         return None
     near = [one for one in unknown_forces if one.left < max(least, 0.0) + NEARLY_RIGHT**2]
-    # a cause is preferred to an unknown force in its place
-    near.sort(key=lambda one: (one.complexity, -len(one.beside), round(one.left, 3)))
+    # a cause in the right place may have another form, and leave as much
+    if by_causes < WELL_EXPLAINED and any(_is_of(one, causes) for one in near):
+        return None
+    # a cause is preferred to an unknown force in its place, and a place that leaves noise alone
+    noise = _MOST_SIGMA * np.sqrt(sum(segment.noise_variance for segment in segments)) / misfit
+    near.sort(key=lambda one: (
+        max(one.left, 0.0) > noise, one.complexity, -len(one.beside), round(one.left, 3)
+    ))  # fmt: skip
     best = near[0]
     # beside the isolators' force, one on the first floor is one in the first storey
     alike = [
-        one.place for one in near
-        if one.beside == best.beside and one.complexity == best.complexity
+        one for one in near
+        if (one.beside, one.complexity) == (best.beside, best.complexity)
+        and (one.left <= noise or best.left > noise)
     ]  # fmt: skip
-    return best._replace(place=" or ".join(alike))
+    return best._replace(place=_places_in_words(alike), channel=_channels_in_words(alike))
+
+
+def _is_of(unknown: UnknownForce, causes: CauseValues) -> bool:
+    """Whether a cause is of a place; those of the isolators and of the whole are of the layer."""
+    places = {cause.place or ISOLATION_LAYER for cause, _ in causes}
+    return (unknown.channel or unknown.place) in places
+
+
+def _places_in_words(alike: Sequence[UnknownForce]) -> str:
+    """Places of forces that are alike; empty without one."""
+    places = [one.place for one in alike if not one.channel]
+    simple = [place for place in places if not place.startswith(_BETWEEN)] or places
+    return " or ".join(simple) if len(simple) <= _MOST_PLACES else _ANYWHERE
+
+
+def _channels_in_words(alike: Sequence[UnknownForce]) -> str:
+    """Channels that could alone show what the model lacks; empty without one."""
+    return " or ".join(one.channel for one in alike if one.channel)
 
 
 def _left(
     comparison: Comparison, segments: Sequence[Segment], causes: CauseValues
-) -> dict[str, float]:
-    """Misfit above the noise, without an unknown force and with one at each place."""
+) -> dict[tuple[str, str], float]:
+    """Misfit above the noise, without an unknown force and with one at each place or channel."""
     model = with_causes(comparison.model, causes)
-    total: dict[str, float] = defaultdict(float)
+    total: dict[tuple[str, str], float] = defaultdict(float)
     for segment in segments:
         record, (whitening, frequencies) = segment.record, (segment.whitening, segment.frequencies)
         missed = spectra(comparison.residual(causes, record)[np.newaxis], len(frequencies))[0]
@@ -105,17 +149,24 @@ def _left(
         total[_NOWHERE] += float(np.vdot(white, white).real) - segment.noise_cost
         if not np.isfinite(total[_NOWHERE]):
             return {_NOWHERE: np.inf}
-        run, n_channels = model.run(record), white.shape[1]
+        run = model.run(record)
         ends = whitening[1:] @ end_response(model, record, run, frequencies[1:])
         for place, forces in _places(model, record, run):
             response = frequency_response(model, record, run, frequencies[1:], forces)
-            along = np.linalg.qr(whitening[1:] @ response)[0]
             both = np.concatenate([white[:, :, np.newaxis], ends], axis=2)
-            rest = both - along @ (along.conj().swapaxes(1, 2) @ both)
-            # any force follows its share of the noise
-            free = 1 - forces.shape[1] / n_channels
-            total[place] += _without_ends(rest) / free - segment.noise_cost
+            total[place, ""] += _remainder(both, whitening[1:] @ response) - segment.noise_cost
+        for k, channel in enumerate(record.channels):
+            own = _remainder(white[:, :, np.newaxis], whitening[1:, :, k : k + 1])
+            total["", channel] += own - segment.noise_cost
     return total
+
+
+def _remainder(white: NDArray, response: NDArray) -> float:
+    """Squares that remain of weighted residuals beside any force or signal with a response."""
+    along = np.linalg.qr(response)[0]
+    rest = white - along @ (along.conj().swapaxes(1, 2) @ white)
+    # any force follows its share of the noise
+    return _without_ends(rest) / (1 - response.shape[2] / response.shape[1])
 
 
 def _without_ends(rest: NDArray) -> float:
@@ -135,10 +186,18 @@ def _places(
     structure, n = run.isolated.structure, run.isolated.structure.n_dofs
     layer = orth(np.transpose([run.isolated.elements[e].direction for e in model.isolators]))
     floors = dofs_by_level(model.structure, record.axes[0])[1:]
+    unit = np.eye(n)[:, list(floors)]
+    between = [
+        (f"{_BETWEEN} floor{i + 1} and floor{j + 1}", unit[:, [j]] - unit[:, [i]])
+        for i, j in combinations(range(len(floors)), 2)
+        if j > i + 1  # others are in a storey
+    ]
     places = [
         (ISOLATION_LAYER, np.empty((n, 0))),
         *zip(structure.storeys, structure.drift_rows[:, :, np.newaxis], strict=True),
-        *((f"floor{number}", np.eye(n)[:, [dof]]) for number, dof in enumerate(floors, start=1)),
+        # beside the isolators' force, one on a floor is one between base and floor
+        *((f"floor{number}", unit[:, [k]]) for k, number in enumerate(range(1, len(floors) + 1))),
+        *between,
     ]
     for place, forces in places:
         # with as many forces as channels nothing would remain

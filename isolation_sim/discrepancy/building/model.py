@@ -140,6 +140,7 @@ class BuildingModel:
         record: BuildingRecord,
         ground: Sequence[Record] | None = None,
         end: int | None = None,
+        control: Control | None = None,
     ) -> Run:
         """Simulate the building under a record's ground motion and current; see ``predict``."""
         motions = []
@@ -158,7 +159,7 @@ class BuildingModel:
         return simulate(
             isolated,
             motions,
-            self._control(record),
+            self.control(record) if control is None else control,
             driver=driver,
             tolerance=TOLERANCE,
             current_outside="clamp",
@@ -204,7 +205,8 @@ class BuildingModel:
                 shown[:, k] += _legendre(self.biases[name], len(record))[: len(shown)]
         return shown
 
-    def _control(self, record: BuildingRecord) -> Control:
+    def control(self, record: BuildingRecord) -> Control:
+        """The current that reaches the isolators, as a control."""
         if record.current is None:
             return controller("passive_off")
         current = np.minimum(record.current, self.supply_limit)
@@ -239,7 +241,8 @@ class RecordedCurrent:
             starts = (np.repeat(np.arange(current.size), 2)[1:] + jump) * step
             starts += np.where(np.arange(values.size) % 2, -1, 1) * _JUMP * step
         changes = np.append(False, np.diff(values) != 0)
-        self._table = np.append(0.0, starts[changes] + delay), np.append(values[0], values[changes])
+        self.values = current
+        self.table = np.append(0.0, starts[changes] + delay), np.append(values[0], values[changes])
 
     def prepare(self, context: RunContext, trial: Any) -> None:
         """Nothing to prepare."""
@@ -260,7 +263,7 @@ class RecordedCurrent:
 
     def schedule(self, context: RunContext) -> Schedule:
         """Return the commands within the run."""
-        time, current = self._table
+        time, current = self.table
         within = time < context.duration
         channels = len(context.low)
         return Schedule(time[within], np.repeat(current[within, np.newaxis], channels, axis=1))

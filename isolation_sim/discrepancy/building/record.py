@@ -34,6 +34,8 @@ from .channels import (
 MINIMUM_SAMPLES = 64
 _ALONE = 0.8
 """Share of a stepping current's changes that stand alone, beyond those before and after them."""
+_ON_OFF = 0.9
+"""Change within a sample, over the range of the current, by which it is switched on or off."""
 _TIME, _CURRENT = "time_s", "current_A"
 _WORDS = {GROUND, BASE, ISOLATOR, ROTATION, "roof", "floor", "acceleration", "displacement"}
 # beyond these a number is in another unit, or its sensor was broken
@@ -170,7 +172,9 @@ class BuildingRecord:
         changes = np.abs(np.diff(self.current))
         padded = np.pad(changes, 1)
         alone = np.maximum(changes - np.maximum(padded[:-2], padded[2:]), 0.0)
-        return bool(alone.sum() > _ALONE * changes.sum())
+        # on and off need not rest
+        switched = changes[changes > _ON_OFF * np.ptp(self.current)]
+        return bool(max(alone.sum(), switched.sum()) > _ALONE * changes.sum())
 
     def displacement(self, axis: str) -> NDArray:
         """Displacement of the isolators along a direction, (n,), m."""

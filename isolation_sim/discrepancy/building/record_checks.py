@@ -27,8 +27,20 @@ _UNITS = {
 _ALIKE, _COHERENT, _COHERENT_ALL = 0.12, 0.9, 0.97
 """Relative distance from a factor, and coherence from which it counts; coherence of what can only
 be the same motion. Convention."""
+_SLOW = 1.0
+"""Hz: below it base and floors of an isolated building move alike, whatever the superstructure."""
+_FLOORS_ALIKE = 0.35
+"""Relative distance from a factor of units at which a floor counts: floors move somewhat more than
+the base. Convention."""
+_UNIT = 0.02
+"""Relative distance from a factor of units at which a fitted gain counts as one. Convention."""
 _STILL = 0.03
 """Motion of an accelerometer over the usual one of its direction that is none. Convention."""
+
+
+def unit_factor_in_words(factor: float) -> str:
+    """Units that a factor lies between; empty if between none."""
+    return next((words for one, words in _UNITS.items() if _is_factor(factor, one, _UNIT)), "")
 
 
 def check_quantities(record: BuildingRecord) -> None:
@@ -59,10 +71,10 @@ def check_quantities(record: BuildingRecord) -> None:
             )
 
 
-def _is_factor(ratio: float, factor: float) -> bool:
+def _is_factor(ratio: float, factor: float, distance: float = _ALIKE) -> bool:
     """Whether a ratio is a factor or its inverse, of either sign."""
     ratio = max(abs(ratio), 1 / abs(ratio)) if ratio else 1.0
-    return abs(ratio / factor - 1) < _ALIKE
+    return abs(ratio / factor - 1) < distance
 
 
 def _wrong_unit(record: BuildingRecord, axis: str, motion: NDArray) -> tuple[str, float]:
@@ -85,10 +97,16 @@ def _wrong_unit(record: BuildingRecord, axis: str, motion: NDArray) -> tuple[str
 
 def record_problems(record: BuildingRecord) -> tuple[str, ...]:
     """Find suspicious features of a record."""
-    result = []
+    result: list[str] = []
     motions = [motion.acceleration for motion in record.ground]
     signals = {**dict(zip(record.ground_channels, motions, strict=True)), **record.response}
-    still = tuple(_without_motion(record))
+    unlike = {
+        name: problem
+        for axis, motion in zip(record.axes, motions, strict=True)
+        for name, problem in _unlike_others(record, axis, motion)
+    }
+    result += unlike.values()
+    still = {name for name in _without_motion(record) if name not in unlike}
     for name, values in signals.items():
         if name in still:
             result.append(f"{name} does not move with the building: not connected?")
@@ -130,6 +148,47 @@ def _without_motion(record: BuildingRecord) -> Iterator[str]:
         yield from (name for name, size in sizes.items() if size < _STILL * usual)
 
 
+def _unlike_others(record: BuildingRecord, axis: str, motion: NDArray) -> Iterator[tuple[str, str]]:
+    """Accelerometers that are turned or in another unit, by what most others show slowly."""
+    names = [
+        one.name for one in record.sensors if one.axis == axis and not one.is_displacement
+    ]  # fmt: skip
+    *shown, of_ground, relative = _spectra(
+        record, axis, *(record.response[name] for name in names), motion, high=_SLOW
+    )
+    # the ground's motion and the isolators' displacement are one more witness
+    every = np.array([*shown, of_ground + relative])
+    sizes = np.linalg.norm(every, axis=1)
+    if len(every) < 3 or not np.all(sizes > 0):
+        return
+    alike = (every.conj() @ every.T).real / np.outer(sizes, sizes)
+    signs = np.sign(np.linalg.eigh(alike)[1][:, -1])
+    signs *= np.sign(signs.sum()) or 1.0
+    right = signs > 0
+    if right.sum() <= len(signs) / 2:
+        return
+    for k, name in enumerate(names):
+        others = right & (np.arange(len(right)) != k)
+        coherence = float(np.median(alike[k, others]))
+        if abs(coherence) < _COHERENT:
+            continue
+        ratio = float(sizes[k] / np.median(sizes[others]))
+        factors = [one for one in _UNITS if _is_factor(ratio, one, _FLOORS_ALIKE)]
+        below = f"below {_SLOW:g} Hz"
+        if factors:
+            yield (
+                name,
+                f"{name} shows {ratio:.3g} times what the other sensors show {below}, about the "
+                f"factor between {_UNITS[factors[0]]}: is it in the unit that its name says?",
+            )
+        elif coherence < 0:
+            yield (
+                name,
+                f"{name} moves against the other sensors {below}: its sign is turned? (multiply "
+                "the column by -1, or import it with sign = -1)",
+            )
+
+
 def unmeasured_floors(record: BuildingRecord, structure: Structure) -> tuple[str, ...]:
     """Say which floors a structure has above the last one that was measured."""
     first, last = max(record.floors) + 1, len(dofs_by_level(structure, record.axes[0])) - 1
@@ -157,21 +216,23 @@ def _against_displacement(
     return shared / power, lag, abs(shared) / float(np.sqrt(power * own))
 
 
-def _band(record: BuildingRecord) -> tuple[NDArray, NDArray]:
+def _band(record: BuildingRecord, high: float = _HIGH) -> tuple[NDArray, NDArray]:
     """Where accelerations and displacements are compared in a spectrum, and there omega, rad/s."""
     frequency = np.fft.rfftfreq(len(record), record.dt)
-    used = (frequency > _LOW) & (frequency < _HIGH)
+    used = (frequency > _LOW) & (frequency < high)
     return used, 2 * np.pi * frequency[used]
 
 
-def _spectra(record: BuildingRecord, axis: str, *accelerations: NDArray) -> list[NDArray]:
+def _spectra(
+    record: BuildingRecord, axis: str, *accelerations: NDArray, high: float = _HIGH
+) -> list[NDArray]:
     """Spectra of accelerations, and last that of the displacement's second derivative."""
     from scipy.signal.windows import tukey
 
     # Without a window, a record that is cut off in strong motion would have a jump at its end. By
     # parts, the second derivative of the displacement moves to the window and to the oscillation.
     window = tukey(len(record), _TAPER)
-    used, omega = _band(record)
+    used, omega = _band(record, high)
     slope = np.gradient(window, record.dt)
     bend = np.gradient(slope, record.dt)
     x = record.displacement(axis)

@@ -6,7 +6,7 @@ what is noise alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -24,7 +24,7 @@ class Segment:
     record: BuildingRecord  # The whole record
     samples: slice  # The time
     frequencies: NDArray  # (n_frequencies,), Hz: The building's band
-    # (n_frequencies, n_channels, n_channels): Turns Fourier coefficients of residuals into
+    # (n_frequencies, n_residuals, n_channels): Turns Fourier coefficients of residuals into
     # uncorrelated ones of unit variance
     whitening: NDArray
     # (n_examples, n_cells): Mean square that examples of noise alone leave in each cell, a
@@ -54,7 +54,7 @@ class Segment:
     @property
     def cell_sizes(self) -> NDArray:
         """Number of frequencies in each cell, (n_cells,)."""
-        return np.repeat(np.diff(band_edges(len(self.frequencies))), len(self.record.channels))
+        return np.repeat(np.diff(band_edges(len(self.frequencies))), self.whitening.shape[1])
 
     @property
     def expected(self) -> NDArray:
@@ -65,6 +65,20 @@ class Segment:
     def noise_cost(self) -> float:
         """Sum of squared weighted residuals that noise alone leaves."""
         return float(2 * np.sum(self.expected * self.cell_sizes))
+
+    @property
+    def noise_variance(self) -> float:
+        """Variance of this sum."""
+        return float(np.var(2 * self.noise_cells @ self.cell_sizes, ddof=1))
+
+
+def without_channel(segment: Segment, floor: NoiseFloor, channel: int) -> Segment:
+    """Leave out what any signal in one channel explains: one residual fewer than channels."""
+    # unitary, its first column along what the channel shows
+    basis = np.linalg.qr(segment.whitening[:, :, channel : channel + 1], mode="complete")[0]
+    whitening = basis[:, :, 1:].conj().swapaxes(1, 2) @ segment.whitening
+    cells = [cell_means(_whiten(one[segment.samples], whitening)) for one in floor.examples]
+    return replace(segment, whitening=whitening, noise_cells=np.array(cells))
 
 
 def make_segment(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...discrepancy.diagnosis import (
+    BuildingDiagnosis,
     Diagnosis,
     Step,
     Trace,
@@ -31,9 +32,11 @@ from ..diagnosis import (
     consequence_text,
     data_notes,
     errors_table,
+    is_unchanged,
     ladder_table,
     ladder_text,
     plan_table,
+    remarks,
 )
 from ..diagnosis_figures import LOOKS, STRONGEST, errors, histories, loops, over_time
 from ..references import of_device
@@ -73,7 +76,7 @@ def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:
         ("Verdict", [
             Prose((*data_notes(diagnosis), *better_law(diagnosis), *_verdict(diagnosis)), "verdict")
         ]),
-        ("Measured against simulated", [*_measured(traces)]),
+        ("Measured against simulated", [*_measured(diagnosis, traces)]),
         ("Errors by run", [*_where(diagnosis, traces)]),
         ("Steps of the diagnosis", [*_steps(diagnosis)]),
         ("Causes", [*_causes(diagnosis)]),
@@ -112,7 +115,7 @@ def step_blocks(step: Step) -> list[Block]:
     return [Prose((step.text,)), Table(step.title, step.headings, text_rows(step.rows))]
 
 
-def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
+def _verdict(diagnosis: Diagnosis) -> tuple[str, ...]:
     before, after, noise = (
         (error.held_out, "on held-out data") if np.isfinite(diagnosis.error_before.held_out)
         else (error.fit, "on the fitted data")
@@ -132,21 +135,22 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
             f"Tiers, the error is {percent(after[0], 3)} %{rest}."
         )
     if not diagnosis.causes:
-        return first, diagnosis.meaning
+        return first, diagnosis.meaning, *remarks(diagnosis)
     names = ", ".join(
         ("a cause that acts like " if cause.acts_like else "")
         + in_sentence(cause.name)
         + (f" ({cause.form})" if cause.form and cause.name.startswith("outside") else "")
         for cause in diagnosis.causes
     )
-    return first, (
+    explained = (
         f"{diagnosis.verdict.replace('_', ' ').capitalize()} by {names}: with "
         f"{'these' if len(diagnosis.causes) > 1 else 'it'} the error is {percent(after[0], 3)} %"
         f"{rest}."
     )
+    return first, explained, *remarks(diagnosis)
 
 
-def _measured(traces: Sequence[Trace]) -> Iterator[Block]:
+def _measured(diagnosis: Diagnosis, traces: Sequence[Trace]) -> Iterator[Block]:
     if not traces:
         return
     shown = groups_in_turn(traces)
@@ -154,9 +158,12 @@ def _measured(traces: Sequence[Trace]) -> Iterator[Block]:
               for panel, trace in zip(loops(shown), shown, strict=False)]  # fmt: skip
     each = ", every direction in turn" if len({trace.group for trace in traces}) > 1 else ""
     strongest = f" Over time the charts show the strongest {STRONGEST:.0f} s." * over_time(shown[0])
+    one = "signal" if isinstance(diagnosis, BuildingDiagnosis) else "run"
+    same = " No cause is named: before and after are the same." * is_unchanged(diagnosis)
     yield Prose((
-        f"The {len(charts)} of {len(traces)} runs with the largest errors before{each}, each on "
-        f"its own axes. Titles give the error of the whole run before and after.{strongest}",
+        f"The {len(charts)} of {len(traces)} {one}s with the largest errors before{each}, each on "
+        f"its own axes. Titles give the error of the whole {one} before and after.{same}"
+        f"{strongest}",
     ))  # fmt: skip
     yield LineChoice(LOOKS, "Lines of all charts")
     yield Gallery(tuple(charts))

@@ -11,8 +11,11 @@ from scipy.signal import butter, sosfiltfilt
 
 import isolation_sim as iso
 from ground_motions import Record
-from isolation_sim.discrepancy.building.model import RecordedCurrent
+from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
+from isolation_sim.discrepancy.building.comparison import compare_records
+from isolation_sim.discrepancy.building.model import RecordedCurrent, building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
+from isolation_sim.discrepancy.building.switching import switching_error
 from isolation_sim.discrepancy.diagnose import diagnose_building
 
 MASSES, STIFFNESS, DAMPING = (2.0e5, 1.5e5), 6.0e7, 3.0e5
@@ -107,6 +110,7 @@ LEVELS = np.repeat(RNG.uniform(0, 3, 50), 4)
         (np.repeat(RNG.uniform(0, 3, 100), 2), True),
         (LEVELS + 1e-3 * RNG.standard_normal(200), True),
         (np.repeat([0.0, 2.0, 0.0], [80, 40, 80]), True),
+        (3.0 * RNG.integers(0, 2, 200), True),
         (np.full(200, 1.0), False),
         (1 + np.sin(np.arange(200) / 9), False),
         # a supply that ramps between two levels
@@ -121,9 +125,35 @@ def test_a_current_that_jumps_and_rests_is_distinguished_from_one_that_moves(cur
 def test_a_ramp_behind_a_slew_rate_is_followed_without_delay():
     time = np.arange(300) * DT
     ramp = np.interp(time, [0.5, 0.75], [0.0, 3.0])
-    table = RecordedCurrent(time, ramp, 0.0, None, slew=8.0)._table
+    table = RecordedCurrent(time, ramp, 0.0, None, slew=8.0).table
     fine = np.arange(0, 2.9, 1e-5)
     inputs = table[1][np.searchsorted(table[0], fine, side="right") - 1]
     exact = np.clip((fine - 0.5) * 8.0, 0.0, 3.0)
     # the area between them over the height is the mean delay
     assert abs(np.sum(exact - inputs) * 1e-5 / 3.0) < 0.02 * DT
+
+
+def test_a_delay_between_the_samples_is_named_only_alone(isolated):
+    """Held and linear currents differ by more than a small delay."""
+    record = _held(5, "after")
+    model = building_model(isolated, [record])
+    listed = {(c.name, c.form): c for c in candidates(model, [record])}
+    delay = listed["actuation_delay", "dead_time"]
+    other = listed["base_mass_error", ""], (0.1,)
+    space = CauseSearch(compare_records(model, [record]))
+    for late, place in ((0.2 * DT, 1), (3.0 * DT, None)):
+        both = space.comparison.evaluate((other, (delay, (late,))))
+        assert space._between_samples(both) == place
+    # of two causes in the current, that which changes it less
+    lag = listed["actuation_delay", "first_order"]
+    both = space.comparison.evaluate(((delay, (0.4 * DT,)), (lag, (0.05 * DT,))))
+    assert space._between_samples(both) == 1
+
+
+def test_the_moments_of_jumps_within_a_sample_make_errors(isolated):
+    """A constant current makes none."""
+    model, errors = building_model(isolated, [_held(5, "after")]), []
+    for record in (_held(5, "after"), replace(_held(5, "after"), current=np.full(N, 1.0))):
+        comparison = compare_records(model, [record])
+        errors.append([switching_error(comparison, (), held_out) for held_out in (False, True)])
+    assert min(errors[0]) > 0.002 and errors[1] == [0.0, 0.0]

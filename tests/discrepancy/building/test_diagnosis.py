@@ -474,6 +474,43 @@ def test_a_cause_that_corrects_next_to_nothing_is_dropped(isolated):
     assert space.finish(fitted).causes == ("base_mass_error",)
 
 
+@pytest.mark.parametrize(("error", "named"), [(1e-3, ()), (-0.1, ("isolator_force_error",))])
+def test_no_cause_is_named_below_the_calibration_of_sensors(isolated, error, named):
+    record = _record(isolated, lambda m: _with(m, "isolator_force_error", "", (error,)), noise=3e-4)
+    model = building_model(isolated, [record])
+    force = next(c for c in candidates(model, [record]) if c.name == "isolator_force_error")
+    space = CauseSearch(compare_records(model, [record]))
+    assert space.finish(space.comparison.fit((), ((force, (0.05,)),))).causes == named
+
+
+def test_a_sensor_with_an_error_of_another_form_is_blamed_alone(isolated):
+    """Others follow what a polynomial leaves of its drift, unless other channels need them."""
+    bias, mass = ("sensor_bias", "floor2_acceleration_m_s2"), ("base_mass_error", "")
+    for change, named in ((None, 1), (_heavier(0.15), 2)):
+        record = _record(isolated, change, seed=14)
+        drift = 0.3 * np.exp(-(((record.time - 12.0) / 3.0) ** 2))
+        response = {**record.response, bias[1]: record.response[bias[1]] + drift}
+        record = replace(record, response=response)
+        model = building_model(isolated, [record])
+        listed = {(c.name, c.place): c for c in candidates(model, [record])}
+        space = CauseSearch(compare_records(model, [record]))
+        starts = (listed[bias], (0.01, 0.0, 0.0, 0.0)), (listed[mass], (0.1,))
+        result = space._of_one_sensor(space.comparison.fit((), starts))
+        assert len(result.causes) == named and "sensor_bias" in result.causes[0]
+
+
+def test_a_drift_that_comes_late_is_fitted_where_it_is(isolated):
+    """The time that is fitted at first shows next to none of it."""
+    record = _record(isolated, seed=13)
+    name, share = "isolator_displacement_m", np.linspace(0.0, 1.0, len(record))
+    drift = 0.5 * record.response[name].std() * share**3
+    record = replace(record, response={**record.response, name: record.response[name] + drift})
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    space, result = search_causes(comparison)
+    assert result.best.causes == (f"sensor_bias ({name})",)
+    assert space.comparison.middle > comparison.middle
+
+
 def test_a_simple_cause_takes_the_place_of_one_of_many_numbers(isolated):
     """Softening from the smallest deformation on is a smaller force."""
     record = _record(isolated, lambda m: _with(m, "isolator_force_error", "", (-0.1,)), seed=8)

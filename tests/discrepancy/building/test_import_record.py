@@ -659,10 +659,10 @@ def test_sensors_at_positions_give_the_rotation(tmp_path):
     assert "given position_m, in a record of one direction" in message
 
 
-def channel_of_csmip(number, location, acceleration, displacement):
+def channel_of_csmip(number, location, acceleration, displacement, azimuth=90):
     """A channel of a corrected record of CSMIP, in cm/s^2 and cm."""
     lines = ["CORRECTED ACCELEROGRAM     24579-S1870-94020.03" if number == 1 else ""]
-    lines += [f"CHAN  {number}:  90 DEG                Location: {location}"]
+    lines += [f"CHAN  {number}:  {azimuth} DEG                Location: {location}"]
     blocks = (("accel", "cm/sec2.", acceleration), ("veloc", "cm/sec.", 0 * acceleration),
               ("displ", "cm.", displacement))  # fmt: skip
     for kind, unit, values in blocks:
@@ -691,3 +691,31 @@ def test_a_corrected_record_of_an_instrumented_building(tmp_path):
     assert "displacements of no channel" in refused(
         written(tmp_path, content.partition("\n")[0] + "\n" + "".join(cut[1:]), "cut.v2")
     )
+
+
+@pytest.mark.parametrize(
+    ("azimuths", "settings", "signs"),
+    [
+        ((90, 90, 270), {}, (1, 1, -1)),
+        ((180, 360, 360), {}, (-1, 1, 1)),
+        ((90, 270, 90), {"direction": "270 Deg"}, (-1, 1, -1)),
+    ],
+)
+def test_opposite_azimuths_have_opposite_signs(tmp_path, azimuths, settings, signs):
+    ground, base, floor, x = channels = motion().values()
+    below = 0.02 * np.sin(TIME)
+    signals = ("Foundation", ground, below), ("Base slab", base, below + x), ("1st floor", floor, x)
+    content = "".join(
+        channel_of_csmip(k, place, sign * acceleration, sign * displacement, azimuth)
+        for k, ((place, acceleration, displacement), azimuth, sign) in enumerate(
+            zip(signals, azimuths, signs, strict=True), 1
+        )
+    )
+    path = written(tmp_path, content, "24579.V2")
+    imported = iso.import_building_record(path, settings=settings)
+    assert_is(imported.record, dict(zip(motion(), channels, strict=True)), atol=1e-6)
+    turned = [note for note in imported.notes if "is read with the sign -1" in note]
+    assert any("opposite to" in note for note in turned)
+    # the settings that are written say it, too
+    again = written(tmp_path, imported.settings, "again.toml")
+    assert_is(iso.import_building_record(path, settings=again).record, motion(), atol=1e-6)

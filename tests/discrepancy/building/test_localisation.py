@@ -93,6 +93,53 @@ def test_a_force_is_placed_where_the_model_is_wrong(isolated, name, place, value
     assert unknown.left < 0.03 and unknown.left_by_causes == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize(
+    ("levels", "place"),
+    [((0, 3), "floor3 (from outside or from the base)"), ((1, 4), "between floor1 and floor4")],
+)
+def test_a_damper_over_several_storeys_is_placed_between_its_ends(isolated, levels, place):
+    model = building_model(isolated, [_blank()])
+    row = np.eye(6)[levels[1]] - np.eye(6)[levels[0]]
+    damped = model.changed(damping=model.structure.damping + 5e6 * np.outer(row, row))
+    record = _record(damped)
+    comparison = compare_records(model, [record])
+    unknown = unknown_force(comparison, comparison.evaluate(()), ())
+    assert unknown is not None and unknown.words.endswith(place) and unknown.left < 0.03
+
+
+def test_a_signal_of_one_sensor_alone_is_distinguished_from_a_force(isolated):
+    """As torsion that one sensor sees beside the centre of its floor."""
+    model, name = building_model(isolated, [_blank()]), "floor3_acceleration_m_s2"
+    record = _record(model)
+    sound = record.response[name]
+    twist = 0.2 * sound.std() * np.sqrt(2) * np.sin(2 * np.pi * 1.3 * record.time)
+    record = replace(record, response={**record.response, name: sound + twist})
+    comparison = compare_records(model, [record])
+    unknown = unknown_force(comparison, comparison.evaluate(()), ())
+    assert unknown is not None and (unknown.place, unknown.channel) == ("", name)
+    assert unknown.words == f"an unknown signal in {name} alone" and unknown.left < 0.05
+
+
+def test_a_cause_in_the_right_place_keeps_its_name(isolated, monkeypatch):
+    """One in the same place may only have another form; one elsewhere imitates."""
+    model = building_model(isolated, [_blank()])
+    right = _cause(isolated, "storey_stiffness_loss", "storey3", (0.2,))
+    record = _record(with_causes(model, (right,)))
+    comparison = compare_records(model, [record])
+    nominal = comparison.evaluate(())
+    left = {(): 1.0, "far": 0.1}
+
+    def remains(comparison, segments, causes):
+        misfit = 1e6 * left["far" if causes else ()]
+        return {("", ""): misfit, ("storey3", ""): 0.0, ("floor2", ""): 1e5}
+
+    monkeypatch.setattr(localisation, "_left", remains)
+    assert unknown_force(comparison, nominal, (right,)) is None
+    elsewhere = _cause(isolated, "storey_stiffness_loss", "storey5", (0.2,))
+    unknown = unknown_force(comparison, nominal, (elsewhere,))
+    assert unknown is not None and unknown.place == "storey3"
+
+
 def test_a_cause_that_is_needed_stays_beside_the_force(isolated):
     right = _cause(isolated, "storey_stiffness_loss", "storey3", (0.6,))
     other = _cause(isolated, "isolator_amplitude_softening", "", (0.4, 0.03, 2.0, 1.0))

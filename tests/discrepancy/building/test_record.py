@@ -155,7 +155,11 @@ def test_a_record_that_ends_in_strong_motion_hangs_together(n):
         ("isolator_displacement_m", lambda x: np.roll(x, 4), "40 ms behind"),
         ("base_acceleration_m_s2", lambda x: np.clip(x, -0.6 * x.max(), 0.6 * x.max()), "clipped"),
         ("floor1_acceleration_m_s2", lambda x: x + 2 * x.std(), "does not start at rest"),
-        ("floor3_acceleration_m_s2", lambda x: 0.01 * x, "does not move with the building"),
+        (
+            "floor3_acceleration_m_s2",
+            lambda x: 0.01 * x.std() * np.random.default_rng(0).standard_normal(x.size),
+            "does not move with the building",
+        ),
     ],
 )
 def test_what_does_not_hang_together_is_reported(channel, spoil, message):
@@ -178,6 +182,20 @@ def test_a_single_accelerometer_in_another_unit_is_named(name, factor, units):
     told = rf"the {name}'s acceleration is .* times the one that fits .*between {re.escape(units)}"
     with pytest.raises(InputError, match=told):
         check_quantities(record)
+
+
+@pytest.mark.parametrize("name", ["base_acceleration_m_s2", "floor3_acceleration_m_s2"])
+def test_a_turned_accelerometer_is_reported_with_what_to_do(name):
+    turned = _record(**{name: -_record().response[name]})
+    notes = [problem for problem in record_problems(turned) if "its sign is turned?" in problem]
+    assert len(notes) == 1 and notes[0].startswith(name) and "sign = -1" in notes[0]
+
+
+@pytest.mark.parametrize(("factor", "units"), [(1 / 9.81, "g and m/s^2"), (0.01, "cm/s^2")])
+def test_a_floor_in_another_unit_is_reported(factor, units):
+    name = "floor1_acceleration_m_s2"
+    notes = record_problems(_record(**{name: factor * _record().response[name]}))
+    assert len(notes) == 1 and notes[0].startswith(name) and units in notes[0]
 
 
 TWO = [

@@ -93,6 +93,12 @@ def _azimuth(word: str) -> list[str]:
     return [f"{number}deg" for number in _AZIMUTH.findall(word)]
 
 
+def degrees(word: str) -> int | None:
+    """The azimuth in a word or a heading, 0 to 359; None without one."""
+    found = _AZIMUTH.findall(word)
+    return int(found[0]) % 360 if len(found) == 1 else None
+
+
 def read_heading(
     text: str, name: str, unit: str, directions: Mapping[str, str] | None = None
 ) -> Reading:

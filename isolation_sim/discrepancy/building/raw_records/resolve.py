@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,7 +19,7 @@ from .guess import (
     guess_sensors,
     sensor_of_settings,
 )
-from .headings import ROOF, read_name, sensor_factor, sensor_units
+from .headings import ROOF, degrees, read_name, sensor_factor, sensor_units
 from .settings import TIME, RecordSettings, channel_of
 
 
@@ -118,6 +118,7 @@ class Resolver:
     def _choose_direction(self, sensors: Sequence[Sensor]) -> list[Sensor]:
         """Choose the direction that is asked for; drop the name of a single one."""
         direction = read_name(self.settings.direction).axis or self.settings.direction.lower()
+        sensors = self._align_azimuths(sensors, direction)
         if direction:
             other = [one for one in sensors if one.channel.axis not in ("", direction)]
             self.unused += [(one.table, one.position, "of another direction") for one in other]
@@ -145,6 +146,37 @@ class Resolver:
                 self._open(one, "DIRECTION")
             return [one for one in sensors if one not in some]
         return self._refuse_without_axis(sensors)
+
+    def _align_azimuths(self, sensors: Sequence[Sensor], direction: str) -> list[Sensor]:
+        """Read azimuths opposite to another one along it, with the other sign."""
+        named = {
+            azimuth: axis
+            for word, axis in self.settings.words.items()
+            if (azimuth := degrees(word)) is not None
+        }
+        found = [degrees(one.channel.axis) for one in sensors]
+        counts = Counter(azimuth for azimuth in found if azimuth is not None)
+        axes = {a: one.channel.axis for a, one in zip(found, sensors, strict=True)} | named
+        result = []
+        for one, azimuth in zip(sensors, found, strict=True):
+            if azimuth is None:
+                result.append(one)
+                continue
+            opposite = (azimuth + 180) % 360
+            ranks = [
+                (each in named, each == degrees(direction), counts[each], -each)
+                for each in (azimuth, opposite)
+            ]
+            turned = (opposite in counts or opposite in named) and ranks[1] > ranks[0]
+            axis = axes[opposite if turned else azimuth]
+            if turned:
+                self.notes.append(
+                    f"{one.heading.text!r} is read with the sign -1: its azimuth is opposite to "
+                    f"{opposite} degrees"
+                )
+            scale = -one.scale if turned else one.scale
+            result.append(one._replace(channel=one.channel._replace(axis=axis), scale=scale))
+        return result
 
     def _refuse_without_axis(self, sensors: Sequence[Sensor]) -> list[Sensor]:
         """Refuse sensors without a direction beside those of x and y."""
