@@ -151,11 +151,24 @@ def test_explained_means_down_to_the_noise():
 
 
 def test_interference_explains_what_the_right_law_misses():
-    quiet = campaign()
-    runs = [replace(r, force=r.force + 3.0 * np.sin(2 * np.pi * 40 * r.time)) for r in quiet.runs]
-    diagnosis = diagnose(replace(quiet, runs=tuple(runs)), "kelvin_voigt", threads=1)
-    assert [cause.form for cause in diagnosis.causes] == ["periodic at 40.00 Hz, adds to the force"]
+    diagnosis = diagnose(with_hum(campaign()), "kelvin_voigt", threads=1)
+    (cause,) = diagnosis.causes
+    assert cause.form == "periodic at 40.00 Hz, adds to the force" and "Shares" not in cause.reason
     assert diagnosis.verdict == "explained" and diagnosis.unexplained_share == 0.0
+
+
+@pytest.mark.usefixtures("few_effects")
+def test_beside_interference_shares_are_of_what_remains():
+    tests = with_hum(campaign(offset=0.1))
+    diagnosis = diagnose(tests, "kelvin_voigt", tiers="causes", threads=1)
+    by_name = {cause.name: cause for cause in diagnosis.causes}
+    assert set(by_name) == {"force_offset", OUTSIDE} and by_name["force_offset"].share > 0.9
+    assert "other causes are of the misfit that remains" in by_name[OUTSIDE].reason
+
+
+def with_hum(quiet):
+    runs = [replace(r, force=r.force + 3.0 * np.sin(2 * np.pi * 40 * r.time)) for r in quiet.runs]
+    return replace(quiet, runs=tuple(runs))
 
 
 @pytest.mark.slow

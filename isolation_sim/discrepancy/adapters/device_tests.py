@@ -406,8 +406,8 @@ class DeviceTests(Problem[FittedModel]):
         """Interference, the effects found, and given parameter values that are wrong."""
         causes = []
         if self.disturbance is not None:
-            misfit = self.errors.misfit(self.before)
-            causes.append(periodic_cause(self.disturbance, self.errors, misfit))
+            misfit, beside = self.errors.misfit(self.before), bool(self.final.effects)
+            causes.append(periodic_cause(self.disturbance, self.errors, misfit, beside))
         if self.final.effects:
             causes += effect_causes(
                 self.space, result.best, self.final, self.errors, self.shifts, self.seed,

@@ -190,8 +190,8 @@ def wrong_numbers(law: FittedModel, prescribed: NDArray, errors: ForceErrors) ->
     return [Cause(PARAMETERS, share, float(chdtrc(n, gain)), {}, reason)]
 
 
-def periodic_cause(one: Interference, errors: ForceErrors, misfit: float) -> Cause:
-    """Describe interference as a cause, beside the misfit of the simulation."""
+def periodic_cause(one: Interference, errors: ForceErrors, misfit: float, beside: bool) -> Cause:
+    """Describe interference as a cause, whether or not beside others of the law's own misfit."""
     data = errors.data
     size = float(np.sum((one.force * data.weight)[errors.validation_samples] ** 2))
     how = "multiplies" if one.modulates else "adds to"
@@ -205,6 +205,8 @@ def periodic_cause(one: Interference, errors: ForceErrors, misfit: float) -> Cau
         reason=(
             f"A disturbance at {one.frequency:.2f} Hz {how} the force in all runs, whatever "
             f"their motion: {100 * one.size:.2g} % of it."
+            + " Shares of the other causes are of the misfit that remains without it."
+            * beside
         ),
         form=f"periodic at {one.frequency:.2f} Hz, {how} the force",
     )
