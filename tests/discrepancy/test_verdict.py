@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -135,6 +136,13 @@ def test_a_small_cause_whose_size_may_be_zero_only_acts_like_one(monkeypatch, hi
     assert labels["force_offset"] == f"{acts}force_offset"
     # a large cause is named whatever its interval
     assert labels["coulomb_friction"] == "coulomb_friction"
+
+
+def test_what_the_others_explain_to_noise_needs_no_further_cause():
+    errors = SimpleNamespace(validation_samples=None, is_noise=lambda error, _: error < 1.0)
+    problem = SimpleNamespace(errors=errors, after=0.5)
+    completing = device_tests.DeviceTests._completing(problem, None, (0.8, 2.0), None)
+    assert completing == [False, True]
 
 
 @pytest.mark.usefixtures("few_effects")

@@ -199,13 +199,15 @@ class DeviceTests(Problem[FittedModel]):
 
     def _superfluous(self, best: FittedModel) -> Superfluous | None:
         """Find an effect that corrects next to nothing."""
-        corrected = np.array([self._corrected(best, k) for k in range(len(best.effects))])
         squared = self.errors.squared
+        without = [self._force_without(best, k) for k in range(len(best.effects))]
+        added = np.array([squared(force) - squared(self.after) for force in without])
+        corrected = np.sqrt(np.maximum(added, 0.0))
         explained = np.maximum(squared(self.before) - squared(self.after), 0.0)
         # as a share of the whole force, and on average of each run's own
         small = np.tile(np.sqrt(MINOR * explained), (len(corrected), 1))
         # what completes the law is no correction of another's form
-        small[self._completing(best, corrected[:, 0] ** 2)] = 0.0
+        small[self._completing(best, without, corrected[:, 0] ** 2)] = 0.0
         allowed = np.maximum(max(self.significance, 1e-9), np.minimum(small, MOST_MINOR))
         beyond = np.max(corrected / allowed, axis=1)
         least = int(np.argmin(beyond))
@@ -213,11 +215,14 @@ class DeviceTests(Problem[FittedModel]):
             return None
         return Superfluous(least, float(np.max(corrected[least])), float(np.max(allowed)))
 
-    def _completing(self, best: FittedModel, corrected: NDArray) -> list[bool]:
-        """Which effects leave noise, or far less on fitted and on held-out runs than without."""
+    def _completing(
+        self, best: FittedModel, without: Sequence[NDArray], corrected: NDArray
+    ) -> list[bool]:
+        """Which effects leave noise, or far less on fitted and on held-out runs, and others not."""
         errors, judging = self.errors, self.errors.validation_samples
         if errors.is_noise(self.after, judging):
-            return [True] * len(corrected)
+            # what the others leave is as small
+            return [not errors.is_noise(force, judging) for force in without]
         if not self._may_complete(best):
             return [False] * len(corrected)
         remains = errors.relative(self.after) ** 2 - errors.noise_floor(judging) ** 2
@@ -360,13 +365,11 @@ class DeviceTests(Problem[FittedModel]):
             return False
         return not self.errors.is_worse(self.before, self.after)
 
-    def _corrected(self, searched: FittedModel, place: int) -> NDArray:
-        """RMS force that one effect corrects on the validation samples; see ``squared``."""
+    def _force_without(self, searched: FittedModel, place: int) -> NDArray:
+        """Force of all samples without one effect, N."""
         searched_without = self.space.without(searched, place)
         without = replace(searched_without, model=self.final.model.without(place))
-        squared = self.errors.squared
-        added = squared(self.data.bounded(without.force)) - squared(self.after)
-        return np.sqrt(np.maximum(added, 0.0))
+        return self.data.bounded(without.force)
 
     @cached_property
     def before(self) -> NDArray:
