@@ -24,14 +24,7 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Past, Signals
-from .followers import (
-    RUBBER,
-    SECANT,
-    of_core,
-    positive,
-    rates_secant,
-    stored_energy,
-)
+from .followers import RUBBER, SECANT, of_core, positive, rates_secant, stored_energy
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:

@@ -25,20 +25,12 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Past, Signals
-from .followers import (
-    FLUID,
-    RUBBER,
-    SECANT,
-    of_core,
-    positive,
-    rates_secant,
-    stored_energy,
-)
+from .followers import FLUID, RUBBER, SECANT, of_core, positive, rates_secant, stored_energy
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
-    return np.exp(-positive(states[0]))
+    return _left(states[0])
 
 
 def hyperbolic(signals: Signals, states: tuple, parameters: tuple) -> Any:
