@@ -213,8 +213,10 @@ class LawModel:
         if self.parameterisation.law.states:
             begin = np.column_stack([np.zeros_like(data.dt), data.return_times])
             forces = [force(one) for one in begin.T]
-            costs = [self._costs(one) for one in forces]
-            least = np.argmin(costs, axis=0)
+            # all samples of a run alike
+            weight = replace(data, unsettled=None).weight
+            squares = [((one - data.force) * weight) ** 2 for one in forces]
+            least = np.argmin(np.add.reduceat(squares, data.starts[:-1], axis=1), axis=0)
             chosen = begin[np.arange(len(least)), least]
             unsettled = _unsettled(data, begin, np.array(forces), least)
         else:  # a device that has rested is not deformed
@@ -226,11 +228,6 @@ class LawModel:
         if same and _same_samples(unsettled, data.unsettled):
             return self
         return replace(self, data=replace(data, periods=periods, unsettled=unsettled))
-
-    def _costs(self, force: NDArray) -> NDArray:
-        """Squared residual of each run, all of its samples alike."""
-        data = replace(self.data, unsettled=None)
-        return np.add.reduceat(((force - data.force) * data.weight) ** 2, data.starts[:-1])
 
     def weigh(self, values: NDArray) -> Self:
         """Return the model with its runs weighed by noise and by the misfit at these values."""

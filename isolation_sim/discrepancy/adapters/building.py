@@ -89,10 +89,16 @@ class BuildingRecords(Problem[FittedBuilding]):
         self.space, result = search_causes(self.first, self.most_causes, self.progress)
         self.progress("measuring the gain")
         self.imitations: tuple[str, ...] = ()
-        self.switching = self._switching(result.best)
+        explained = self._explains(result.best)
+        self.switching = 0.0 if explained else self._switching()
+        self.unknown: UnknownForce | None = None
         if self.switching > 0:
             result = replace(result, best=self.space.before)
-        self.unknown = None if self.switching > 0 else self._unknown(result.best)
+        elif not explained:
+            # one that leaves far less than the causes, where these leave much
+            self.unknown = unknown_force(
+                self.space.comparison, self.space.before, result.best.cause_values
+            )
         if self.unknown is not None:
             best = self.space.comparison.fit((), self.unknown.beside)
             self.imitations = tuple(c for c in result.best.causes if c not in best.causes)
@@ -105,24 +111,15 @@ class BuildingRecords(Problem[FittedBuilding]):
         chance = adequacy(segments(False) + segments(True), best.fitted + best.held_out)
         return self.space.explains(best, chance)
 
-    def _switching(self, best: FittedBuilding) -> float:
+    def _switching(self) -> float:
         """Error by unknown moments of the current's changes where the model misses no more."""
-        if self._explains(best):
-            return 0.0
         comparison, least = self.space.comparison, np.inf
         for held_out in (False, True):
-            error = switching_error(comparison, (), held_out)
+            error = switching_error(comparison, held_out)
             if excess_error(comparison, self.space.before, held_out) > SWITCHING * error:
                 return 0.0
             least = min(least, error)
         return least
-
-    def _unknown(self, best: FittedBuilding) -> UnknownForce | None:
-        """An unknown force that leaves far less than the causes, where these leave much."""
-        space = self.space
-        if self._explains(best):
-            return None
-        return unknown_force(space.comparison, space.before, best.cause_values)
 
     @property
     def lacks_force_elsewhere(self) -> bool:

@@ -336,22 +336,27 @@ class CauseSearch:
 
     def _between_samples(self, best: FittedBuilding) -> int | None:
         """A cause that changes the current less than the record tells of it; None without one."""
+        of_current = [
+            k for k, (cause, _) in enumerate(best.cause_values) if cause.name in CURRENT_CAUSES
+        ]
+        if not of_current:
+            return None
+        records = self.comparison.records
+        recorded = [record.current for record in records if record.current is not None]
+
+        def currents(causes: CauseValues) -> list[NDArray]:
+            model = with_causes(self.comparison.model, causes)
+            return [model.run(record).current[:, 0] for record in records]
+
+        with_all, changes = currents(best.cause_values), {}
+        for k in of_current:
+            before, _, after = _around(best, k)
+            pairs = zip(with_all, currents((*before, *after)), strict=True)
+            changes[k] = sum(float(np.sum((one - other) ** 2)) for one, other in pairs)
         # by how much the current differs from itself a part of a sample before
-        resolved, model = 0.0, with_causes(self.comparison.model, best.cause_values)
-        for record in self.comparison.records:
-            if record.current is not None:
-                resolved += float(np.sum((UNRESOLVED * np.diff(record.current)) ** 2))
-        changes = {}
-        for k, (cause, _) in enumerate(best.cause_values):
-            if cause.name in CURRENT_CAUSES:
-                before, _, after = _around(best, k)
-                other = with_causes(self.comparison.model, (*before, *after))
-                changes[k] = sum(
-                    float(np.sum((model.run(r).current - other.run(r).current)[:, 0] ** 2))
-                    for r in self.comparison.records
-                )
-        least = min(changes, key=lambda k: changes[k], default=None)
-        return least if least is not None and changes[least] < resolved else None
+        resolved = sum(float(np.sum((UNRESOLVED * np.diff(one)) ** 2)) for one in recorded)
+        least = min(changes, key=lambda k: changes[k])
+        return least if changes[least] < resolved else None
 
     def _exchange_causes(self, current: FittedBuilding) -> FittedBuilding:
         """Put others that were tried in the place of earlier causes, if they are nearer now."""

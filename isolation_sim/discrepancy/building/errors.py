@@ -13,12 +13,13 @@ from .comparison import Comparison, FittedBuilding
 
 def relative_errors(comparison: Comparison, outcome: FittedBuilding, held_out: bool) -> NDArray:
     """Error of each channel: RMS of the residual over RMS of the measured value."""
-    squares = 0.0, 0.0
-    for segment in comparison.segments(held_out):
-        residual = comparison.residual(outcome.cause_values, segment.record)[segment.samples]
-        measured = segment.record.values[segment.samples]
-        squares = squares[0] + (residual**2).sum(axis=0), squares[1] + (measured**2).sum(axis=0)
-    return np.sqrt(squares[0] / squares[1])
+    return _relative([
+        (
+            comparison.residual(outcome.cause_values, segment.record)[segment.samples],
+            segment.record.values[segment.samples],
+        )
+        for segment in comparison.segments(held_out)
+    ])  # fmt: skip
 
 
 def mean_error(comparison: Comparison, outcome: FittedBuilding, held_out: bool) -> float:
@@ -28,8 +29,13 @@ def mean_error(comparison: Comparison, outcome: FittedBuilding, held_out: bool) 
 
 def pooled_error(parts: Sequence[tuple[NDArray, NDArray]], seen: NDArray) -> float:
     """One relative error of errors and measured values, each (n, n_channels)."""
+    return _pooled(_relative(parts)[seen])
+
+
+def _relative(parts: Sequence[tuple[NDArray, NDArray]]) -> NDArray:
+    """RMS of errors over that of measured values, channel by channel."""
     error, measured = (sum((one[k] ** 2).sum(axis=0) for one in parts) for k in (0, 1))
-    return _pooled(np.sqrt(error / measured)[seen])
+    return np.sqrt(error / measured)
 
 
 def _pooled(errors: NDArray) -> float:

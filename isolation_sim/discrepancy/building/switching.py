@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import Diverged
-from .comparison import CauseValues, Comparison, with_causes
+from .comparison import Comparison
 from .errors import pooled_error
 from .model import BuildingModel, RecordedCurrent
 from .record import BuildingRecord
@@ -17,10 +17,9 @@ _DRAWS = 8
 """Simulations with changes at random moments. Effort."""
 
 
-def switching_error(comparison: Comparison, causes: CauseValues, held_out: bool) -> float:
+def switching_error(comparison: Comparison, held_out: bool) -> float:
     """Error of all channels by changes of the current at unknown moments within their samples."""
-    model = with_causes(comparison.model, causes)
-    each = []
+    model, each = comparison.model, []
     for segment in comparison.segments(held_out):
         record = segment.record
         if record.current is None or not np.ptp(record.current) > 0:

@@ -155,5 +155,5 @@ def test_the_moments_of_jumps_within_a_sample_make_errors(isolated):
     model, errors = building_model(isolated, [_held(5, "after")]), []
     for record in (_held(5, "after"), replace(_held(5, "after"), current=np.full(N, 1.0))):
         comparison = compare_records(model, [record])
-        errors.append([switching_error(comparison, (), held_out) for held_out in (False, True)])
+        errors.append([switching_error(comparison, held_out) for held_out in (False, True)])
     assert min(errors[0]) > 0.002 and errors[1] == [0.0, 0.0]
