@@ -143,6 +143,26 @@ def test_a_common_line_is_detected_and_none_where_there_is_none():
     assert disturbance is None or np.isfinite(disturbance.force).all()
 
 
+@pytest.mark.parametrize("varies", [False, True])
+def test_multiples_of_the_motion_are_no_line(varies):
+    """Friction on sinusoids of few frequencies, of one amplitude or of several."""
+    runs = []
+    for k, f in enumerate((0.5, 0.5, 0.5, 2.0, 2.0, 2.0)):
+        time = np.arange(int((36 if varies else 8) * RATE)) / RATE
+        size = 1 + 0.2 * k
+        if varies:
+            size = size * (0.6 + 0.4 * np.sin(2 * np.pi * time / 36) ** 2)
+        motion = 0.005 * size * np.sin(2 * np.pi * f * time)
+        rubbing = 20 * np.tanh(np.gradient(motion, time) / 5e-4)
+        noise = np.random.default_rng(k).normal(0, 0.5, len(time))
+        force = STIFFNESS * motion + rubbing + noise
+        speed = np.gradient(motion, time)
+        still = np.zeros_like(time)
+        runs.append(TestRun(f"run{k}", time, motion, speed, force, still, velocity_measured=True))
+    data = measured_runs(runs)
+    assert interference(data, STIFFNESS * data.x) is None
+
+
 def test_the_line_of_short_runs_holds_in_a_long_one():
     """Mains of 50 Hz: a deviation of 0.05 Hz would turn its phase once in 20 s."""
     loud = []

@@ -19,6 +19,7 @@ from ..decisions import (
     INTERFERENCE_LOWEST,
     INTERFERENCE_RUNS,
     INTERFERENCE_SHARE,
+    INTERFERENCE_SIDEBANDS,
 )
 
 _FINE = 16
@@ -70,6 +71,9 @@ def _common_line(data: MeasuredRuns, signal: NDArray) -> float | None:
         # over the neighbourhood, so that broad humps do not count
         width = max(int(size * dt / longest + 1e-6) * 24, 9)
         around = np.exp(_running_mean(np.log(power + 1e-300), width))
+        # nor multiples of the motion's frequency, as reversals of the motion make
+        beside = _cycles_beside(power, size * dt, _own_frequency(data.x[run], dt))
+        around = np.maximum(around, beside * INTERFERENCE_SIDEBANDS / INTERFERENCE_LINE)
         own |= own_frequencies > 0.9 / (2 * dt)
         ratio = np.where(own, np.nan, np.log(power / around + 1e-300))
         logs.append(_on_grid(ratio, frequencies * size * dt))
@@ -119,17 +123,45 @@ def _quantile(table: NDArray, part: float) -> NDArray:
 
 def _own_lines(x: NDArray, dt: float, frequencies: NDArray) -> NDArray:
     """Where a run's own motion and its multiples make lines."""
-    n = len(x)
-    power = np.abs(np.fft.rfft((x - np.mean(x)) * np.hanning(n))) ** 2
-    strong = power > 1e-3 * power.max()
-    lines, weights = np.fft.rfftfreq(n, dt)[strong], power[strong]
-    near = 2.0 / (n * dt)
+    lines, weights = _strong_lines(x, dt)
+    near = 2.0 / (len(x) * dt)
     own = frequencies < lines.max() + near
+    main = _own_frequency(x, dt)
     if len(lines) <= 8:
         main = float(np.sum(lines * weights) / np.sum(weights))
-        for k in range(1, INTERFERENCE_HARMONICS):
-            own |= np.abs(frequencies - k * main) < near
+    elif main > 0:  # of varying amplitude
+        near = max(near, float(np.max(np.abs(lines - main)[lines < 1.5 * main])))
+    for k in range(1, INTERFERENCE_HARMONICS if main > 0 else 1):
+        own |= np.abs(frequencies - k * main) < near
     return own
+
+
+def _strong_lines(x: NDArray, dt: float) -> tuple[NDArray, NDArray]:
+    """Frequencies (Hz) of most of a run's motion, and the power there."""
+    power = np.abs(np.fft.rfft((x - np.mean(x)) * np.hanning(len(x)))) ** 2
+    strong = power > 1e-3 * power.max()
+    return np.fft.rfftfreq(len(x), dt)[strong], power[strong]
+
+
+def _own_frequency(x: NDArray, dt: float) -> float:
+    """Frequency of a sinusoid or of one whose amplitude varies, Hz; 0 of any other motion."""
+    lines, weights = _strong_lines(x, dt)
+    strongest = float(lines[np.argmax(weights)])
+    near = np.abs(lines - strongest) < 0.5 * strongest
+    # Hann's window spreads a line over two places to each side
+    if np.sum(weights[near]) < 0.95 * np.sum(weights) or strongest < 2.0 / (len(x) * dt):
+        return 0.0
+    return float(np.sum((lines * weights)[near]) / np.sum(weights[near]))
+
+
+def _cycles_beside(power: NDArray, duration: float, frequency: float) -> NDArray:
+    """Largest power one and two cycles of the motion beside each frequency."""
+    beside = np.zeros_like(power)
+    for cycles in (1, 2) if frequency > 0 else ():
+        shift = round(cycles * frequency * duration)
+        beside[shift:] = np.maximum(beside[shift:], power[: len(power) - shift])
+        beside[: len(power) - shift] = np.maximum(beside[: len(power) - shift], power[shift:])
+    return beside
 
 
 def _running_mean(values: NDArray, width: int) -> NDArray:
