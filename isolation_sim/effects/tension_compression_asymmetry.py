@@ -10,6 +10,7 @@ Forms:
                     more one way; the spring k beside them does not
     spring          adds k (sqrt(x^2 + w^2) - w): the stiffness alone differs, by 2 k between
                     both directions where |x| is well above w; in x^2 below it
+    spring_by_current   the same with k (1 + m |I|): the field's part differs, too
 """
 
 from typing import Any
@@ -55,6 +56,22 @@ def stored_energy_spring(x: Any, states: tuple, parameters: tuple) -> Any:
     root = np.sqrt(x**2 + width**2)
     return stiffness * (x * root / 2 + width**2 / 2 * np.arcsinh(x / width) - width * x)
 
+
+def spring_by_current(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Even part of an elastic force that follows the field."""
+    stiffness, by_current, width = parameters
+    even = spring(signals, states, (stiffness, width))
+    return even * (1 + by_current * np.fabs(signals.current))
+
+
+DIFFERENCE = EffectParameter(
+    "stiffness", "N/m", "half of the difference between both directions", magnitude=True,
+    starts=(0.1,),
+)  # fmt: skip
+WIDTH = EffectParameter(
+    "width", "m", "deformation over which it develops", lower=1e-7, upper=10.0, divides=True,
+    starts=(0.05, 0.5, 3.0),
+)  # fmt: skip
 
 FORMS = (
     Effect(
@@ -126,18 +143,24 @@ FORMS = (
         cause="tension_compression_asymmetry",
         form="spring",
         title="Asymmetry of the stiffness",
-        parameters=(
-            EffectParameter(
-                "stiffness", "N/m", "half of the difference between both directions",
-                magnitude=True, starts=(0.1,),
-            ),
-            EffectParameter(
-                "width", "m", "deformation over which it develops", lower=1e-7, upper=10.0,
-                divides=True, starts=(0.05, 0.5, 3.0),
-            ),
-        ),
+        parameters=(DIFFERENCE, WIDTH),
         force=spring,
         stored_energy=stored_energy_spring,
         source="smoothed bilinear spring",
+    ),
+    Effect(
+        cause="tension_compression_asymmetry",
+        form="spring_by_current",
+        title="Asymmetry of the stiffness that grows with the current",
+        parameters=(
+            DIFFERENCE,
+            EffectParameter(
+                "by_current", "1/A", "growth of the difference with the current", starts=(0.5,),
+            ),
+            WIDTH,
+        ),
+        force=spring_by_current,
+        needs=frozenset({"current"}),
+        source="smoothed bilinear spring of a magnetorheological elastomer",
     ),
 )  # fmt: skip

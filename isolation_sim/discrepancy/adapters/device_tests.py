@@ -35,6 +35,7 @@ from ..decisions import (
     REMAINS,
     SIGNIFICANCE,
     SIGNIFICANT,
+    STEADY_CURRENT,
     TO_BLAME,
     TO_BLAME_FITTED,
     WELL_EXPLAINED,
@@ -43,6 +44,7 @@ from ..device.carried_history import (
     can_carry_history,
     carry_history,
     has_unknown_starts,
+    keeps_history,
     of_device,
 )
 from ..device.causes import effect_causes, imitate, periodic_cause, wrong_numbers
@@ -642,7 +644,7 @@ def _observable_effects(data: MeasuredRuns) -> list[Effect]:
         effect
         for forms in EFFECTS.values()
         for effect in forms
-        if (effect.current is None or current_varies)
+        if ((effect.current is None and "current" not in effect.needs) or current_varies)
         and ("temperature" not in effect.needs or warmth_varies)
     ]
     for effect in effects:
@@ -650,7 +652,29 @@ def _observable_effects(data: MeasuredRuns) -> list[Effect]:
     several = len(data.dt) > 2
     if several and data.past is not None:
         effects += [carry_history(effect) for effect in effects if can_carry_history(effect)]
+    changes, falls = _current_history(data)
+    effects = [
+        effect
+        for effect in effects
+        if not _remembers_current(effect) or changes or (keeps_history(effect) and falls)
+    ]
     return [EACH_RUN, *effects] if several else effects
+
+
+def _remembers_current(effect: Effect) -> bool:
+    return effect.current is not None and bool(effect.states)
+
+
+def _current_history(data: MeasuredRuns) -> tuple[bool, bool]:
+    """Whether the current changes within a run, and whether it falls from run to run.
+
+    Where it does neither, a memory of the current shows no more than a saturation does.
+    """
+    least = STEADY_CURRENT * float(np.max(np.abs(data.current)))
+    currents = [data.current[run] for run in data.runs]
+    changes = any(np.ptp(one) > least for one in currents)
+    before = np.zeros(len(currents)) if data.past is None else data.past.current
+    return changes, any(before - np.array([np.max(one) for one in currents]) > least)
 
 
 def sentence(note: str, names: Sequence[str]) -> str:
