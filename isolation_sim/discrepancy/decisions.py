@@ -133,8 +133,8 @@ INTERFERENCE_SHARE = 0.03
 INTERFERENCE_LINE = 8.0
 """Power of a line over its neighbourhood; white noise exceeds it once in 3000. Theory and blind."""
 INTERFERENCE_SIDEBANDS = 2.0
-"""Power of a line over that one and two cycles of the motion beside it. Interference that modulates a
-sinusoidal force has a quarter of its power there, and friction, whose multiples of the motion's
+"""Power of a line over that one and two cycles of the motion beside it. Interference that modulates
+a sinusoidal force has a quarter of its power there, and friction, whose multiples of the motion's
 frequency fall slowest, more than half of it. Theory."""
 INTERFERENCE_RUNS = 0.25
 """Share of the runs in which the line may be missing. Blind (cases ``outside``)."""

@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from isolation_sim.discrepancy.adapters.device_tests import observable_effects
 from isolation_sim.discrepancy.device.carried_history import (
     can_carry_history,
     carry_history,
@@ -186,3 +187,23 @@ def test_heating_is_named_although_the_rests_are_unknown():
     assert cause.parameters["gain"].value == pytest.approx(GAIN, rel=0.15)
     assert "follows from the forces of the run" in cause.reason
     assert diagnosis.verdict == "explained"
+
+
+@pytest.mark.parametrize(
+    ("currents", "seen"),
+    [
+        ([(0, 0), (1, 1), (2, 2), (2, 2)], set()),
+        ([(0, 0), (2, 2), (1, 1), (2, 2)], {"largest, kept", "play, kept"}),
+        ([(0, 0), (1, 1), (2, 2), (0, 2)], {"fading", "largest", "play", "preisach", "settled"}),
+    ],
+)
+def test_remanence_needs_a_current_that_changes(currents, seen):
+    runs = []
+    for run, (first, last) in zip(series(0.0).runs, currents, strict=False):
+        current = np.linspace(first, last, len(run.time))
+        runs.append(TestRun(run.name, run.time, run.displacement, run.velocity, run.force, current))
+    effects = observable_effects(measured_runs(runs))
+    remanence = {one.form for one in effects if one.cause == "magnetic_remanence"}
+    assert seen <= remanence and (seen or not remanence)
+    assert any(one.cause == "current_lag" for one in effects) == (currents[-1] == (0, 2))
+    assert any(one.cause == "field_saturation" for one in effects)

@@ -527,3 +527,13 @@ def test_spring_of_two_stiffnesses():
         REST._replace(x=0.9), (), numbers
     )
     assert rise == pytest.approx(2e3, rel=1e-3)
+
+
+def test_an_asymmetric_stiffness_follows_the_current():
+    numbers = {"stiffness": 2e3, "by_current": 0.5, "width": 1e-6}
+    device = spring(("tension_compression_asymmetry.spring_by_current", numbers))
+    t, x, v = sine(0.004, 1.0, 1)
+    for current in (0.0, 2.0, -2.0):
+        force, _ = respond(device, t, x, v, np.full(t.size, current), np.zeros(0), 1e-9)
+        difference = 2e3 * (1 + 0.5 * abs(current))
+        np.testing.assert_allclose(force, 1e4 * x + difference * np.abs(x), atol=0.01)

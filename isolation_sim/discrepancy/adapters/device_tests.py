@@ -128,7 +128,7 @@ class DeviceTests(Problem[FittedModel]):
         current_varies = bool(np.ptp(part.current) > 0)
         self.space = EffectSearch(
             base,
-            _observable_effects(part),
+            observable_effects(part),
             generic_terms(
                 float(np.max(np.abs(part.x))),
                 current_varies,
@@ -636,7 +636,7 @@ def _titles(fitted: FittedModel) -> list[str]:
     return [effect.title for effect in fitted.effects]
 
 
-def _observable_effects(data: MeasuredRuns) -> list[Effect]:
+def observable_effects(data: MeasuredRuns) -> list[Effect]:
     """Effects that the runs could show."""
     current_varies = bool(np.ptp(data.current) > 0)
     warmth_varies = data.has_temperature and bool(np.ptp(data.temperature) > 0.5)
