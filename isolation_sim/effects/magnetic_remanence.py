@@ -6,6 +6,7 @@ Forms:
                while |I - y| < coercive and is dragged along otherwise; it starts where a current
                that rose from zero has dragged it
     settled    the same, but it starts at the first current
+    plays      the same as `play` with the mean of plays whose half-widths are spread up to `widest`
     preisach   I' = I + share (P - I), P of Preisach's relays of equal weight up to twice `widest`:
                P = 2 <beyond(y, w)>, mean over plays y of half-widths w up to `widest`, which start
                as that of `play`. Nothing is left without current
@@ -46,6 +47,20 @@ def carried_play(past: Past, parameters: tuple) -> tuple:
     return (dragged - beyond(dragged, parameters[1]),)
 
 
+def current_plays(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Between the current and the mean of those remembered."""
+    share, widest = parameters
+    remanent = 0.0
+    for keep, part in zip(states, PARTS, strict=True):
+        remanent += (keep + beyond(signals.current - keep, part * widest)) / len(PARTS)
+    return signals.current + share * (remanent - signals.current)
+
+
+def carried_plays(past: Past, parameters: tuple) -> tuple:
+    """Without current since an earlier test."""
+    return tuple(carried_play(past, (parameters[0], part * parameters[1]))[0] for part in PARTS)
+
+
 def current_preisach(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Between the current and the relays', which are those of plays beyond their half-widths."""
     share, widest = parameters
@@ -56,7 +71,7 @@ def current_preisach(signals: Signals, states: tuple, parameters: tuple) -> Any:
     return signals.current + share * (relays - signals.current)
 
 
-def rates_preisach(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+def rates_plays(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Each play is dragged along at its ends."""
     return tuple(
         beyond(signals.current - keep, part * parameters[1]) / RISE
@@ -64,7 +79,7 @@ def rates_preisach(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     )
 
 
-def start_preisach(signals: Signals, parameters: tuple) -> tuple:
+def start_plays(signals: Signals, parameters: tuple) -> tuple:
     """The current has risen from zero."""
     return tuple(beyond(signals.current, part * parameters[1]) for part in PARTS)
 
@@ -126,25 +141,37 @@ FORMS = (
             ("settled", "Magnetic remanence, settled at the first current", start),
         )
     ),
-    Effect(
-        cause="magnetic_remanence",
-        form="preisach",
-        title="Magnetic remanence of relays of all widths",
-        parameters=(
-            SHARE,
-            EffectParameter(
-                "widest", "A", "half-width of the widest relay", lower=1e-3, upper=100.0,
-                divides=True, starts=(0.3, 0.6),
+    *(
+        Effect(
+            cause="magnetic_remanence",
+            form=form,
+            title=title,
+            parameters=(
+                SHARE,
+                EffectParameter(
+                    "widest", "A", f"half-width of the widest {what}", lower=1e-3, upper=100.0,
+                    divides=True, starts=(0.3, 0.6),
+                ),
             ),
-        ),
-        states=tuple(
-            Quantity(f"kept_{k}", "A", f"current in play {k}")
-            for k, _ in enumerate(PARTS, 1)
-        ),
-        start=start_preisach,
-        current=current_preisach,
-        rates=rates_preisach,
-        source="Preisach (1935); relays of equal weight: Rayleigh (1887)",
+            states=tuple(
+                Quantity(f"kept_{k}", "A", f"current in play {k}") for k, _ in enumerate(PARTS, 1)
+            ),
+            start=start_plays,
+            carried=carried_plays if form == "plays" else None,
+            current=current_plays if form == "plays" else current_preisach,
+            rates=rates_plays,
+            source=source,
+        )
+        for form, title, what, source in (
+            (
+                "plays", "Magnetic remanence of plays of all widths", "play",
+                "Prandtl (1928), Ishlinskii (1944); Visintin (1994)",
+            ),
+            (
+                "preisach", "Magnetic remanence of relays of all widths", "relay",
+                "Preisach (1935); relays of equal weight: Rayleigh (1887)",
+            ),
+        )
     ),
     Effect(
         cause="magnetic_remanence",

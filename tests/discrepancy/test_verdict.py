@@ -158,6 +158,16 @@ def test_explained_means_down_to_the_noise():
     assert diagnosis.ladder.inexplicable > 0.02 and abs(diagnosis.ladder.explainable) < 0.01
 
 
+@pytest.mark.usefixtures("few_effects")
+@pytest.mark.parametrize(("unrelated", "found"), [(0.05, True), (0.0, False)])
+def test_a_report_tells_effects_that_do_not_hold_from_none(unrelated, found):
+    diagnosis = diagnosis_with(unrelated=unrelated)
+    assert not diagnosis.causes
+    text = diagnosis.steps[-1].text
+    assert ("in the search, but none is named" in text) == found
+    assert ("No effect lowered" in text) != found
+
+
 def test_interference_explains_what_the_right_law_misses():
     diagnosis = diagnose(with_hum(campaign()), "kelvin_voigt", threads=1)
     (cause,) = diagnosis.causes

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.effects import effect, extend
-from isolation_sim.effects.effect import Signals
+from isolation_sim.effects.effect import Past, Signals
 from isolation_sim.laws import law
 
 from .conftest import respond
@@ -181,6 +181,20 @@ def test_relays_of_all_widths_make_rayleigh_loops():
     assert field(0.0, states) == 0.0
     rates = one.rates(REST._replace(current=0.0), states, numbers)
     assert all(rate < 0 for rate in rates)
+
+
+def test_plays_of_all_widths_leave_a_part_of_the_field():
+    """Parabolas of the current since it turned, which do not end at zero current."""
+    one, widest = effect("magnetic_remanence", "plays"), 1.0
+    numbers = (1.0, widest)
+    states = one.start(REST._replace(current=2.0), numbers)
+    fallen = [one.current(REST._replace(current=c), states, numbers) for c in (2.0, 1.5, 1.0, 0.0)]
+    # by 2 - c a share (2 - c) / (2 widest) of the plays is dragged back
+    expected = [1.5, 1.5 - 0.5**2 / 4, 1.25, 0.5]
+    assert fallen == pytest.approx(expected, abs=0.02)
+    # the same is left for the next test
+    device = Past(0.0, 0.0, 2.0, 0.0, 0.0)
+    assert np.mean(one.carried(device, numbers)) == pytest.approx(fallen[-1])
 
 
 def test_remanence_after_the_largest_current():

@@ -615,10 +615,17 @@ class DeviceTests(Problem[FittedModel]):
         if self.negligible:
             least = f"less than {100 * self.negligible_below:.2g} % of the force is negligible"
             return Text(f"{'; '.join(self.negligible)}: {least}.")
+        if causes:
+            return Text("")
+        if any(one.taken is not None for one in result.rounds):
+            return Text(
+                "Effects lowered the squared residual in the search, but none is named: in the end "
+                f"they remove less than {100 * TO_BLAME_FITTED:.0f} % of the misfit of the fitted "
+                f"runs or {100 * TO_BLAME:.0f} % of that of the runs held out, make some of these "
+                "worse, or gain no more than chance."
+            )
         return Text(
-            ""
-            if causes
-            else "No effect lowered the squared residual by more than "
+            "No effect lowered the squared residual by more than "
             f"{SIGNIFICANT:.0f} times the noise's share of it."
         )
 
