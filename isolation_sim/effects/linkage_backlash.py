@@ -14,6 +14,7 @@ from 0.9 to 1.1 of the gap, and the device then sees the velocity of the rig. Th
 follows within a lag of 2 ms.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -77,6 +78,8 @@ GAP = EffectParameter(
     "gap", "m", "half of the free play", lower=0.0, magnitude=True, starts=(0.01, 0.03, 0.1),
     difference=0.05,
 )  # fmt: skip
+OPEN_GAP = replace(GAP, least=5e-4)
+"""Without a gap that is seen in the displacement, an open linkage would be a part of the pull."""
 KEEP = Quantity("keep", "m", "deformation from which the play is measured")
 
 FORMS = (
@@ -95,7 +98,7 @@ FORMS = (
         cause="linkage_backlash",
         form="open",
         title="Linkage backlash that lets go",
-        parameters=(GAP,),
+        parameters=(OPEN_GAP,),
         states=(KEEP,),
         start=start,
         rates=rates,
