@@ -35,6 +35,10 @@ EACH_RUN = Effect(
 """Its parameter is not fitted; it is found from the runs."""
 
 
+_LEAST_FACTOR = 0.1
+"""Share of a force from which it is divided by the factor of an effect."""
+
+
 def run_means(data: MeasuredRuns, values: NDArray) -> NDArray:
     """Mean of each run in place of its samples."""
     sums = np.add.reduceat(values, data.starts[:-1], axis=0)
@@ -147,9 +151,7 @@ class Model(LawModel):
         if inner is None or derivatives:
             inner, jacobian = self._law_force(law, own, derivatives)
         if not derivatives:
-            evaluated = [
-                self._evaluate(e, inner, p) for e, p in zip(self.effects, own, strict=True)
-            ]
+            evaluated = self._evaluate_all(inner, own)
             force = self._with_offsets(self.data.record(_combined(inner, evaluated)))
             return force, np.empty((0, len(values)))
         by_inner = np.zeros((len(inner), len(values)))
@@ -181,19 +183,16 @@ class Model(LawModel):
         self, inner: NDArray, by_inner: NDArray, own: list
     ) -> tuple[NDArray, NDArray]:
         """The law's force and its derivatives by all values as they come out behind effects."""
-        evaluated: list[dict[str, Any]] = []
+        evaluated = self._evaluate_all(inner, own)
         slopes: list[tuple[slice, dict[str, NDArray]]] = []
-        for effect, parameters, place in zip(self.effects, own, self.slices(), strict=True):
+        for k, (effect, place) in enumerate(zip(self.effects, self.slices(), strict=True)):
             if "force" in effect.needs:
-                here, by = differentiate(
-                    effect, self.data, inner, parameters, by_inner, place.start
-                )
+                data = self._beside(k, evaluated)
+                evaluated[k], by = differentiate(effect, data, inner, own[k], by_inner, place.start)
                 slopes.append((slice(0, by_inner.shape[1]), by))
             else:
-                here = self._evaluate(effect, inner, parameters)
-                shape = len(inner), len(parameters)
-                slopes.append((place, {name: np.empty(shape) for name in here}))
-            evaluated.append(here)
+                shape = len(inner), len(own[k])
+                slopes.append((place, {name: np.empty(shape) for name in evaluated[k]}))
         for at, k, step, moved in self._moves(own):
             columns, by = slopes[at]
             if by and "force" not in self.effects[at].needs:
@@ -240,12 +239,39 @@ class Model(LawModel):
                 motion = motion.with_current(seen["current"])
         return self.simulator(motion).run(self.parameterisation.coefficients(law), derivatives)
 
-    def _evaluate(self, effect: Effect, inner: NDArray, parameters: NDArray) -> dict[str, Any]:
+    def _evaluate(
+        self, effect: Effect, inner: NDArray, parameters: NDArray, data: MeasuredRuns | None = None
+    ) -> dict[str, Any]:
         """Factor and added force of an effect; empty if it has neither."""
         if effect.factor is None and effect.force is None:
             return {}
-        every = evaluate(effect, self.data, inner, parameters)
+        every = evaluate(effect, data or self.data, inner, parameters)
         return {name: every[name] for name in ("factor", "force") if name in every}
+
+    def _evaluate_all(self, inner: NDArray, own: list) -> list[dict[str, Any]]:
+        """Factors and added forces of all effects; last those that begin as the forces tell."""
+        evaluated = [
+            {} if has_unknown_starts(effect) else self._evaluate(effect, inner, parameters)
+            for effect, parameters in zip(self.effects, own, strict=True)
+        ]
+        for place, effect in enumerate(self.effects):
+            if has_unknown_starts(effect):
+                beside = self._beside(place, evaluated)
+                evaluated[place] = self._evaluate(effect, inner, own[place], beside)
+        return evaluated
+
+    def _beside(self, place: int, evaluated: list) -> MeasuredRuns:
+        """The data of an effect that begins as the forces tell: without what the others do."""
+        if not has_unknown_starts(self.effects[place]):
+            return self.data
+        force = self.data.force
+        others = [*evaluated[:place], *evaluated[place + 1 :]]
+        for one in others:
+            force = force - one.get("force", 0.0)
+        for one in others:
+            # what is nearly gone tells nothing
+            force = force / np.maximum(one.get("factor", 1.0), _LEAST_FACTOR)
+        return self.data if force is self.data.force else replace(self.data, force=force)
 
 
 def _combined(inner: NDArray, evaluated: list) -> NDArray:
