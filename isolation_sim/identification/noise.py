@@ -165,20 +165,25 @@ def sensor_noise(
 
 def _steady(signal: NDArray, lines: NDArray) -> bool:
     """Whether these lines of a signal's spectrum are as strong at all times, as those of noise."""
-    # a force that turns sharply at reversals has a plateau too, but its power lies at these times,
-    # and so has a motion that begins softly, at its ends
+    # a force that turns sharply at reversals has a plateau too, but its power lies at these times
     window = np.hanning(len(signal))
     spectrum = np.fft.rfft((signal - np.linspace(signal[0], signal[-1], len(signal))) * window)
-    filtered = np.zeros_like(spectrum)
-    filtered[lines] = spectrum[lines]
     middle = window > 0.5
-    windowed = np.fft.irfft(filtered, len(signal))
+
+    def filtered(lines: NDArray) -> NDArray:
+        chosen = np.zeros_like(spectrum)
+        chosen[lines] = spectrum[lines]
+        return np.fft.irfft(chosen, len(signal))
+
+    # and so has a motion that begins softly, at its ends; lines beside the motion hold its skirt
+    upper = lines[len(lines) // 2 :]
+    windowed = filtered(upper)
     inside, outside = (
         np.sum(windowed[one] ** 2) / np.sum(window[one] ** 2) for one in (middle, ~middle)
     )
-    if outside > (1 + _ENDS / len(lines)) * inside:
+    if outside > (1 + _ENDS / len(upper)) * inside:
         return False
-    part = windowed[middle] / window[middle]
+    part = filtered(lines)[middle] / window[middle]
     return bool(np.median(np.abs(part)) / 0.6745 > _STEADY * np.sqrt(np.mean(part**2)))
 
 

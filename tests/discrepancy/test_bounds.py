@@ -8,6 +8,7 @@ import pytest
 
 from isolation_sim.discrepancy.device.intervals import needs_bound
 from isolation_sim.discrepancy.device.model import Model
+from isolation_sim.discrepancy.device.screen import _LITTLE
 from isolation_sim.effects import EffectParameter, effect
 
 T = np.linspace(0, 1, 200)
@@ -60,6 +61,15 @@ def test_poles_are_in_line_near_the_middle_of_the_tested_deformation():
     loss, centre = effect("field_gap_coupling", "off_centre").parameters
     assert (model.lower(centre), model.upper(centre)) == pytest.approx((-3e-3, 3e-3))
     assert (model.lower(loss), model.upper(loss)) == (loss.lower, loss.upper)
+
+
+def test_an_open_linkage_has_a_gap_that_the_displacement_shows():
+    data = SimpleNamespace(x=np.array([-4e-3, 10e-3]), sizes=(300.0, 10e-3, 0.1, 1.0))
+    model = Model(data, SimpleNamespace(law=None))
+    (gap,), (play,) = (effect("linkage_backlash", form).parameters for form in ("open", "play"))
+    assert (model.lower(gap), model.lower(play)) == pytest.approx((5e-6, 0.0))
+    # a fit begins no nearer to zero
+    assert gap.starts[0] * model.size(gap) * _LITTLE >= model.lower(gap)
 
 
 @pytest.mark.parametrize(

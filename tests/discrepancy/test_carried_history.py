@@ -1,5 +1,6 @@
 """One specimen in a series of tests: what it has been through goes on from run to run."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,11 +13,14 @@ from isolation_sim.discrepancy.device.carried_history import (
     of_device,
 )
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
+from isolation_sim.discrepancy.device.model import Model
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.effects import EFFECTS, effect
 from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
+from isolation_sim.laws import LAWS
 
 K, C = 60e3, 900.0
 
@@ -165,6 +169,28 @@ def test_the_warmth_that_rests_have_left_follows_from_each_run():
         computed = -np.log(factor[data.starts[:-1]])
         assert max(expected) > 0.1
         assert computed == pytest.approx(expected, abs=0.02 * max(expected))
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_the_warmth_is_found_beside_what_other_effects_do(first):
+    campaign, _ = warming()
+    level, loss, half = 60.0, 0.3, 4e-3
+    runs = []
+    for run in campaign.runs:
+        softer = 1 - loss * np.abs(run.displacement) / (half + np.abs(run.displacement))
+        rubbing = level * np.tanh(run.velocity / 2e-3)
+        runs.append(replace(run, force=run.force * softer + rubbing))
+    data = measured_runs(runs)
+    heating = carry_history(effect("self_heating"))
+    others = effect("coulomb_friction"), effect("amplitude_softening", "instantaneous")
+    numbers = (GAIN, COOLING), (level, 2e-3), (loss, half, 1.0)
+    order = np.roll([0, 1, 2], first)
+    effects = [(heating, *others)[k] for k in order]
+    model = Model(data, parameterise(campaign, LAWS["kelvin_voigt"], data)).with_effects(*effects)
+    values = np.concatenate([[K, C], *(numbers[k] for k in order)])
+    for derivatives in (False, True):
+        force, _ = model.forces(values, derivatives)
+        assert force == pytest.approx(data.force, abs=0.05 * np.std(data.force))
 
 
 def test_no_run_begins_warmer_than_the_one_before_has_ended():

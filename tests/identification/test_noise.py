@@ -58,6 +58,18 @@ def test_a_noiseless_motion_has_none(motion):
     assert sensor_noise(motion()[0]).deviation < 1e-6
 
 
+@pytest.mark.parametrize("rate", [100.0, 250.0, 1000.0])
+def test_a_soft_start_is_no_noise(rate):
+    random = np.random.default_rng(1)
+    for _ in range(20):
+        frequency, ramp = random.uniform(0.3, 4), random.uniform(0.3, 3)
+        time = np.arange(0, random.integers(5, 30) / frequency, 1 / rate)
+        begun = np.clip(time * frequency / ramp, 0, 1)
+        x = begun**2 * (3 - 2 * begun) * np.sin(2 * np.pi * frequency * time)
+        x += NOISE / 5 * random.standard_normal(time.size)
+        assert sensor_noise(x).deviation < 2 * NOISE / 5
+
+
 def test_a_weak_motion_of_high_frequency_is_no_noise():
     x = sinusoid()[0] + 0.05 * np.sin(2 * np.pi * 9 * TIME) + filtered_noise(0)
     exact = sinusoid()[1] - 0.05 * (2 * np.pi * 9) ** 2 * np.sin(2 * np.pi * 9 * TIME)
