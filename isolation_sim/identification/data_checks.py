@@ -83,6 +83,8 @@ _SAME_TEMPERATURE = 3.0
 """Difference in degC up to which such runs have one temperature: 1 % of force or so. Convention."""
 _REPEATED = 0.02
 """Relative difference of the forces of repeated runs that is noted. Convention."""
+_SHOWN_PAIRS = 4
+"""Pairs of such runs that are named. Convention."""
 _ROUNDED = 8.0
 """Steps of a rounded channel by which a peak falls within half its flat length: 3, and noise."""
 _STILL, _RELAXED = 0.02, 0.5
@@ -411,16 +413,24 @@ def _unit_of_force(runs: Sequence[TestRun]) -> Iterator[str]:
 
 
 def _repeated_runs(runs: Sequence[TestRun]) -> Iterator[str]:
+    pairs, most = [], 0.0
     for first, second, n in _repeated(runs):
         one, other = first.force[:n], second.force[:n]
         size = _rms(one)
         differ = _rms(other - one) / size
         noise = float(np.hypot(white_noise(one), white_noise(other))) / size
         if differ > max(_REPEATED, 3 * noise) and not _unit_factor(_rms(other) / size):
-            yield (
-                f"{first.name} and {second.name} repeat one motion and current, but their forces "
-                f"differ by {100 * differ:.2g} %: no law can be nearer to both than half of that"
-            )
+            pairs.append(f"{first.name} and {second.name}")
+            most = max(most, differ)
+    if pairs:
+        which = "; ".join(pairs[:_SHOWN_PAIRS])
+        if len(pairs) > _SHOWN_PAIRS:
+            which += f"; {len(pairs) - _SHOWN_PAIRS} more pairs"
+        yield (
+            f"{which} repeat one motion and current, but their forces differ by "
+            f"{'up to ' * (len(pairs) > 1)}{100 * most:.2g} %: without a memory of earlier tests "
+            "no law can be nearer to both than half of that"
+        )
 
 
 def _repeated(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, TestRun, int]]:

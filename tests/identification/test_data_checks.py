@@ -142,6 +142,14 @@ def test_runs_at_other_temperatures_do_not_repeat_each_other(runs):
     assert data_notes([*warm, cold], np.zeros(5)) == []
 
 
+def test_pairs_of_repeated_runs_that_differ_are_one_note(runs):
+    again = [replace(runs[0], name=f"again {k}", force=0.9 * runs[0].force) for k in range(6)]
+    (note,) = data_notes([*runs[:4], *again], np.zeros(10))
+    assert note.startswith("first and again 0; first and again 1; ")
+    assert "; 2 more pairs repeat one motion and current" in note and "by up to 1" in note
+    assert "without a memory of earlier tests no law" in note
+
+
 @pytest.mark.parametrize("name", WRONG)
 def test_what_is_wrong_is_said(name, runs):
     change, said = WRONG[name]
