@@ -138,6 +138,18 @@ def test_a_small_cause_whose_size_may_be_zero_only_acts_like_one(monkeypatch, hi
     assert labels["coulomb_friction"] == "coulomb_friction"
 
 
+@pytest.mark.parametrize(
+    ("names", "leaves_noise", "doubtful"),
+    [
+        ((OUTSIDE, "a", "b"), False, [False, True, False]),
+        ((OUTSIDE, "a", "b"), True, [False, False, False]),
+        (("c", "a", "b"), False, [False, False, False]),
+    ],
+)
+def test_a_cause_may_mend_the_form_of_a_larger_term(names, leaves_noise, doubtful):
+    assert causes._less_than_a_term(names, [0.4, 0.1, 0.5], leaves_noise) == doubtful
+
+
 def test_what_the_others_explain_to_noise_needs_no_further_cause():
     errors = SimpleNamespace(validation_samples=None, is_noise=lambda error, _: error < 1.0)
     problem = SimpleNamespace(errors=errors, after=0.5)

@@ -26,6 +26,7 @@ PARAMETERS = "parameter_values"
 """Name of the cause that the parameter values, not the form, of a law are wrong."""
 _STANDS_IN = "The law is of the wrong family: it may only stand in for what another law has."
 _LESS = "It corrects less than what remains unexplained, and may only mend the form of another."
+_BESIDE_TERM = "It corrects less than a term whose form is not quite right, and may only mend that."
 _GRADUAL = "It builds up over a test as the other does, and may only mend the form of that one."
 _MAY_BE_ZERO = "It may as well have the size zero, and may only mend the form of another."
 
@@ -49,9 +50,12 @@ def effect_causes(
     numbers = intervals(final, shifts)
     stable = stability(space, searched, seed)
     less_than_remains = _less_than_remains(errors, final, lacking)
+    leaves_noise = errors.is_noise(errors.data.bounded(final.force), errors.validation_samples)
+    mends_term = _less_than_a_term(searched.causes, split, leaves_noise)
     causes = []
     for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
         doubt = _STANDS_IN if wrong_family else _LESS * less_than_remains[k]
+        doubt = doubt or _BESIDE_TERM * mends_term[k]
         if effect is EACH_RUN:
             numbers[k] = {"spread": _spread(final)}
         elif len(lacking) > 1 and split[k] < MAY_BE_ZERO and may_be_zero(final, k, numbers[k]):
@@ -97,6 +101,16 @@ def imitate(effects: Sequence[Effect]) -> bool:
     # Heat and wear are told apart by a rest. Heat in two bodies, or wear that slows down, looks
     # like both.
     return sum(effect.gradual for effect in effects) > 1
+
+
+def _less_than_a_term(
+    causes: Sequence[str], split: Sequence[float], leaves_noise: bool
+) -> list[bool]:
+    """Which effects correct less than a generic term beside them that leaves more than noise."""
+    # a term is no equation of a device: what it leaves has its form
+    if leaves_noise or OUTSIDE not in causes:
+        return [False] * len(causes)
+    return [share < split[causes.index(OUTSIDE)] for share in split]
 
 
 def _less_than_remains(
