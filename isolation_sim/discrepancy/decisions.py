@@ -58,6 +58,8 @@ NEARLY_ALL = 0.1
 FITTED_ALONE = 4.0
 """Squared error on the data held out over that of noise above which a law that is adequate on the
 fitted data is not said to be so in general. Clean campaigns reach 3. Convention."""
+MOSTLY_NOISE = 0.5
+"""Noise over the signal from which the verdict "adequate" says how much it is. Convention."""
 PROPOSED = 14.0
 """As ``SIGNIFICANT``, of a cause that held-out runs have yet to confirm: the law alone follows the
 fitted runs and misses those. A 3.7 sigma deviation. Theory."""

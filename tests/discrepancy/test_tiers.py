@@ -338,6 +338,8 @@ def test_a_rung_that_loses_somewhere_is_not_offered():
     assert _offered(errors, generic=False, negligible=0.002) == "causes"
     errors["equation"] = Rung("equation", 0.039, 0.039, 0.0470)
     assert _offered(errors, generic=False, negligible=0.002) == "equation"
+    alone = {"law": Rung("law", 4e-4, 4e-4, 4e-4), "equation": Rung("equation", 1e-4, 1e-4, 1e-4)}
+    assert _offered(alone, generic=False, negligible=0.002) == "law"
 
 
 def test_a_rung_is_compared_with_those_below_it():

@@ -203,3 +203,8 @@ def test_a_significance_that_is_no_share_is_refused():
 def test_a_small_remainder_is_told_from_a_cause_in_doubt(name, doubtful, sentence):
     named = Cause(name, 0.95, 0.0, {}, "", doubtful=doubtful).is_named
     assert sentence in meaning("partly_explained", 0.1, 0.01, 0.05, named)
+
+
+def test_an_adequate_law_of_noisy_data_is_said_to_prove_little():
+    assert "which is 97 % of the signal" in meaning("adequate", 1.0, 0.97, 0.0, True)
+    assert "no effect is missing" in meaning("adequate", 0.01, 0.01, 0.0, True)

@@ -291,18 +291,15 @@ def _deciding_error(rung: Rung) -> float:
 
 def _offered(errors: dict[str, Rung], generic: bool, negligible: float = 0.0) -> str:
     """The rung with the least error left out, or held out, among those that lose nowhere."""
-    # One nearly as good is preferred to the learned term, and causes to an equation beside them
+    # One nearly as good is preferred to the learned term, and law or causes to an equation
     # whose gain is negligible. An equation takes the place of causes with a generic term, since
     # such a term cannot be saved.
     good = {
         name: one.left_out if np.isfinite(one.left_out) else one.held_out
         for name, one in errors.items() if not one.loses
     }  # fmt: skip
-    named = good.get("causes", np.inf) < good.get("law", np.inf)
-    beyond = {"equation": negligible if named else 0.0}
-    beyond["learned"] = beyond["equation"] + max(
-        negligible, (EQUATION_PREFERRED - 1) * good.get("learned", 0.0)
-    )
+    nearly = max(negligible, (EQUATION_PREFERRED - 1) * good.get("learned", 0.0))
+    beyond = {"equation": negligible, "learned": negligible + nearly}
     if generic and "equation" in good:
         good.pop("causes", None)
     return min(good, key=lambda name: good[name] + beyond.get(name, 0.0))
