@@ -455,7 +455,7 @@ class Diagnosis(Printed):
             and ``overwrite`` is false.
         """
         try:
-            return render("diagnosis_files:save_diagnosis", self, Path(folder), overwrite)
+            return render("result_files:save_diagnosis", self, Path(folder), overwrite)
         except OSError as error:
             raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
 
