@@ -23,7 +23,7 @@ from isolation_sim.laws import law
 from isolation_sim.reports.code_check import console_table
 from isolation_sim.reports.tables import as_text
 from isolation_sim.structures import shear_building, with_p_delta
-from isolation_sim.structures.sizing import isolation_loop
+from isolation_sim.structures.isolation_loop import isolation_loop
 
 WEIGHT_MASS = 5e5
 GRAVITY = 9.80665
