@@ -16,7 +16,7 @@ from ground_motions.old_names import renamed_attribute, renamed_keys
 from ..errors import InputError
 from ..io.csv_table import write_table
 from ..io.files import json_text, write_text
-from ..io.results_folder import check_free, files_into, write_contents
+from ..io.results_folder import check_free, files_into, write_contents, writing_to
 from ..rendering import Printed, render
 from ..search_range import SearchRange
 from .search import Trial
@@ -328,14 +328,9 @@ class Tuning(Printed):
             If the folder cannot be written.
         """
         folder = Path(folder)
-        try:
+        with writing_to(folder):
             folder.mkdir(parents=True, exist_ok=True)
             write_text(json_text(asdict(self), indent=1), folder / _STATE)
-        except OSError as error:
-            raise InputError(
-                f"{folder}: results cannot be written there ({error.strerror}); expected: a folder "
-                "with write permission"
-            ) from None
         return folder
 
     @classmethod
