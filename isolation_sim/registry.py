@@ -144,7 +144,7 @@ def registry(kind: str) -> Registry[Any]:
     from ground_motions.readers import READERS
 
     from .effects import EFFECTS
-    from .identification.raw_tests.readers import TEST_READERS
+    from .identification.raw_tests.files import TEST_READERS
     from .laws import LAWS
 
     registries = LAWS, EFFECTS, CONTROLLERS, CRITERIA, STUDIES, READERS, TEST_READERS

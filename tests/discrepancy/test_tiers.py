@@ -15,9 +15,8 @@ from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.interval import Interval
 from isolation_sim.discrepancy.tiers.device_tests import _lost
-from isolation_sim.discrepancy.tiers.equation import _Candidate, _Library, _next
+from isolation_sim.discrepancy.tiers.equation import Regression, _Candidate, _Library, _next
 from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
-from isolation_sim.discrepancy.tiers.regression import Regression
 from isolation_sim.discrepancy.tiers.result import EquationTerm, Ladder
 from isolation_sim.discrepancy.tiers.terms import Number, Term, along, library
 from isolation_sim.effects import EFFECTS, effect
