@@ -101,6 +101,7 @@ def test_the_ladder_goes_down_to_the_noise_and_the_equation_is_offered(diagnosis
         assert error == pytest.approx(0.003, rel=0.15)
     assert diagnosis.ladder.offered == "equation" and not rungs["equation"].worse
     assert diagnosis.verdict == "explained" and diagnosis.unexplained_share < 0.01
+    assert diagnosis.steps[-1].title == "Verdict on the causes alone"
     # on noise alone a flexible model explains nothing
     assert abs(diagnosis.ladder.explainable) < 0.01
     assert abs(diagnosis.ladder.inexplicable) < 0.01

@@ -104,6 +104,10 @@ class Tiers(ABC, Generic[R]):
         return None
 
 
+CAUSES_ALONE = "Verdict on the causes alone"
+"""Title of the last step where an equation or a learned term extends the law."""
+
+
 def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     """Add the second tier to a diagnosis, and the third if it is wanted."""
     rungs: dict[str, R] = {}
@@ -172,6 +176,9 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     new_verdict = ladder.verdict(diagnosis, best, named, least, deciding["law"])
     if offered == "causes":
         return replace(diagnosis, ladder=result, verdict=new_verdict)
+    # the last step is about the causes, which are no longer what the verdict is about
+    *steps, last = diagnosis.steps
+    diagnosis = replace(diagnosis, steps=(*steps, replace(last, title=CAUSES_ALONE)))
     return replace(
         ladder.extend(diagnosis, best, errors[offered]),
         ladder=result,
