@@ -15,6 +15,7 @@ from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.interval import Interval
 from isolation_sim.discrepancy.tiers.device_tests import _lost
+from isolation_sim.discrepancy.tiers import equation
 from isolation_sim.discrepancy.tiers.equation import Regression, _Candidate, _Library, _next
 from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 from isolation_sim.discrepancy.tiers.result import EquationTerm, Ladder
@@ -593,14 +594,43 @@ def test_a_term_shares_no_name_with_the_law():
 
 
 @pytest.fixture(scope="module")
-def learned(campaign):
-    """The learned term beside a spring and a dashpot, and its share of a free network's gain."""
+def model(campaign):
+    """A spring and a dashpot."""
     from isolation_sim.discrepancy.device.model import Model
-    from isolation_sim.discrepancy.tiers.learned import learn
     from isolation_sim.identification.law_fit import parameterise
 
     data = measured_runs(campaign.runs)
-    model = Model(data, parameterise(campaign, LAWS["kelvin_voigt"], data))
+    return Model(data, parameterise(campaign, LAWS["kelvin_voigt"], data))
+
+
+def test_terms_that_replace_each_other_end_the_selection(model, monkeypatch):
+    """A linear spring under a step, a ramp and a sinusoid took one term out after the other."""
+    from isolation_sim.discrepancy.decisions import EQUATION_TERMS
+
+    monkeypatch.setattr(equation, "_SEARCHED", 1)
+    monkeypatch.setattr(equation, "_replaced", lambda regression, selected, n: (
+        len(selected) - 1 if selected else None
+    ))  # fmt: skip
+    rounds = []
+
+    def first(regression, beside, others, n):
+        rounds.append(others[0])
+        assert len(rounds) <= EQUATION_TERMS
+        return others[0], 1.0
+
+    monkeypatch.setattr(equation, "_next", first)
+    masks = [mask[model.data.fitted] for _, mask in conditions(model.data) if mask.any()]
+    with workers(1) as pool:
+        selection = equation.select(model, np.array([K, C]), masks, pool)
+    assert selection.chosen == () and len(rounds) == EQUATION_TERMS
+
+
+@pytest.fixture(scope="module")
+def learned(campaign, model):
+    """The learned term beside a spring and a dashpot, and its share of a free network's gain."""
+    from isolation_sim.discrepancy.tiers.learned import learn
+
+    data = model.data
     force = model.forces(np.array([K, C]), False)[0]
     masks = [mask for _, mask in conditions(data)]
     return learn(model, force, np.stack([force] * len(masks)), masks), data, force

@@ -202,7 +202,8 @@ def select(
             left.append(selected.pop(gone))
             del stability[gone]
             continue
-        if len(selected) == EQUATION_TERMS:
+        # terms that replace each other one after the other lead nowhere
+        if EQUATION_TERMS in (len(selected), len(left)):
             break
         # which terms lead is known from a first regression; their numbers are then searched
         beside = np.concatenate([np.arange(n), n + taken])
