@@ -14,8 +14,8 @@ from isolation_sim.archive import law_of, law_of_saved, text_of
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.interval import Interval
-from isolation_sim.discrepancy.tiers.device_tests import _lost
 from isolation_sim.discrepancy.tiers import equation
+from isolation_sim.discrepancy.tiers.device_tests import _lost
 from isolation_sim.discrepancy.tiers.equation import Regression, _Candidate, _Library, _next
 from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 from isolation_sim.discrepancy.tiers.result import EquationTerm, Ladder
