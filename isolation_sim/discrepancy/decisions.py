@@ -69,6 +69,9 @@ FAR_BETTER = 3.0
 ADEQUATE = 1.25
 """Cost over that of noise below which a law is adequate, and with effects "explained". Blind
 (``clean``)."""
+CHANCE_OF_FEW = 2.0
+"""Standard deviations by which the squared residual of a few samples may exceed that of their
+noise, both estimated from as many samples. It counts below 256 samples. Theory."""
 SIGNIFICANCE = 0.002
 """Share of the force, RMS, below which an effect or a remainder is negligible in practice; a user
 may set another. Convention."""
