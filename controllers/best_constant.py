@@ -25,6 +25,11 @@ if TYPE_CHECKING:
 
 def weighted_peak(run: Run, off: Run) -> float:
     """Peak base displacement and peak floor acceleration over those without current, added."""
+    if not all(off.criteria[peak] for peak in PEAKS):
+        raise InputError(
+            "best_constant: nothing moves without current; expected: a ground motion that is not "
+            "zero throughout"
+        )
     return sum(run.criteria[peak] / off.criteria[peak] for peak in PEAKS)
 
 

@@ -116,6 +116,9 @@ class Controller:
         cls.settings = settings
         for name, declared in settings.items():
             setattr(cls, name, declared.default)
+        if isinstance(own.get("measures"), tuple | list):
+            names = tuple(own["measures"])
+            cls.measures = lambda self, nominal: names  # type: ignore[method-assign]
         if "__init__" in own:
             cls.__init__ = _without_losses(own["__init__"])  # type: ignore[method-assign]
         cls.__signature__ = _signature(cls)

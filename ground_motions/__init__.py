@@ -12,7 +12,6 @@ from ground_motions.exports import lazy_exports
 if TYPE_CHECKING:
     from ground_motions.band_limited import band_limited_noise as band_limited_noise
     from ground_motions.band_limited import band_limited_series as band_limited_series
-    from ground_motions.csv_writer import write_csv as write_csv
     from ground_motions.design_spectra import DesignSpectrum as DesignSpectrum
     from ground_motions.design_spectra import asce7_22_multi_period as asce7_22_multi_period
     from ground_motions.design_spectra import asce7_22_two_period as asce7_22_two_period
@@ -53,6 +52,7 @@ if TYPE_CHECKING:
     from ground_motions.readers import read_smc as read_smc
     from ground_motions.readers import read_text as read_text
     from ground_motions.readers import read_v2 as read_v2
+    from ground_motions.readers.csv_file import write_csv as write_csv
     from ground_motions.record import Record as Record
     from ground_motions.records import available_records as available_records
     from ground_motions.records import el_centro_1940 as el_centro_1940

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -85,12 +87,10 @@ def mavroeidis_papageorgiou_pulse(
             total += share / ratio * (np.sin(w * ratio * t + nu) + np.sin(w * ratio * half - nu))
         return amplitude / (2.0 * w) * total
 
-    name = "mavroeidis_papageorgiou_pulse"
-    source = call_text(
-        name, peak_velocity=peak_velocity, pulse_period=pulse_period, cycles=cycles, phase=phase,
-        dt=dt, before=before, after=after,
+    return _record(
+        "mavroeidis_papageorgiou_pulse", displacement, 2.0 * half, dt, before, after,
+        peak_velocity=peak_velocity, pulse_period=pulse_period, cycles=cycles, phase=phase,
     )  # fmt: skip
-    return _record(displacement, 2.0 * half, dt, before, after, name, source)
 
 
 @checked
@@ -149,11 +149,11 @@ def makris_pulse(
             moved = math.cos(phase) - np.cos(x + phase) - x * math.sin(phase)
         return velocity / w * moved
 
-    source = call_text(
-        "makris_pulse", kind=kind, peak_velocity=peak_velocity, pulse_period=pulse_period, dt=dt,
-        before=before, after=after,
+    record = _record(
+        "makris_pulse", displacement, angle / w, dt, before, after,
+        kind=kind, peak_velocity=peak_velocity, pulse_period=pulse_period,
     )  # fmt: skip
-    return _record(displacement, angle / w, dt, before, after, f"makris_pulse_{kind}", source)
+    return replace(record, name=f"makris_pulse_{kind}")
 
 
 def _type_c_phase(cycles: int) -> float:
@@ -216,24 +216,23 @@ def ricker_pulse(
         result: FloatArray = -peak * period**2 / (2.0 * math.pi**2) * np.exp(-(x**2))
         return result
 
-    name = "ricker_pulse"
-    source = call_text(
-        name, peak_velocity=peak_velocity, pulse_period=pulse_period, dt=dt, before=before,
-        after=after,
+    return _record(
+        "ricker_pulse", displacement, 4.0 * period, dt, before, after,
+        peak_velocity=peak_velocity, pulse_period=pulse_period,
     )  # fmt: skip
-    return _record(displacement, 4.0 * period, dt, before, after, name, source)
 
 
 def _record(
+    function: str,
     displacement: Callable[[FloatArray], FloatArray],
     length: float,
     dt: float,
     before: float,
     after: float,
-    name: str,
-    source: str,
+    **arguments: Any,
 ) -> Record:
     """Sample a pulse whose displacement, m, is known at all times, s, from its start."""
+    source = call_text(function, **arguments, dt=dt, before=before, after=after)
     dt = positive("dt (s)", dt)
     if length < 4.0 * dt:
         raise InputError("dt (s)", f"{dt:g}", f"at most {length / 4.0:g}, a quarter pulse")
@@ -243,4 +242,4 @@ def _record(
     )
     count = sample_count(before + length + after, dt)
     time = np.arange(-1, count + 1) * dt - before
-    return Record(np.diff(displacement(time), 2) / dt**2, dt, name=name, source=source)
+    return Record(np.diff(displacement(time), 2) / dt**2, dt, name=function, source=source)

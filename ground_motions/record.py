@@ -12,11 +12,10 @@ import numpy.typing as npt
 
 from ground_motions import checks, integration
 from ground_motions.argument_types import checked
-from ground_motions.baseline import correct_baseline
 from ground_motions.checks import FloatArray
 from ground_motions.errors import InputError
 from ground_motions.old_names import renamed_arguments, renamed_attribute
-from ground_motions.resampling import resample
+from ground_motions.processing import correct_baseline, resample
 from ground_motions.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -198,7 +197,7 @@ class Record:
         Raises
         ------
         InputError
-            If ``dt`` is not above 0, or is refused by `ground_motions.resampling.resample`.
+            If ``dt`` is not above 0, or is refused by `ground_motions.processing.resample`.
 
         Notes
         -----

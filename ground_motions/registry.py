@@ -211,9 +211,8 @@ class Registry(Mapping[str, T]):
     def _checked(self, loaded: Any, label: str) -> T:
         thing = self._usable(loaded)
         if thing is None:
-            raise InputError(
-                f"{label} is of type {type(loaded).__name__}; expected: {self.accepted}"
-            )
+            found = "a class" if isinstance(loaded, type) else f"of type {type(loaded).__name__}"
+            raise InputError(f"{label} is {found}; expected: {self.accepted}")
         return thing
 
 

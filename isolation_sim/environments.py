@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ground_motions import Record, kanai_tajimi_motion
 
-from .errors import Diverged, InputError
+from .errors import Diverged, InputError, not_installed
 from .simulation.control import CoilDriver, Sensors
 from .simulation.outputs import output_names
 from .simulation.simulator import Simulator
@@ -26,10 +26,7 @@ try:
     from gymnasium.vector import AutoresetMode
     from gymnasium.vector.utils import batch_space
 except ModuleNotFoundError:
-    raise InputError(
-        "environments need gymnasium, which is not installed; expected: "
-        "pip install 'isolation-sim[gym]'"
-    ) from None
+    raise not_installed("isolation_sim.environments", "gymnasium", "gym") from None
 
 OBSERVATIONS = (
     "base_displacement_m", "base_velocity_m_s", "base_acceleration_m_s2",

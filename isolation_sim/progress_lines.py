@@ -11,12 +11,14 @@ BETWEEN_LINES = 30.0
 
 
 def occasional_lines(steps: int, quiet: bool = False) -> Callable[..., None]:
-    """Return ``step(text, done=1)``, to call when a step begins; a line from time to time."""
+    """Return ``step(text, done=1, total=None)``; a line from time to time, as steps begin."""
     started = last = time.monotonic()
     count: float = -1
 
-    def step(text: str, done: float = 1) -> None:
-        nonlocal last, count
+    def step(text: str, done: float = 1, total: int | None = None) -> None:
+        nonlocal last, count, steps
+        if total is not None:
+            count, steps = 0, total
         count += done
         now = time.monotonic()
         if not quiet and now - last >= BETWEEN_LINES:

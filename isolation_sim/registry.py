@@ -25,7 +25,8 @@ def _controller_class(result: Any) -> type[Control] | None:
 CONTROLLERS: Registry[type[Control]] = Registry(
     "isolation_sim.controllers",
     "controller",
-    "a class such as a subclass of controllers.Controller",
+    f"a class with name and the methods {', '.join(_METHODS)}, as a subclass of "
+    "controllers.Controller has them",
     _controller_class,
     lambda kind: kind.name,  # type: ignore[arg-type, return-value]
     unit="controllers.fmu:of_file",
@@ -143,7 +144,7 @@ def registry(kind: str) -> Registry[Any]:
     from ground_motions.readers import READERS
 
     from .effects import EFFECTS
-    from .identification.raw_tests.readers import TEST_READERS
+    from .identification.raw_tests.files import TEST_READERS
     from .laws import LAWS
 
     registries = LAWS, EFFECTS, CONTROLLERS, CRITERIA, STUDIES, READERS, TEST_READERS

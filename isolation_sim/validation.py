@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, Self, get_args
 
 from pydantic import (
     BaseModel,
@@ -37,6 +37,14 @@ class Section(BaseModel):
 
     # for pydantic: sections within sections report to the outermost one
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+    @classmethod
+    def _in_folder(cls, data: dict[str, Any], folder: str | Path) -> Self:
+        """Validate a table whose paths are relative to a folder."""
+        try:
+            return cls.model_validate(data, context={"folder": folder})
+        except ValidationError as error:
+            raise InputError(one_line(error, data)) from None
 
     @model_validator(mode="before")
     @classmethod

@@ -21,7 +21,7 @@ import numpy as np
 from controllers import Controller, available_controllers, controller
 from controllers.clairvoyant import share_of_gap
 from isolation_sim.scenario import Scenario
-from isolation_sim.tuning.intervals import mean_interval
+from isolation_sim.tuning.tuning import mean_interval
 from isolation_sim.written_names import as_written
 
 from . import controller_runs as runs

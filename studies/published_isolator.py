@@ -21,13 +21,9 @@ from isolation_sim.discrepancy.diagnosis import Diagnosis
 from isolation_sim.discrepancy.loops.table import LoopTable
 from isolation_sim.identification.loop_measures import loop_measures
 from isolation_sim.laws import Device, hybrid, law
-from isolation_sim.laws.published import (
-    CURRENTS_A,
-    LI_LI_DAMPING_RATIO,
-    LI_LI_STIFFNESS_N_PER_MM,
-    YU_ALPHA_N,
-)
+from isolation_sim.laws.published import CURRENTS_A, YU_ALPHA_N
 from isolation_sim.written_names import capital
+from studies.papers.tables import LI_LI_DAMPING_RATIO, LI_LI_STIFFNESS_N_PER_MM
 
 from .papers.paper_002 import stiffness_and_energy
 from .study import Outcome, Step

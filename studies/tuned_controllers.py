@@ -20,9 +20,9 @@ from ground_motions import STANDARD_GRAVITY, el_centro_1940, read_folder
 from isolation_sim.errors import InputError
 from isolation_sim.scenario import Scenario
 from isolation_sim.tuning.candidate_runs import Candidate
-from isolation_sim.tuning.intervals import MARGIN, MeanInterval, mean_interval
 from isolation_sim.tuning.motions import MotionSet, motion_set
 from isolation_sim.tuning.trials import CRITERIA, Trials
+from isolation_sim.tuning.tuning import MARGIN, MeanInterval, mean_interval
 from isolation_sim.written_names import as_written
 
 from .cache import cached_result

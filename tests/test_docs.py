@@ -27,7 +27,7 @@ from ground_motions.readers import READERS
 from isolation_sim.cli import app, main
 from isolation_sim.effects import extend
 from isolation_sim.identification.campaign import Campaign, TestRun, write_campaign
-from isolation_sim.identification.raw_tests.readers import TEST_READERS
+from isolation_sim.identification.raw_tests.files import TEST_READERS
 from isolation_sim.laws import LAWS, CurrentDependence
 from isolation_sim.registry import CONTROLLERS
 from isolation_sim.scenario import main_job

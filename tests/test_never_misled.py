@@ -307,7 +307,7 @@ def test_a_terminated_command_leaves_nothing_behind(tmp_path):
     """SIGTERM while results are being written."""
     script = """
         import os, signal, sys
-        from isolation_sim.reports import comparison_files
+        from isolation_sim.reports import result_files
         import isolation_sim.comparison as module
         def stop(*_):
             os.kill(os.getpid(), signal.SIGTERM)

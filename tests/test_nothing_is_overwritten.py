@@ -8,7 +8,7 @@ import pytest
 from typer.main import get_command
 
 import isolation_sim as iso
-from ground_motions.csv_writer import write_csv
+from ground_motions.readers.csv_file import write_csv
 from isolation_sim.cli import app, main
 from isolation_sim.effects import device_section
 from isolation_sim.errors import InputError

@@ -31,7 +31,7 @@ from isolation_sim.cli import main
 from isolation_sim.criterion import CRITERIA
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.campaign import Campaign, TestRun, write_campaign
-from isolation_sim.identification.raw_tests.readers import TEST_READERS
+from isolation_sim.identification.raw_tests.files import TEST_READERS
 from isolation_sim.laws import LAWS
 from isolation_sim.registry import COMMANDS, CONTROLLERS, STUDIES
 from isolation_sim.sweeps.design import Design

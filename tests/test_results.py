@@ -15,7 +15,7 @@ from isolation_sim import read_run, write_run
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.files import json_text, write_text
 from isolation_sim.io.results_folder import ResultsFolder, file_name
-from isolation_sim.reports.comparison_files import write_comparison
+from isolation_sim.reports.result_files import write_comparison
 
 
 @pytest.fixture(scope="module")

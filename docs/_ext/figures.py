@@ -13,8 +13,8 @@ import isolation_sim as iso
 from controllers import CurrentMap, controller
 from ground_motions import el_centro_1940, response_spectrum
 from isolation_sim.identification.sinusoidal import sinusoidal
-from isolation_sim.laws.published import LI_LI_STIFFNESS_N_PER_MM
 from isolation_sim.reports.style import line_styles, new_figure, style, svg_text
+from studies.papers.tables import LI_LI_STIFFNESS_N_PER_MM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,4 +1,4 @@
-"""CSV files whose column names end in their unit."""
+"""CSV files whose column names end in their unit: reading and writing."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.errors import InputError, wrong_choice
+from ground_motions.files import atomic_write
 from ground_motions.readers.lines import (
     counted,
     excerpt,
@@ -191,3 +192,41 @@ def _chosen_column(names: list[str], candidates: list[str], column: str | None, 
         f"{len(candidates)} acceleration columns and no choice",
         f"column= one of {', '.join(candidates)}",
     )
+
+
+@checked
+def write_csv(record: Record, path: str | Path) -> Path:
+    """Write a record as ``time_s, ground_acceleration_m_s2``; accelerations with every digit.
+
+    Parameters
+    ----------
+    record : Record
+        The motion.
+    path : str or Path
+        The file to write. It appears whole or not at all.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    path = Path(path)
+    comments = [f"# {' '.join(text.split())}" for text in (record.name, record.source)]
+    rows = (
+        f"{time:.12g},{value!r}"
+        for time, value in zip(record.time.tolist(), record.acceleration.tolist(), strict=True)
+    )
+    text = "\n".join([*comments, f"{TIME_COLUMN},{PREFERRED_QUANTITY}_m_s2", *rows, ""])
+    try:
+        with atomic_write(path) as unfinished:
+            unfinished.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise InputError(
+            str(path), f"a file that cannot be written ({error.strerror})", "a writable place"
+        ) from None
+    return path

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ground_motions.argument_types import checked
-from ground_motions.errors import wrong_choice
+from ground_motions.checks import choice
 from ground_motions.record import Record
 from ground_motions.records.el_centro import el_centro_1940
 
@@ -45,11 +45,7 @@ def load_record(name: str) -> Record:
     InputError
         If there is no such record; the message names the nearest.
     """
-    try:
-        loader = RECORDS[name]
-    except (KeyError, TypeError):
-        raise wrong_choice("record name", str(name), RECORDS) from None
-    return loader()
+    return RECORDS[choice("record name", name, RECORDS)]()
 
 
 __all__ = ["RECORDS", "available_records", "el_centro_1940", "load_record"]

@@ -184,8 +184,9 @@ def write_new_file(path: Path, text: str, force: bool) -> None:
 
 @contextmanager
 def progress(quiet: bool, steps: int, alike: bool = False) -> Iterator[Callable[..., None]]:
-    """Show progress; yields ``step(text, done=1)``, to call when a step begins."""
+    """Show progress; yields ``step(text, done=1, total=None)``, to call when a step begins."""
     # ``alike``: the steps take equal time, so that the remaining time can be shown.
+    # ``total``: the number of steps, counted anew from here, if it was not known before.
     from rich.progress import (
         BarColumn,
         Progress,
@@ -202,7 +203,13 @@ def progress(quiet: bool, steps: int, alike: bool = False) -> Iterator[Callable[
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), *left)
     with Progress(*columns, console=console, transient=True, disable=quiet) as shown:
         task = shown.add_task("starting", total=steps, completed=-1)
-        yield lambda text, done=1: shown.update(task, description=text, advance=done)
+
+        def step(text: str, done: float = 1, total: int | None = None) -> None:
+            if total is not None:
+                shown.update(task, total=total, completed=0)
+            shown.update(task, description=text, advance=done)
+
+        yield step
 
 
 @contextmanager

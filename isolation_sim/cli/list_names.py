@@ -109,7 +109,7 @@ def _criteria() -> Rows:
 def _readers() -> Rows:
     from ground_motions.readers import READERS
 
-    from ..identification.raw_tests.readers import TEST_READERS
+    from ..identification.raw_tests.files import TEST_READERS
 
     entries = []
     for what, readers in (("ground motion", READERS), ("test files", TEST_READERS)):

@@ -68,10 +68,10 @@ def suite(
     check_exports(export, out)
     settings = Scenario.read(scenario)
     folder = out or Path("results") / file_name(settings.name)
-    with resumable(folder, overwrite, resume, quiet, 100) as step:
+    with resumable(folder, overwrite, resume, quiet, 1) as step:
         result = run_suite(
             settings, folder, resume=resume, workers=workers,
-            step=lambda text: step(text, 0), progress=count_failures(step),
+            step=lambda text, total=None: step(text, 0, total), progress=count_failures(step),
         )  # fmt: skip
     check_name("criterion", criterion, result.criteria)
     if as_json:

@@ -58,6 +58,8 @@ NEARLY_ALL = 0.1
 FITTED_ALONE = 4.0
 """Squared error on the data held out over that of noise above which a law that is adequate on the
 fitted data is not said to be so in general. Clean campaigns reach 3. Convention."""
+MOSTLY_NOISE = 0.5
+"""Noise over the signal from which the verdict "adequate" says how much it is. Convention."""
 PROPOSED = 14.0
 """As ``SIGNIFICANT``, of a cause that held-out runs have yet to confirm: the law alone follows the
 fitted runs and misses those. A 3.7 sigma deviation. Theory."""
@@ -67,6 +69,9 @@ FAR_BETTER = 3.0
 ADEQUATE = 1.25
 """Cost over that of noise below which a law is adequate, and with effects "explained". Blind
 (``clean``)."""
+CHANCE_OF_FEW = 2.0
+"""Standard deviations by which the squared residual of a few samples may exceed that of their
+noise, both estimated from as many samples. It counts below 256 samples. Theory."""
 SIGNIFICANCE = 0.002
 """Share of the force, RMS, below which an effect or a remainder is negligible in practice; a user
 may set another. Convention."""

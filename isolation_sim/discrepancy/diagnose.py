@@ -15,9 +15,8 @@ from ..identification.campaign import Campaign, read_campaign
 from ..identification.data_checks import refuse_swapped
 from ..identification.first_use import laws_to_compile
 from ..identification.law_choice import AUTO, choose_law
-from ..identification.long_runs import thin_runs
 from ..identification.measured_runs import hold_out_some, measured_runs
-from ..identification.spikes import repaired
+from ..identification.run_preparation import repaired, thin_runs
 from ..io.files import read_toml
 from ..io.results_folder import law_file
 from ..laws import Device

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from ground_motions.argument_types import checked
 from ground_motions.old_names import renamed_attribute
 
-from ..errors import InputError
 from ..io.files import plain
+from ..io.results_folder import writing_to
 from ..rendering import Printed, render
 from .device.generic_terms import OUTSIDE
 from .interval import Interval
@@ -454,10 +454,8 @@ class Diagnosis(Printed):
             If the folder cannot be written, or contains a saved result or a file of the same name
             and ``overwrite`` is false.
         """
-        try:
-            return render("diagnosis_files:save_diagnosis", self, Path(folder), overwrite)
-        except OSError as error:
-            raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
+        with writing_to(folder):
+            return render("result_files:save_diagnosis", self, Path(folder), overwrite)
 
 
 @dataclass(frozen=True, eq=False)

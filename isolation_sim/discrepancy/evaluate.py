@@ -19,8 +19,8 @@ from ..identification.force_channel import Averaging, averaging_note, find_avera
 from ..identification.law_fit import NOT_AVERAGED, from_off
 from ..identification.measured_runs import MeasuredRuns, measured_runs
 from ..identification.parameterisation import Parameterisation
+from ..identification.run_preparation import repaired
 from ..identification.run_starts import start_note
-from ..identification.spikes import repaired
 from ..laws import Device
 from .device.carried_history import can_carry_history, carry_history, has_unknown_starts
 from .device.model import Model

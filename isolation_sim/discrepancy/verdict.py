@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from .decisions import FITTED_ALONE, NEARLY_ALL
+from .decisions import FITTED_ALONE, MOSTLY_NOISE, NEARLY_ALL
 
 Verdict = Literal["adequate", "explained", "partly_explained", "unexplained"]
 
@@ -28,6 +28,11 @@ FITTED_ONLY = (
     "acts in those held out alone."
 )
 """The verdict "adequate" where the data held out are missed by far more than noise."""
+NOISY = (
+    "The simulation reproduces the data within their noise, which is {:.0f} % of the signal: they "
+    "can hardly show a missing effect."
+)
+"""The verdict "adequate" of data that are mostly noise."""
 NOT_MEASURED = (
     "The simulation misses more than the noise of the instruments, and no model of the measured "
     "variables misses less. The remainder is slow noise, such as a drift, or depends on something "
@@ -50,4 +55,6 @@ def meaning(
         return NEARLY if named else NEARLY_ALIKE
     if verdict == "adequate" and held_out**2 > FITTED_ALONE * noise**2:
         return FITTED_ONLY
+    if verdict == "adequate" and noise > MOSTLY_NOISE:
+        return NOISY.format(100 * noise)
     return MEANINGS[verdict]

@@ -11,8 +11,8 @@ from ground_motions.registry import code_files
 
 from ..errors import InputError
 from ..laws.device import Device
+from ..laws.registry import LAWS
 from ..laws.registry import law as published
-from ..laws.serialisation import to_dict
 from .extend import separate
 from .registry import EFFECTS
 
@@ -21,7 +21,7 @@ def device_places(device: Device) -> list[str]:
     """Names or places under which a device's law and effects were found."""
     base, applied = separate(device)
     effects = (EFFECTS.called(effect, effect.cause) for effect, _ in applied)
-    return [to_dict(base)["law"], *effects]
+    return [LAWS.called(base.law, base.law.name), *effects]
 
 
 def device_code(device: Device) -> dict[str, str]:
@@ -69,8 +69,7 @@ def device_section(device: Device, *comments: str, places: Mapping[str, str] | N
     import tomlkit
 
     base, applied = separate(device)
-    data = to_dict(base)
-    is_piecewise = "current_breaks" in data
+    is_piecewise = len(base.current.coefficients) > 1
     if is_piecewise and not _is_published(base):
         raise InputError(
             f"{base.name}: parameters are given piecewise in the current; expected in a scenario: "
@@ -83,16 +82,17 @@ def device_section(device: Device, *comments: str, places: Mapping[str, str] | N
     for line in comments:
         section.add(tomlkit.comment(line))
     section["law"] = law
-    if np.isfinite(data["current_range"]).all():
-        section["current_range_A"] = data["current_range"]
-    if np.isfinite(data["tested_deformation"]):
-        section["tested_deformation_m"] = data["tested_deformation"]
-    if np.isfinite(data["tested_current"]):
-        section["tested_current_A"] = data["tested_current"]
-    section["length_scale"] = data["length"]
-    section["force_scale"] = data["force_scale"]
+    if np.isfinite(base.current_range).all():
+        section["current_range_A"] = list(base.current_range)
+    if np.isfinite(base.tested_deformation):
+        section["tested_deformation_m"] = base.tested_deformation
+    if np.isfinite(base.tested_current):
+        section["tested_current_A"] = base.tested_current
+    section["length_scale"] = base.length
+    section["force_scale"] = base.force_scale
     if not is_piecewise:
-        section["parameters"] = data["parameters"]
+        rows = base.current.coefficients[0].tolist()
+        section["parameters"] = dict(zip(base.current.names, rows, strict=True))
     for key, of_device in (("effect", True), ("instrument", False)):
         tables = tomlkit.aot()
         for name, (effect, values) in zip(names, applied, strict=True):

@@ -28,6 +28,7 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError, did_you_mean, unknown_name
 from ..io.files import read_toml
+from ..io.results_folder import writing_to
 from .run_table import TestRun, read_run
 
 __all__ = ["Campaign", "TestRun", "read_campaign", "read_run", "write_campaign"]
@@ -182,18 +183,13 @@ def write_campaign(campaign: Campaign, folder: str | Path) -> Path:
         held: dict[str, Any] = {"hold_out": True} if run.hold_out else {}
         document["run"].append({"file": f"{run.name}.csv", **held})
     unfinished = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
-    try:
+    with writing_to(folder):
         unfinished.mkdir(parents=True)
         for run in campaign.runs:
             _write_run(run, unfinished / f"{run.name}.csv")
         text = tomlkit.dumps(document)
         (unfinished / FILE_NAME).write_text(text, encoding="utf-8", newline="\n")
         unfinished.replace(folder)
-    except OSError as error:
-        raise InputError(
-            f"{folder}: cannot be written ({error.strerror}); expected: a place that you may "
-            "write to"
-        ) from None
     return folder
 
 

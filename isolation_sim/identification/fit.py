@@ -24,12 +24,11 @@ from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
 from .law_choice import AUTO, choose_law
 from .law_fit import LARGEST_DERIVATIVE, STARTS, LawModel, fit_law, from_off, parameterise
 from .least_squares import Optimum, at_bound
-from .long_runs import thin_runs
 from .measured_runs import LEAST_NOISE, hold_out_some, measured_runs
 from .noise import correlation_time
 from .parameterisation import Parameterisation
+from .run_preparation import repaired, thin_runs
 from .run_starts import start_note
-from .spikes import repaired
 
 _DATA_NOTES = 5
 """Notes on the data, at most."""

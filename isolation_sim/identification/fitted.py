@@ -317,17 +317,9 @@ class Fit(LawEvaluation):
             ``converged``; errors and noise are relative RMS.
         """
         held = self.held_out_error
-        return {
-            "law": self.device.law.name,
-            "campaign": self.campaign.name,
+        return super().to_dict() | {
             "converged": self.converged,
-            "error": self.error,
             "held_out_error": None if np.isnan(held) else held,
-            "noise": self.noise,
-            "runs": [
-                {"name": e.run.name, "error": e.relative, "hold_out": e.run.hold_out}
-                for e in self.errors
-            ],
             "parameters": [
                 {
                     "name": e.name, "unit": e.unit, "current_A": e.current, "value": e.value,
@@ -336,7 +328,6 @@ class Fit(LawEvaluation):
                 }
                 for e in self.estimates
             ],
-            "notes": list(self.notes),
         }  # fmt: skip
 
     def scenario_section(self) -> str:

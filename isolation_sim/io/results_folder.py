@@ -39,13 +39,8 @@ class ResultsFolder:
     def __enter__(self) -> ResultsFolder:
         above = self.path.parents
         self._new_parents = list(itertools.takewhile(lambda folder: not folder.exists(), above))
-        try:
+        with writing_to(self._target):
             self.unfinished.mkdir(parents=True)
-        except OSError as error:
-            raise InputError(
-                f"{self._target}: results cannot be written there ({error.strerror}); expected: a "
-                "folder with write permission"
-            ) from None
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *details: object) -> None:
@@ -70,6 +65,18 @@ _WRITTEN_SUFFIXES = {".svg", ".png", ".csv", ".nc", ".npz", UNFINISHED}
 
 _RESULT_FILES = ("result.npz", "tuning.json", "manifest.json", "suite.json", "finding.txt")
 """Files by which a folder contains a saved result."""
+
+
+@contextmanager
+def writing_to(folder: str | Path) -> Iterator[None]:
+    """Refuse a folder that cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(
+            f"{folder}: results cannot be written there ({error.strerror}); expected: a folder "
+            "with write permission"
+        ) from None
 
 
 @contextmanager

@@ -6,7 +6,6 @@ from .law import Law, Quantity
 from .measured_force import measured_force
 from .passive_switching import instantaneous, passive
 from .registry import LAWS, available_conditions, available_laws, available_sets, law
-from .serialisation import from_dict, to_dict
 
 __all__ = [
     "LAWS",
@@ -18,10 +17,8 @@ __all__ = [
     "available_conditions",
     "available_laws",
     "available_sets",
-    "from_dict",
     "instantaneous",
     "law",
     "measured_force",
     "passive",
-    "to_dict",
 ]

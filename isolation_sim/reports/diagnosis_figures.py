@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..discrepancy.diagnosis import groups_in_turn, relative_error, worst_first
 from .chart import OVER_TIME, Panel
@@ -33,7 +34,8 @@ _SHOWN = 6
 STRONGEST = 8.0
 """Seconds of a run over time that stand in place of a loop."""
 _FAR_BELOW = 4.0
-"""Ratio of the smallest error to the noise floor from which on the floor has no line."""
+"""Ratio of the smallest error to the noise floor from which on the floor has no line, and of the
+largest to the smallest one from which on the axis is logarithmic."""
 
 
 def overview(diagnosis: Diagnosis) -> Figure:
@@ -66,7 +68,7 @@ def loops(traces: Sequence[Trace]) -> list[Panel]:
     for trace in traces[:_SHOWN]:
         # the end of a run, where slow effects are fully developed, unless it is quiet
         shown = _strongest(trace) if over_time(trace) else strong_end(trace.measured, trace.across)
-        lines = {name: (trace.across[shown], getattr(trace, name)[shown]) for name in LOOKS}
+        lines = {name: _line(trace, name, trace.across, shown) for name in LOOKS}
         panels.append(Panel(
             _name(trace), _heading(trace.across_label), _heading(trace.label), lines, LOOKS,
             note=_change(trace),
@@ -80,14 +82,25 @@ def histories(traces: Sequence[Trace], residual: bool = False) -> list[Panel]:
     for trace in traces:
         unit = trace.label.partition(", ")[2]
         title = y = _heading(trace.label)
-        lines = {name: (trace.time, getattr(trace, name)) for name in LOOKS}
+        lines = {name: _line(trace, name, trace.time) for name in LOOKS}
         if residual:
             title, y = "Residual", f"Residual ({unit})"
-            _, measured = lines.pop("measured")
-            lines = {name: (time, signal - measured) for name, (time, signal) in lines.items()}
+            del lines["measured"]
+            lines = {name: (time, signal - trace.measured[-len(signal) :])
+                     for name, (time, signal) in lines.items()}  # fmt: skip
         panels.append(Panel(f"{title}, {_name(trace)}", OVER_TIME, y, lines, LOOKS, unit,
                             note=_change(trace)))  # fmt: skip
     return panels
+
+
+def _line(
+    trace: Trace, name: str, across: NDArray, shown: slice = slice(None)
+) -> tuple[NDArray, NDArray]:
+    """Abscissas and values of a line; a simulation is drawn from where it counts."""
+    first, last, step = shown.indices(len(across))
+    if name != "measured" and first < trace.settled < last:
+        shown = slice(trace.settled, last, step)
+    return across[shown], getattr(trace, name)[shown]
 
 
 def over_time(trace: Trace) -> bool:
@@ -126,7 +139,8 @@ def errors(diagnosis: Diagnosis) -> Panel:
         "Residual over measured signal, RMS, of each run (%)",
         x, "", lines,
         {name: look for name, look in _ERRORS.items() if name in lines},
-        rows=[_name(trace) for trace in traces], log_x=True, limits=(len(rows) - 0.4, -0.6),
+        rows=[_name(trace) for trace in traces], log_x=float(np.max(both)) > _FAR_BELOW * least,
+        limits=(len(rows) - 0.4, -0.6),
     )  # fmt: skip
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from textwrap import fill
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -133,37 +133,32 @@ def ground_acceleration(axes: Axes, run: Run, direction: int = 0) -> None:
 def over_time(axes: Axes, panel: Panel, names: Sequence[str]) -> None:
     """Draw lines over time; a name has the same look in every panel with these names."""
     styles = dict(zip(names, line_styles(len(names)), strict=True))
-    drawstyle = "steps-post" if panel.steps else "default"
-    for k, (name, (time, values)) in enumerate(panel.lines.items()):
+    looks = {}
+    for k, (name, (time, _)) in enumerate(panel.lines.items()):
         every = max(len(time) // MARKS_A_LINE, 1)
         # markers at different times, so that coinciding lines still show
-        marks = (k * every // max(len(panel.lines), 1), every)
-        look = {"linewidth": 0.8, "markevery": marks, **styles[name]}
-        axes.plot(time, values, label=name, drawstyle=drawstyle, **look)
-        axes.set_xlim(time[0], time[-1])
-    if panel.steps:
-        from_zero(axes)
-    axes.set_ylabel(panel.y)
+        marks = (k * every // len(panel.lines), every)
+        looks[name] = {"label": name, "linewidth": 0.8, "markevery": marks, **styles[name]}
+    _over_time(axes, panel, looks)
 
 
 def before_reference(axes: Axes, panel: Panel, reference: str) -> None:
     """Draw a line over time before that of a reference, which is wide and grey."""
+    front = {"label": "run named above its row", "color": "0.0", "linewidth": 0.7}
+    behind = {"label": f"reference: {reference}", "color": "0.72", "linewidth": 1.8}
+    _over_time(axes, panel, {name: behind if name == reference else front for name in panel.lines})
+
+
+def _over_time(axes: Axes, panel: Panel, looks: Mapping[str, dict[str, Any]]) -> None:
+    """Draw each line over time with its keys of matplotlib."""
     drawstyle = "steps-post" if panel.steps else "default"
     for name, (time, values) in panel.lines.items():
-        behind = name == reference
-        shade, width = ("0.72", 1.8) if behind else ("0.0", 0.7)
-        label = f"reference: {reference}" if behind else "run named above its row"
-        axes.plot(time, values, label=label, drawstyle=drawstyle, color=shade, linewidth=width)
+        axes.plot(time, values, drawstyle=drawstyle, **looks[name])
         axes.set_xlim(time[0], time[-1])
-    if panel.steps:
-        from_zero(axes)
+    if panel.steps:  # the vertical axis reaches to zero
+        axes.update_datalim([(axes.get_xlim()[0], 0.0)])
+        axes.autoscale_view(scalex=False)
     axes.set_ylabel(panel.y)
-
-
-def from_zero(axes: Axes) -> None:
-    """Extend the vertical axis to zero."""
-    axes.update_datalim([(axes.get_xlim()[0], 0.0)])
-    axes.autoscale_view(scalex=False)
 
 
 def loop(axes: Axes, run: Run, element: str) -> None:

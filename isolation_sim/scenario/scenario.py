@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, model_validator
+from pydantic import BeforeValidator, Field, PrivateAttr, model_validator
 
 from ground_motions import Record
 from ground_motions.old_names import renamed_keys
@@ -18,7 +18,7 @@ from ..criterion import selected_criteria
 from ..errors import InputError, warn
 from ..io.files import parse_toml, read_toml
 from ..structures import IsolatedStructure, Structure
-from ..validation import Section, one_line
+from ..validation import Section
 from .building import Building, MoatWall, PlanBuilding, ReferenceBuilding, Soil, Yielding
 from .check import Check, simulator
 from .control import ControllerEntry, Driver, SensorSet, Simulation
@@ -156,18 +156,13 @@ class Scenario(Section):
 
     @classmethod
     def _of(cls, data: dict[str, Any], folder: str | Path, source: str) -> Scenario:
-        data = dict(data)
+        # the default name of a scenario is that of its file
+        data = ({"name": Path(source).stem} if source else {}) | data
         try:
             changed = _changed_code(data.pop("code", {}), folder)
+            scenario = cls._in_folder(data, folder)
         except InputError as error:
             raise with_place(error, source) from None
-        # the default name of a scenario is that of its file
-        if source:
-            data = {"name": Path(source).stem} | data
-        try:
-            scenario = cls.model_validate(data, context={"folder": folder})
-        except ValidationError as error:
-            raise with_place(InputError(one_line(error, data)), source) from None
         scenario._source = source
         for file in changed:
             warn(

@@ -26,10 +26,9 @@ from .element import (
     group_by_device,
     law_of_device,
 )
-from .facts import facts
 from .isolation_loop import Effective, effective_at
 from .isolators import add_isolators, base_rows, isolator_rows, plan_dofs
-from .modes import ModalFacts, modal_facts, undamped_modes
+from .modes import ModalFacts, facts, modal_facts, undamped_modes
 from .sizing import design_cycle, scale_to_cycle, scale_to_period, with_damping
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..errors import InputError, not_installed
 from .fields import Change, with_defaults
 from .plan import Sample, SweepPlan, Vary
 
@@ -168,9 +168,7 @@ def _salib_sample(sample: Sample, problem: dict[str, Any]) -> NDArray:
     try:
         from SALib.sample import morris, sobol
     except ImportError:
-        raise InputError(
-            f"sample.method {sample.method!r} needs SALib; install isolation-sim[sweeps]"
-        ) from None
+        raise not_installed(f"sample.method {sample.method!r}", "SALib", "sweeps") from None
     if sample.method == "morris":
         return morris.sample(problem, sample.count, seed=sample.seed)
     return sobol.sample(problem, sample.count, calc_second_order=False, seed=sample.seed)

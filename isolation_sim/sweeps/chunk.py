@@ -12,11 +12,12 @@ from ..criterion import selected_criteria
 from ..errors import Diverged, InputError
 from ..io.columns import columns_bytes
 from ..io.results_folder import file_name
+from ..scenario import Scenario
 from ..simulation.batch import Case, run_cases, validity_of
 from ..simulation.many_warnings import Validity
 from ..simulation.run import simulate
 from ..simulation.run_files import write_run
-from .design import CaseSpec, scenario_of
+from .design import CaseSpec
 from .rows import Row, energy_record, table_columns
 
 if TYPE_CHECKING:
@@ -101,13 +102,13 @@ def _rows(chunk: Chunk, case: CaseSpec, cache: dict[tuple[str, ...], Any]) -> li
         return rows
     entries = data["controller"]
     try:
-        jobs = [scenario_of(data).build(cache)] * len(rows)
+        jobs = [Scenario(**data).build(cache)] * len(rows)
     except InputError:
         # other controllers may have valid settings
         jobs = []
     for k, row in enumerate(rows):
         try:
-            row.job = jobs[k] if jobs else scenario_of({**data, "controller": [entries[k]]}).build()
+            row.job = jobs[k] if jobs else Scenario(**{**data, "controller": [entries[k]]}).build()
             row.control = list(row.job.controllers.values())[k if jobs else 0]
         except Exception as error:
             row.fail(error)
@@ -157,6 +158,6 @@ def _history(run: Run, chunk: Chunk, row: Row) -> bytes:
     """Histories as a netCDF file, with the scenario for `isolation-sim run`."""
     data = row.case.data(chunk.base)
     entry = data["controller"][chunk.controllers.index(row.controller)]
-    scenario = scenario_of({**data, "controller": [entry]}).to_toml()
+    scenario = Scenario(**{**data, "controller": [entry]}).to_toml()
     with tempfile.TemporaryDirectory() as folder:
         return write_run(run, Path(folder) / "run.nc", scenario).read_bytes()

@@ -12,14 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from ground_motions.registry import code_files
 
 from ..errors import InputError, several
 from ..scenario import Scenario
 from ..scenario.job import with_place
-from ..validation import names_in, one_line
+from ..validation import names_in
 from ..version import __version__
 from .axes import MOST_CASES, Axis, axes_of
 from .fields import Change, apply_changes, with_seed
@@ -42,6 +41,10 @@ class CaseSpec:
         data = apply_changes(base, self.changes)
         return data if self.seed is None else with_seed(data, self.seed)
 
+    def scenario(self, base: dict[str, Any]) -> Scenario:
+        """Return the case's scenario."""
+        return Scenario(**self.data(base))
+
 
 class Design:
     """All cases of a plan."""
@@ -57,7 +60,7 @@ class Design:
             for each in plan.vary:
                 if each.fields == ("controller",):
                     self.base["controller"] = each.values
-            scenario = scenario_of(self.base)
+            scenario = Scenario(**self.base)
             self.base = scenario.model_dump(mode="json")
             # Labels of the controllers
             self.controllers = tuple(entry.shown for entry in scenario.controller)
@@ -158,7 +161,7 @@ class Design:
     def _fails_alone(self, axis: Axis, k: int) -> bool:
         """Whether a point is wrong with the scenario's own values, too."""
         try:
-            scenario_of(apply_changes(self.base, axis.changes(k)))
+            Scenario(**apply_changes(self.base, axis.changes(k)))
         except InputError:
             return True
         return False
@@ -170,7 +173,7 @@ class Design:
         for number in range(min(self.n_cases, _TRIED)):
             case = self.case(number)
             try:
-                scenario_of(case.data(self.base)).build()
+                case.scenario(self.base).build()
                 return
             except InputError as error:
                 errors.append(with_place(error, _listed(case.shown)))
@@ -179,11 +182,11 @@ class Design:
     def _varied(self, axis: Axis, k: int) -> Scenario:
         """Scenario of an axis's k-th point and the first points of the other axes."""
         others = (c for each in self.axes if each is not axis for c in each.changes(0))
-        return scenario_of(apply_changes(self.base, (*others, *axis.changes(k))))
+        return Scenario(**apply_changes(self.base, (*others, *axis.changes(k))))
 
     def scenarios(self) -> Iterator[Scenario]:
         """Scenarios with all registered names of the cases; axes of numbers are skipped."""
-        yield scenario_of(self.case(0).data(self.base))
+        yield self.case(0).scenario(self.base)
         for axis in self.axes:
             if not isinstance(axis.points, np.ndarray):
                 for k in range(min(len(axis), 1000)):
@@ -194,14 +197,6 @@ class Design:
 def _listed(shown: dict[str, Any]) -> str:
     """Varied quantities of a case, for errors."""
     return ", ".join(f"{name} = {value!r}" for name, value in shown.items())
-
-
-def scenario_of(data: dict[str, Any]) -> Scenario:
-    """Build a scenario from its data."""
-    try:
-        return Scenario.model_validate(data)
-    except ValidationError as error:
-        raise InputError(one_line(error, data)) from None
 
 
 def _common(a: type | None, b: type) -> type:

@@ -198,8 +198,6 @@ class SweepPlan(Section):
             With the source, the key, its value and the expected value.
         """
         try:
-            return cls.model_validate(data, context={"folder": folder})
-        except ValidationError as error:
-            raise with_place(InputError(one_line(error, data)), source) from None
+            return cls._in_folder(data, folder)
         except InputError as error:
             raise with_place(error, source) from None

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, not_installed
 from .axes import problem_of, sample_of
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def _analyse(method: str, problem: dict, points: np.ndarray, values: np.ndarray,
     try:
         from SALib.analyze import morris, rbd_fast, sobol
     except ImportError:
-        raise InputError("sensitivity needs SALib; install isolation-sim[sweeps]") from None
+        raise not_installed("sensitivity", "SALib", "sweeps") from None
     if not np.ptp(values) > 0:
         raise InputError("sensitivity: all runs have the same value; expected: another criterion")
     if method == "saltelli":

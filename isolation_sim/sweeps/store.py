@@ -21,7 +21,7 @@ from ground_motions.files import UNFINISHED, atomic_write
 
 from ..errors import InputError
 from ..io.columns import column_names, columns_bytes, read_columns, write_columns
-from ..io.results_folder import check_free
+from ..io.results_folder import check_free, writing_to
 from .chunk import Finished
 from .design import differences
 
@@ -63,13 +63,8 @@ class Store:
     def begin(self, content: dict[str, Any], cases_per_chunk: int) -> None:
         """Create the folder."""
         self.check_free()
-        try:
+        with writing_to(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(
-                f"{self.folder}: results cannot be written there ({error.strerror}); expected: a "
-                "folder with write permission"
-            ) from None
         manifest = {"format": FORMAT, "cases_per_chunk": cases_per_chunk, **content}
         with atomic_write(self.manifest, durable=True) as unfinished:
             unfinished.write_text(json.dumps(manifest, indent=1))

@@ -6,19 +6,19 @@ import json
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ground_motions.old_names import renamed_attribute, renamed_keys
 
 from ..errors import InputError
 from ..io.csv_table import write_table
 from ..io.files import json_text, write_text
-from ..io.results_folder import check_free, files_into, write_contents
+from ..io.results_folder import check_free, files_into, write_contents, writing_to
 from ..rendering import Printed, render
 from ..search_range import SearchRange
-from .intervals import MARGIN, MeanInterval, mean_interval
 from .search import Trial
 
 if TYPE_CHECKING:
@@ -29,6 +29,37 @@ _AT_BOUND = 0.01
 """Distance from a bound that counts as at the bound, as a share of the range."""
 _CLEARLY_BETTER = 0.01
 """Difference of mean scores beyond the rounding of the values that the sensitivity tries."""
+CONFIDENCE = 0.95
+MARGIN = 1e-3
+"""Smallest difference of scores that counts. The scan of constant currents finds the smallest sum
+to a tenth of it."""
+
+
+class MeanInterval(NamedTuple):
+    """A mean with the bounds of its interval."""
+
+    mean: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        bounds = "" if np.isnan(self.low) else f" ({self.low:+z.3f} to {self.high:+z.3f})"
+        return f"{self.mean:+z.3f}{bounds}"
+
+
+def mean_interval(values: ArrayLike) -> MeanInterval:
+    """Mean of the values of a sample of motions, with its 95 % interval."""
+    from scipy.stats import bootstrap
+
+    array = np.sort(np.asarray(values, dtype=float))
+    mean = float(array.mean())
+    if np.ptp(array) == 0.0:
+        bounds = (np.nan, np.nan) if len(array) == 1 else (mean, mean)
+        return MeanInterval(mean, *bounds)
+    result = bootstrap(
+        (array,), np.mean, confidence_level=CONFIDENCE, random_state=np.random.default_rng(0)
+    ).confidence_interval
+    return MeanInterval(mean, float(result.low), float(result.high))
 
 
 @dataclass(frozen=True)
@@ -297,14 +328,9 @@ class Tuning(Printed):
             If the folder cannot be written.
         """
         folder = Path(folder)
-        try:
+        with writing_to(folder):
             folder.mkdir(parents=True, exist_ok=True)
             write_text(json_text(asdict(self), indent=1), folder / _STATE)
-        except OSError as error:
-            raise InputError(
-                f"{folder}: results cannot be written there ({error.strerror}); expected: a folder "
-                "with write permission"
-            ) from None
         return folder
 
     @classmethod

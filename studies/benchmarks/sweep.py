@@ -25,7 +25,7 @@ from isolation_sim.structures import reference_building
 from isolation_sim.structures.reference import FORCE_SCALE, LENGTH_SCALE
 from isolation_sim.sweeps import SweepPlan, sweep
 from isolation_sim.sweeps.chunk import Chunk
-from isolation_sim.sweeps.design import Design, scenario_of
+from isolation_sim.sweeps.design import Design
 from isolation_sim.sweeps.run import MOST_CASES, chunk_of
 from isolation_sim.workers import in_processes, in_this_process
 
@@ -136,7 +136,7 @@ def ten_thousand(per_axis: int) -> None:
 
 def one_run(design: Design, number: int) -> dict[str, float]:
     """Criteria of one case as a user's loop would have them."""
-    job = scenario_of(design.case(number).data(design.base)).build()
+    job = design.case(number).scenario(design.base).build()
     (controller,) = job.controllers.values()
     return simulate(job.isolated, job.records, controller, **job.options).criteria
 
@@ -144,7 +144,7 @@ def one_run(design: Design, number: int) -> dict[str, float]:
 def opensees_run(ops, design: Design, number: int) -> None:
     """One case in OpenSeesPy, displacements to a file, on the nearest isolator that it has."""
     case = design.case(number)
-    job = scenario_of(case.data(design.base)).build()
+    job = case.scenario(design.base).build()
     run, output = opensees_analysis(ops, job.isolated, job.records[0], case.shown["current"])
     run()
     ops.wipe()

@@ -8,7 +8,8 @@ import numpy as np
 
 from isolation_sim.identification.sinusoidal import Motion, sinusoidal
 from isolation_sim.laws import law
-from isolation_sim.laws.published import TAO_COMPLEX_MODULUS, TAO_CURRENTS_A
+from isolation_sim.laws.published import TAO_CURRENTS_A
+from studies.papers.tables import TAO_COMPLEX_MODULUS
 
 from .table import Outlier, Verdict, how
 

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.laws import law
-from isolation_sim.laws.published import TAO_COMPLEX_MODULUS, TAO_CURRENTS_A, TAO_IMPROVED
+from isolation_sim.laws.published import TAO_CURRENTS_A, TAO_IMPROVED
 from studies.force_comparison import half_range_error
+from studies.papers.tables import TAO_COMPLEX_MODULUS
 
 from .conditions_001 import ENDS_A, complex_stiffness, corrupt, meant, table_4
 from .table import Check, Claim, Consequence, compare, how, note, read

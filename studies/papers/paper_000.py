@@ -14,14 +14,13 @@ from isolation_sim.laws.published import (
     CURRENTS_A,
     LI_LI,
     LI_LI_BASE_MODEL,
-    LI_LI_DAMPING_RATIO,
     LI_LI_GENERALISED,
-    LI_LI_STIFFNESS_N_PER_MM,
     SI_LI_LI,
     YU_ALPHA_N,
     YU_BETA_PER_MM,
 )
 from studies.force_comparison import squared_force_error
+from studies.papers.tables import LI_LI_DAMPING_RATIO, LI_LI_STIFFNESS_N_PER_MM
 
 from .refit_000 import refit
 from .table import Check, Claim, Consequence, Verdict, compare, how, note, read, reading

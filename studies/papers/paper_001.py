@@ -6,13 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from isolation_sim.laws.published import (
-    TAO,
-    TAO_COMPLEX_MODULUS,
-    TAO_CURRENTS_A,
-    TAO_IMPROVED,
-)
+from isolation_sim.laws.published import TAO, TAO_CURRENTS_A, TAO_IMPROVED
 from studies.papers import isolator_design as design
+from studies.papers.tables import TAO_COMPLEX_MODULUS
 
 from . import models_001
 from .conditions_001 import ENDS_A, corrupt, meant, modulus, peaks, sources

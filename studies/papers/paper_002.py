@@ -9,14 +9,13 @@ import numpy as np
 from isolation_sim.laws import LAWS, Device, hybrid, law
 from isolation_sim.laws.published import (
     CURRENTS_A,
-    LI_LI_DAMPING_RATIO,
-    LI_LI_STIFFNESS_N_PER_MM,
     YU,
     YU_ALPHA_N,
     YU_BETA_PER_MM,
     YU_GAMMA_N,
     YU_SIGMA_SQUARED_MM2,
 )
+from studies.papers.tables import LI_LI_DAMPING_RATIO, LI_LI_STIFFNESS_N_PER_MM
 
 from . import misprints, search_002
 from .search_002 import FAST

@@ -10,13 +10,13 @@ import numpy as np
 
 from isolation_sim.laws import linearised_bouc_wen as lbw
 from isolation_sim.laws.published import (
-    LINEARISED,
     LINEARISED_AMPLITUDES_MM,
     LINEARISED_FIELDS_T,
     LINEARISED_FREQUENCIES_HZ,
     LINEARISED_REGRESSION_PRINTED,
 )
 from isolation_sim.reports.style import line_styles, new_figure, style
+from studies.papers.tables import LINEARISED
 
 from . import misprints
 from .loops import finish

@@ -9,12 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from isolation_sim.laws.published import (
-    CURRENTS_A,
-    LI_LI_DAMPING_RATIO,
-    LI_LI_GENERALISED,
-    LI_LI_STIFFNESS_N_PER_MM,
-)
+from isolation_sim.laws.published import CURRENTS_A, LI_LI_GENERALISED
+from studies.papers.tables import LI_LI_DAMPING_RATIO, LI_LI_STIFFNESS_N_PER_MM
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline

@@ -64,3 +64,8 @@ def test_refusals(isolated):
     narrow = controller("best_constant", lowest=2, highest=1)
     with pytest.raises(InputError, match="currents from 2 to 1 A"):
         narrow.prepare(context_of(narrow, isolated), None)
+
+
+def test_a_motion_of_zeros_is_refused(isolated, record):
+    with pytest.raises(InputError, match="nothing moves without current"):
+        simulate(isolated, record.cut(0.0, 1.0).scaled(0.0), controller("best_constant"))

@@ -77,6 +77,14 @@ def test_ten_lines_of_python_are_a_controller(isolated, el_centro):
     assert set(run.command.ravel()) == {0.0, 3.0}
 
 
+def test_sensors_may_be_a_tuple_of_names(isolated, el_centro):
+    class Briefly(Outwards):
+        measures = ("base_displacement_m", "base_velocity_m_s")
+
+    run, same = (simulate(isolated, el_centro, one()) for one in (Briefly, Outwards))
+    np.testing.assert_array_equal(run.command, same.command)
+
+
 def test_a_replayed_sequence_reproduces_the_reference(shared_data, isolated, el_centro):
     path = shared_data / "engine_reference" / "strain_stiffening_switching_0.1s.npz"
     reference = np.load(path)

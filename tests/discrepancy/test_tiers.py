@@ -14,10 +14,10 @@ from isolation_sim.archive import law_of, law_of_saved, text_of
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.interval import Interval
+from isolation_sim.discrepancy.tiers import equation
 from isolation_sim.discrepancy.tiers.device_tests import _lost
-from isolation_sim.discrepancy.tiers.equation import _Candidate, _Library, _next
+from isolation_sim.discrepancy.tiers.equation import Regression, _Candidate, _Library, _next
 from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
-from isolation_sim.discrepancy.tiers.regression import Regression
 from isolation_sim.discrepancy.tiers.result import EquationTerm, Ladder
 from isolation_sim.discrepancy.tiers.terms import Number, Term, along, library
 from isolation_sim.effects import EFFECTS, effect
@@ -27,6 +27,7 @@ from isolation_sim.identification.left_out import conditions
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws.registry import LAWS
+from isolation_sim.reports.diagnosis import equation_table
 from isolation_sim.workers import workers
 
 pytestmark = pytest.mark.usefixtures("few_laws", "no_drawing")
@@ -72,6 +73,12 @@ def test_an_equation_is_printed_with_its_signs():
         "+ (-20.24 (-22 to -18) N/m + 3 (2 to 4) N/m/A I) · (s_2, play of x over r_2), "
         "r_2 = 0.01 (0.009 to 0.011) m"
     )
+    table = equation_table(Ladder((), terms))
+    assert table.title == "Equation: F = law + c_1_0 x + (c_2_0 + c_2_1 I) s_2"
+    assert [row[:2] for row in table.rows] == [
+        ("x", "c_1_0"), ("s_2, play of x over r_2", "c_2_0"), ("", "c_2_1"), ("", "r_2"),
+    ]  # fmt: skip
+    assert table.rows[2][2:] == ("3 (2 to 4)", "N/m/A")
 
 
 def test_the_equation_is_the_true_one(diagnosis, campaign):
@@ -95,6 +102,7 @@ def test_the_ladder_goes_down_to_the_noise_and_the_equation_is_offered(diagnosis
         assert error == pytest.approx(0.003, rel=0.15)
     assert diagnosis.ladder.offered == "equation" and not rungs["equation"].worse
     assert diagnosis.verdict == "explained" and diagnosis.unexplained_share < 0.01
+    assert diagnosis.steps[-1].title == "Verdict on the causes alone"
     # on noise alone a flexible model explains nothing
     assert abs(diagnosis.ladder.explainable) < 0.01
     assert abs(diagnosis.ladder.inexplicable) < 0.01
@@ -331,6 +339,8 @@ def test_a_rung_that_loses_somewhere_is_not_offered():
     assert _offered(errors, generic=False, negligible=0.002) == "causes"
     errors["equation"] = Rung("equation", 0.039, 0.039, 0.0470)
     assert _offered(errors, generic=False, negligible=0.002) == "equation"
+    alone = {"law": Rung("law", 4e-4, 4e-4, 4e-4), "equation": Rung("equation", 1e-4, 1e-4, 1e-4)}
+    assert _offered(alone, generic=False, negligible=0.002) == "law"
 
 
 def test_a_rung_is_compared_with_those_below_it():
@@ -584,14 +594,43 @@ def test_a_term_shares_no_name_with_the_law():
 
 
 @pytest.fixture(scope="module")
-def learned(campaign):
-    """The learned term beside a spring and a dashpot, and its share of a free network's gain."""
+def model(campaign):
+    """A spring and a dashpot."""
     from isolation_sim.discrepancy.device.model import Model
-    from isolation_sim.discrepancy.tiers.learned import learn
     from isolation_sim.identification.law_fit import parameterise
 
     data = measured_runs(campaign.runs)
-    model = Model(data, parameterise(campaign, LAWS["kelvin_voigt"], data))
+    return Model(data, parameterise(campaign, LAWS["kelvin_voigt"], data))
+
+
+def test_terms_that_replace_each_other_end_the_selection(model, monkeypatch):
+    """A linear spring under a step, a ramp and a sinusoid took one term out after the other."""
+    from isolation_sim.discrepancy.decisions import EQUATION_TERMS
+
+    monkeypatch.setattr(equation, "_SEARCHED", 1)
+    monkeypatch.setattr(equation, "_replaced", lambda regression, selected, n: (
+        len(selected) - 1 if selected else None
+    ))  # fmt: skip
+    rounds = []
+
+    def first(regression, beside, others, n):
+        rounds.append(others[0])
+        assert len(rounds) <= EQUATION_TERMS
+        return others[0], 1.0
+
+    monkeypatch.setattr(equation, "_next", first)
+    masks = [mask[model.data.fitted] for _, mask in conditions(model.data) if mask.any()]
+    with workers(1) as pool:
+        selection = equation.select(model, np.array([K, C]), masks, pool)
+    assert selection.chosen == () and len(rounds) == EQUATION_TERMS
+
+
+@pytest.fixture(scope="module")
+def learned(campaign, model):
+    """The learned term beside a spring and a dashpot, and its share of a free network's gain."""
+    from isolation_sim.discrepancy.tiers.learned import learn
+
+    data = model.data
     force = model.forces(np.array([K, C]), False)[0]
     masks = [mask for _, mask in conditions(data)]
     return learn(model, force, np.stack([force] * len(masks)), masks), data, force

@@ -63,6 +63,20 @@ def test_the_right_law_is_adequate_and_its_numbers_are_sane():
     assert diagnosis.noise_floor == pytest.approx(NOISE, rel=0.3)
 
 
+@pytest.mark.usefixtures("few_effects")
+@pytest.mark.parametrize("seed", [0, 11])
+def test_a_few_samples_may_exceed_their_noise_by_chance(seed):
+    """Of 40 samples the residual and the noise are known to some 20 % each."""
+    random, time = np.random.default_rng(seed), 0.01 * np.arange(60)
+    x = 0.01 * np.sin(4 * np.pi * time) * np.minimum(1, time / 0.3)
+    v = np.gradient(x, 0.01)
+    force = 2e4 * x + 300 * v
+    force += 0.01 * np.std(force) * random.standard_normal(len(x))
+    run = TestRun("short", time, x, v, force, 0 * x, velocity_measured=True)
+    diagnosis = diagnose(Campaign("short", "made", (run,)), "kelvin_voigt", tiers="causes")
+    assert diagnosis.verdict == "adequate"
+
+
 def test_a_weak_run_that_is_held_out_is_missed_by_noise_alone():
     diagnosis = diagnosis_with(held_out_size=5e-4)
     assert diagnosis.verdict == "adequate" and "held out" not in diagnosis.meaning
@@ -225,3 +239,8 @@ def test_a_significance_that_is_no_share_is_refused():
 def test_a_small_remainder_is_told_from_a_cause_in_doubt(name, doubtful, sentence):
     named = Cause(name, 0.95, 0.0, {}, "", doubtful=doubtful).is_named
     assert sentence in meaning("partly_explained", 0.1, 0.01, 0.05, named)
+
+
+def test_an_adequate_law_of_noisy_data_is_said_to_prove_little():
+    assert "which is 97 % of the signal" in meaning("adequate", 1.0, 0.97, 0.0, True)
+    assert "no effect is missing" in meaning("adequate", 0.01, 0.01, 0.0, True)

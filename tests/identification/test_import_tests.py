@@ -377,7 +377,7 @@ def test_a_text_among_the_numbers(tmp_path):
 def test_a_reader_of_ones_own(tmp_path, monkeypatch):
     import pandas
 
-    from isolation_sim.identification.raw_tests.readers import TEST_READERS
+    from isolation_sim.identification.raw_tests.files import TEST_READERS
 
     monkeypatch.setattr(TEST_READERS, "_registered", {})
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from isolation_sim.discrepancy.diagnose import diagnose
-from isolation_sim.identification import long_runs
+from isolation_sim.identification import run_preparation
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
-from isolation_sim.identification.long_runs import LONGEST_STEP, SAMPLES_PER_CYCLE, thin_runs
+from isolation_sim.identification.run_preparation import LONGEST_STEP, SAMPLES_PER_CYCLE, thin_runs
 from isolation_sim.identification.run_table import TestRun
 
 K, C, FRICTION = 2e4, 800.0, 30.0
@@ -37,7 +37,7 @@ def test_what_is_retained(monkeypatch):
          sinusoid("coarse", 5e-3, 0.1, 5e-3, 2)),
     )  # fmt: skip
     assert thin_runs(campaign) == (campaign, [])
-    monkeypatch.setattr(long_runs, "MOST_SAMPLES", 6000)
+    monkeypatch.setattr(run_preparation, "MOST_SAMPLES", 6000)
     (slow, quick, coarse), notes = thin_runs(campaign)[0].runs, thin_runs(campaign)[1]
     # 20,000 samples could leave one in ten, but a current has to be followed
     assert slow.step == pytest.approx(LONGEST_STEP)
@@ -48,7 +48,7 @@ def test_what_is_retained(monkeypatch):
 
 
 def test_thinned_runs_have_the_same_law_and_cause(monkeypatch):
-    monkeypatch.setattr(long_runs, "MOST_SAMPLES", 3000)
+    monkeypatch.setattr(run_preparation, "MOST_SAMPLES", 3000)
     result = fit(made_at(1e-3), "kelvin_voigt", starts=1, threads=1)
     assert sum(run.time.size for run in result.campaign.runs) < 5500
     assert any("samples are used" in note for note in result.notes)

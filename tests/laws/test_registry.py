@@ -1,13 +1,12 @@
-"""Laws by name, and devices as plain dictionaries."""
-
-import tomllib
+"""Laws by name."""
 
 import numpy as np
 import pytest
 
+from isolation_sim.effects import device_section
 from isolation_sim.errors import InputError
-from isolation_sim.laws import available_laws, available_sets, from_dict, law, to_dict
-from isolation_sim.laws.hybrid import condition
+from isolation_sim.laws import available_laws, available_sets, law
+from isolation_sim.scenario import Scenario
 
 
 def test_names_of_the_package():
@@ -45,55 +44,17 @@ def test_refuses(call, message):
     assert "\n" not in str(refused.value)
 
 
-def toml_text(data):
-    """The few kinds of value that a device holds, as TOML."""
-
-    def value(v):
-        if isinstance(v, str):
-            return '"' + v.replace('"', '\\"') + '"'
-        return str(v)
-
-    top = [f"{k} = {value(v)}" for k, v in data.items() if k != "parameters"]
-    inner = [f"{k} = {value(v)}" for k, v in data["parameters"].items()]
-    return "\n".join([*top, "[parameters]", *inner])
-
-
-def test_round_trip_through_toml(device):
-    again = from_dict(tomllib.loads(toml_text(to_dict(device))))
-    assert again == device and again.source == device.source
-
-
-def test_round_trip_of_scaled_and_piecewise():
-    device = condition(2, 4).scaled(10, 77.0).with_parameters(F0=(1.0, 2.0, 3.0))
-    assert from_dict(to_dict(device)) == device
-
-
-def test_only_law_and_parameters_are_needed():
-    device = from_dict({"law": "linear", "parameters": {"k": 3.0}})
-    assert device == law("linear", {"k": 3.0}) and device.length == 1.0
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"lenght": 1.0}, "did you mean 'length'"),
-        ({"law": "liner"}, "did you mean 'linear'"),
-        ({"parameters": 3.0}, "table of name"),
-        ({"parameters": {"k": [np.nan]}}, "'k'"),
-        ({"parameters": {"k": "stiff"}}, "'k'"),
-        ({"current_breaks": [1.0]}, "list of lists"),
-        ({"current_breaks": [1.0], "parameters": {"k": [[1.0], [1.0, 2.0]]}}, "one length"),
-        ({"current_range": [1.0]}, "current_range"),
-        ({"length": "ten"}, "length"),
-    ],
-)
-def test_bad_dictionaries(changes, message):
-    expected = {"law": "linear", "parameters": {"k": [1.0]}}
-    with pytest.raises(InputError, match=message) as refused:
-        from_dict(expected | changes)
-    assert "\n" not in str(refused.value)
-
-
-def test_missing_key():
-    with pytest.raises(InputError, match="'parameters'"):
-        from_dict({"law": "linear"})
+def test_round_trip_through_a_section(device):
+    if len(device.current.coefficients) > 1 and device != law(device.law.name):
+        with pytest.raises(InputError, match="one polynomial for all currents"):
+            device_section(device)
+        return
+    again = Scenario.from_toml(device_section(device)).isolator.scaled()
+    limited = np.isfinite(device.current_range).all()
+    assert again.current_range == device.current_range or not limited
+    for current in np.linspace(*device.current_range, 3) if limited else (0.0, 1.0):
+        assert again.parameters_at(current) == device.parameters_at(current)
+    kept = ("law", "tested_deformation", "tested_current", "length", "force_scale")
+    for key in kept:
+        given = getattr(device, key)
+        assert getattr(again, key) == given or given == np.inf, key

@@ -5,8 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from isolation_sim.laws import law
-from isolation_sim.laws.published import TAO_COMPLEX_MODULUS
 from studies.papers.conditions_001 import departures
+from studies.papers.tables import TAO_COMPLEX_MODULUS
 
 
 @pytest.fixture(scope="module")

@@ -8,9 +8,10 @@ from scipy.integrate import solve_ivp
 
 from isolation_sim.identification.sinusoidal import sinusoidal
 from isolation_sim.laws import law
-from isolation_sim.laws.published import TAO_COMPLEX_MODULUS, TAO_CURRENTS_A
+from isolation_sim.laws.published import TAO_CURRENTS_A
 from studies.papers.conditions_001 import modulus
 from studies.papers.models_001 import complex_modulus, hysteresis, in_millimetres, traditional
+from studies.papers.tables import TAO_COMPLEX_MODULUS
 
 POINTS = 2000
 

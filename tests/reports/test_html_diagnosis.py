@@ -12,7 +12,7 @@ from isolation_sim.discrepancy.planned_tests import PlannedTest, TestPlan
 from isolation_sim.discrepancy.tiers.result import Ladder, Rung
 from isolation_sim.effects import effect, extend
 from isolation_sim.reports.diagnosis import markdown
-from isolation_sim.reports.diagnosis_figures import STRONGEST, errors, loops
+from isolation_sim.reports.diagnosis_figures import STRONGEST, errors, histories, loops
 from isolation_sim.reports.html.diagnosis_report import diagnosis_report, equations
 
 MOST = 6_000_000
@@ -160,6 +160,20 @@ def test_a_run_over_time_shows_its_strongest_seconds():
     (panel,) = loops([run])
     for x, y in panel.lines.values():
         assert x[-1] - x[0] == pytest.approx(STRONGEST) and np.sum(y == 5.0) == 400
+
+
+def test_a_simulation_is_drawn_from_where_it_counts():
+    """What is before depends on how the run began; a spike there would hide the rest."""
+    time = np.arange(1000) / 100
+    measured = np.sin(2 * np.pi * time)
+    simulated = np.where(time < 2, 50.0, measured)
+    run = Trace("a", False, time, measured, "deformation, mm", "force, N", measured, simulated,
+                simulated, settled=200)  # fmt: skip
+    (signal,), (residual,) = histories([run]), histories([run], residual=True)
+    assert signal.lines["measured"][0][0] == 0.0 and signal.lines["after"][0][0] == 2.0
+    assert np.max(np.abs(residual.lines["before"][1])) == 0.0
+    (loop,) = loops([run])
+    assert np.max(np.abs(loop.lines["after"][1])) <= 1.0
 
 
 def test_equations_are_those_that_are_computed():

@@ -16,6 +16,7 @@ from ground_motions import (
     response_spectrum,
     write_csv,
 )
+from isolation_sim import progress_lines
 from isolation_sim.cli import main
 from isolation_sim.errors import InputError
 from isolation_sim.io.results_folder import is_results
@@ -362,6 +363,13 @@ def test_the_command_prints_tables_and_json(folder, suite, capsys):
     content = json.loads(out)
     assert (code, content["design_statistic"], len(content["runs"])) == (0, "maximum", 8)
     assert content["warnings"] == suite.warnings()
+
+
+def test_progress_counts_the_runs_of_the_suite(folder, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(progress_lines, "BETWEEN_LINES", 0.0)
+    command = ("suite", folder / "three.toml", "--out", tmp_path / "out", "--workers", "1")
+    lines = [line for line in run(capsys, *command)[2].splitlines() if line.startswith("running")]
+    assert lines[-1].startswith("running: 8 of 8, ")
 
 
 @pytest.mark.parametrize(

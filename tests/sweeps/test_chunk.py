@@ -11,7 +11,6 @@ from isolation_sim.api import run_scenario
 from isolation_sim.io.columns import read_columns
 from isolation_sim.sweeps import run
 from isolation_sim.sweeps.chunk import Chunk, Finished
-from isolation_sim.sweeps.design import scenario_of
 from isolation_sim.sweeps.run import chunk_of
 
 from .conftest import MIXED, SHORT, design_of
@@ -71,7 +70,7 @@ def test_a_row_is_the_single_run_of_its_case(mixed, together):
     """Everything that `isolation-sim run` reports, with the same bits."""
     assert len(together) == 108 and (together["status"] == "ok").all()
     for number in (0, 17, 35):
-        scenario = scenario_of(mixed.case(number).data(mixed.base))
+        scenario = mixed.case(number).scenario(mixed.base)
         for record in run_scenario(scenario).to_records():
             at = (together["case"] == number) & (together["controller"] == record["controller"])
             (row,) = together[at].to_dict("records")
@@ -83,7 +82,7 @@ def test_a_row_is_the_single_run_of_its_case(mixed, together):
 
 def test_energies_of_a_row_are_those_of_the_single_run(mixed, together):
     rows, _ = rows_of(mixed, [17], energy=True)
-    records = run_scenario(scenario_of(mixed.case(17).data(mixed.base))).to_records()
+    records = run_scenario(mixed.case(17).scenario(mixed.base)).to_records()
     for row, record in zip(rows.to_dict("records"), records, strict=True):
         assert set(record) <= set(row)
         assert {name: row[name] for name in record} == record
@@ -120,7 +119,7 @@ def test_options_that_differ_from_case_to_case():
     rows, _ = rows_of(design)
     assert (rows["status"] == "ok").all() and rows["peak_drift_m"].nunique() > 10
     for number in (0, 7, 15):
-        comparison = run_scenario(scenario_of(design.case(number).data(design.base)))
+        comparison = run_scenario(design.case(number).scenario(design.base))
         result = comparison.criteria["on_off"]
         at = (rows["case"] == number) & (rows["controller"] == "on_off")
         (row,) = rows[at].to_dict("records")

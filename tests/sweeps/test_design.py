@@ -8,7 +8,7 @@ import pytest
 
 from isolation_sim.cli.sweep import PLAN
 from isolation_sim.errors import InputError
-from isolation_sim.sweeps.design import Design, differences, scenario_of
+from isolation_sim.sweeps.design import Design, differences
 from isolation_sim.sweeps.plan import SweepPlan
 
 from .conftest import MIXED, design_of, plan_of
@@ -83,7 +83,7 @@ def test_whole_sections_by_name_or_table_and_their_keys(tmp_path):
     shown = [tuple(design.case(k).shown.values()) for k in range(4)]
     assert shown[1] == ("el_centro_1940_ns", 0.5, "linear")
     assert shown[2] == ("motion", 0.5, "hybrid")
-    scenario = scenario_of(design.case(3).data(design.base))
+    scenario = design.case(3).scenario(design.base)
     (motion,) = scenario.ground
     assert motion.file == tmp_path / "motion.csv" and motion.scale_factor == 0.5
     assert scenario.isolator.parameters == {"k": 1e5}

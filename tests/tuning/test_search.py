@@ -8,8 +8,8 @@ from scipy.stats import t as student
 
 from isolation_sim.errors import InputError
 from isolation_sim.search_range import SearchRange
-from isolation_sim.tuning.intervals import mean_interval
 from isolation_sim.tuning.search import search
+from isolation_sim.tuning.tuning import mean_interval
 
 RANGES = {"a": SearchRange(0.01, 10.0), "b": SearchRange(-1.0, 3.0, "linear")}
 

@@ -16,9 +16,9 @@ from controllers import setting
 from controllers.settings import Number, SearchRange
 from ground_motions import el_centro_1940, write_csv
 from isolation_sim.cli import main
-from isolation_sim.tuning.intervals import MeanInterval
 from isolation_sim.tuning.trials import Trials
 from isolation_sim.tuning.tune import _motion_sets
+from isolation_sim.tuning.tuning import MeanInterval
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "outwards.py"
 CRITERIA = {"peak_base_displacement_m": 1.0, "peak_floor_acceleration_m_s2": 0.4}

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...identification.measured_runs import MeasuredRuns
-from ..decisions import ADEQUATE, LOST, REMAINS, WORSE
+from ..decisions import ADEQUATE, CHANCE_OF_FEW, LOST, REMAINS, WORSE
 from .conditions import conditions
 
 
@@ -72,7 +72,9 @@ class ForceErrors:
         data = self.data
         noise = np.mean(self.noise**2, axis=1)[chosen]
         least = (np.repeat(data.assumed_noise, data.lengths) * data.weight)[chosen] ** 2
-        if data.cost(force, chosen) < ADEQUATE * max(np.sum(noise), np.sum(least)):
+        # a variance of n samples has a relative deviation of sqrt(2 / n), that of the noise too
+        ratio = max(ADEQUATE, 1 + CHANCE_OF_FEW * np.sqrt(4 / max(len(noise), 1)))
+        if data.cost(force, chosen) < ratio * max(np.sum(noise), np.sum(least)):
             return True
         error = data.relative(data.bounded(force) - data.force, chosen)
         return bool(error**2 - self.noise_floor(chosen) ** 2 < self.significance**2)

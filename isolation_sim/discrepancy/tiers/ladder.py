@@ -104,6 +104,10 @@ class Tiers(ABC, Generic[R]):
         return None
 
 
+CAUSES_ALONE = "Verdict on the causes alone"
+"""Title of the last step where an equation or a learned term extends the law."""
+
+
 def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     """Add the second tier to a diagnosis, and the third if it is wanted."""
     rungs: dict[str, R] = {}
@@ -172,6 +176,9 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     new_verdict = ladder.verdict(diagnosis, best, named, least, deciding["law"])
     if offered == "causes":
         return replace(diagnosis, ladder=result, verdict=new_verdict)
+    # the last step is about the causes, which are no longer what the verdict is about
+    *steps, last = diagnosis.steps
+    diagnosis = replace(diagnosis, steps=(*steps, replace(last, title=CAUSES_ALONE)))
     return replace(
         ladder.extend(diagnosis, best, errors[offered]),
         ladder=result,
@@ -291,18 +298,15 @@ def _deciding_error(rung: Rung) -> float:
 
 def _offered(errors: dict[str, Rung], generic: bool, negligible: float = 0.0) -> str:
     """The rung with the least error left out, or held out, among those that lose nowhere."""
-    # One nearly as good is preferred to the learned term, and causes to an equation beside them
+    # One nearly as good is preferred to the learned term, and law or causes to an equation
     # whose gain is negligible. An equation takes the place of causes with a generic term, since
     # such a term cannot be saved.
     good = {
         name: one.left_out if np.isfinite(one.left_out) else one.held_out
         for name, one in errors.items() if not one.loses
     }  # fmt: skip
-    named = good.get("causes", np.inf) < good.get("law", np.inf)
-    beyond = {"equation": negligible if named else 0.0}
-    beyond["learned"] = beyond["equation"] + max(
-        negligible, (EQUATION_PREFERRED - 1) * good.get("learned", 0.0)
-    )
+    nearly = max(negligible, (EQUATION_PREFERRED - 1) * good.get("learned", 0.0))
+    beyond = {"equation": negligible, "learned": negligible + nearly}
     if generic and "equation" in good:
         good.pop("causes", None)
     return min(good, key=lambda name: good[name] + beyond.get(name, 0.0))

@@ -44,6 +44,14 @@ class EquationTerm:
     # Coefficients by power of the current, and the numbers inside, with 95 % intervals
     numbers: Mapping[str, Interval]
 
+    @property
+    def product(self) -> str:
+        """The term with the names of its coefficients."""
+        powers = [(name, int(name.rpartition("_")[2])) for name in self.numbers if name[0] == "c"]
+        parts = [name + ("" if k == 0 else " I" if k == 1 else f" I^{k}") for name, k in powers]
+        coefficient = parts[0] if len(parts) == 1 else f"({' + '.join(parts)})"
+        return f"{coefficient} {self.text.partition(',')[0]}"
+
 
 @dataclass(frozen=True)
 class Ladder:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from ground_motions.units import UNITS
 
 from ...errors import InputError, unknown_name
-from .clock import CLOCK_UNIT
+from .rate import CLOCK_UNIT
 
 NEEDED = ("time", "displacement", "force")
 CHOSEN = (*NEEDED, "current")

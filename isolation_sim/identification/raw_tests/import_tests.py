@@ -19,11 +19,11 @@ from ...io.files import check_writable
 from ...rendering import Printed, render
 from ..campaign import Campaign, write_campaign
 from ..data_checks import same_forces_notes, turned_runs, unit_notes
+from ..run_preparation import repaired
 from ..run_table import TestRun, make_run
-from ..spikes import repaired
 from .channels import NEEDED, Channel, check_choices, find_channels, listed
-from .clock import CLOCK_UNIT
 from .files import pattern_of, tables_by_name
+from .rate import CLOCK_UNIT
 from .raw_table import RawTable
 from .samples import samples_of
 

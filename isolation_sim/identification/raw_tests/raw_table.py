@@ -15,8 +15,7 @@ from ground_motions.readers.lines import is_number
 from ...errors import InputError
 from ..run_table import MINIMUM_SAMPLES
 from .channels import Heading, heading_of, is_unit, names_quantity
-from .clock import CLOCK_UNIT, are_clocks, is_clock, is_date, seconds_of
-from .rate import rate_in
+from .rate import CLOCK_UNIT, are_clocks, is_clock, is_date, rate_in, seconds_of
 
 _MISSING = {"", "-", "--", "---", "na", "n/a", "#n/a", "nan", "null", "none", "1.#qnan", "-1.#ind"}
 

@@ -31,6 +31,7 @@ from ..diagnosis import (
     consequence_table,
     consequence_text,
     data_notes,
+    equation_table,
     errors_table,
     is_unchanged,
     ladder_table,
@@ -275,6 +276,8 @@ def _tiers(diagnosis: Diagnosis) -> Iterator[Block]:
         note="Conditions left out: each condition is predicted by a model fitted without it."
         * any(np.isfinite(one.left_out) for one in diagnosis.ladder.rungs),
     )  # fmt: skip
+    if diagnosis.ladder.terms:
+        yield Table.of(equation_table(diagnosis.ladder))
     yield Prose(tuple(ladder_text(diagnosis.ladder)))
     if diagnosis.ladder.law_text:
         yield Listing("The extended law, as a Python file", diagnosis.ladder.law_text)

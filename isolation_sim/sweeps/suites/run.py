@@ -33,7 +33,7 @@ def run_suite(
     *,
     resume: bool = False,
     workers: int | None = None,
-    step: Callable[[str], None] | None = None,
+    step: Callable[..., None] | None = None,
     announce: Callable[[Estimate], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Suite:
@@ -50,7 +50,7 @@ def run_suite(
     workers : int, optional
         Processes on this machine, for matching too; one per processor by default.
     step : callable, optional
-        Called with the name of each step before the runs.
+        Called with the name of each step before the runs, and then with their number as ``total``.
     announce, progress
         As in `isolation_sim.sweep`.
 
@@ -81,7 +81,7 @@ def run_suite(
     folder.mkdir(parents=True, exist_ok=True)
     # marks the folder as results, even if the process is killed
     write_contents(folder, f"Suite {scenario.name}", FILES)
-    step = step or (lambda text: None)
+    step = step or (lambda text, total=None: None)
     step("building")
     with removed_if_empty(folder):
         plant = scenario.model_copy(update={"ground": Scenario().ground}).build().isolated
@@ -101,6 +101,7 @@ def run_suite(
         "scenario": base,
         "vary": [{"field": "ground", "label": MOTION, "values": grounds, "names": names}],
     }
+    step("running", total=len(names) * len(scenario.controller))
     sweep(
         plan, folder / SWEEP, resume=resume, workers=workers, announce=announce, progress=progress
     )
