@@ -20,7 +20,7 @@ from ..io.results_folder import writing_to
 from ..rendering import Printed, render
 from .device.generic_terms import OUTSIDE
 from .interval import Interval
-from .verdict import Verdict, meaning
+from .verdict import NOTHING_PREDICTS, Verdict, meaning
 
 if TYPE_CHECKING:
     import pandas
@@ -327,10 +327,11 @@ class Diagnosis(Printed):
         """The verdict in a sentence."""
         ladder = self.ladder
         not_measured = ladder.inexplicable if ladder is not None else float("nan")
+        unpredicted = ladder is None and NOTHING_PREDICTS in self.details
         noise = self.noise.held_out
         before, left = self.error_before.held_out, self.unexplained_share
         named = all(cause.is_named for cause in self.causes)
-        return meaning(self.verdict, before, noise, left, named, not_measured)
+        return meaning(self.verdict, before, noise, left, named, not_measured, unpredicted)
 
     @property
     def noise(self) -> Errors:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Generic, NamedTuple
+from typing import Any, ClassVar, Generic, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,8 @@ class Problem(ABC, Generic[H]):
     data_name: str
     model_name: str
     seed: int = 0
+    # Whether its dependences predict data that they were not found on
+    predicts_residual: ClassVar[bool] = False
 
     @abstractmethod
     def nominal(self) -> H:

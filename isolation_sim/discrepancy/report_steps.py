@@ -11,7 +11,7 @@ from .diagnosis import Cause, Errors, Step
 from .problem import Evaluation, Problem
 from .residuals import Dependence
 from .search import H, SearchResult
-from .verdict import Verdict, meaning
+from .verdict import NOTHING_PREDICTS, Verdict, meaning
 
 DEPENDENCE = "Dependence of the residual"
 """Title of the step of the residual analysis."""
@@ -61,7 +61,9 @@ def _verdict_step(
 ) -> Step:  # fmt: skip
     before, noise = evaluation.before.held_out, evaluation.noise.held_out
     named = all(cause.is_named for cause in causes)
-    sentences = [meaning(verdict, before, noise, evaluation.unexplained, named)]
+    unpredicted = NOTHING_PREDICTS in evaluation.details
+    left = evaluation.unexplained
+    sentences = [meaning(verdict, before, noise, left, named, unpredicted=unpredicted)]
     if causes:
         change = _change(evaluation.before, evaluation.after)
         fitted = evaluation.noise.fit

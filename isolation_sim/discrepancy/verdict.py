@@ -41,16 +41,28 @@ NOT_MEASURED = (
 """The verdict "unexplained" where a flexible model of the measured variables gains nothing."""
 
 
+UNPREDICTED = (
+    "The simulation misses more than the noise of the instruments. No function of the measured "
+    "variables predicts the remainder, and no effect holds on data held out: it may be slow noise, "
+    "such as a drift, or depend on something that was not measured."
+)
+"""The verdict "unexplained" where the residual analysis predicts nothing."""
+NOTHING_PREDICTS = "nothing_predicts"
+"""Detail of a diagnosis whose residual analysis predicts nothing."""
+
+
 def meaning(
     verdict: Verdict, held_out: float, noise: float, left: float, named: bool,
-    not_measured: float = float("nan"),
+    not_measured: float = float("nan"), unpredicted: bool = False,
 ) -> str:  # fmt: skip
     """A verdict in a sentence."""
     # By the held-out error before any cause, that of noise alone, the share of the misfit that the
     # causes leave, whether each is named without doubt, and the share that no measured variable
-    # explains, if the tiers have shown it.
+    # explains, if the tiers have shown it, or whether the residual analysis predicts nothing.
     if verdict == "unexplained" and not_measured > 1 - NEARLY_ALL:
         return NOT_MEASURED
+    if verdict == "unexplained" and unpredicted:
+        return UNPREDICTED
     if verdict == "partly_explained" and left < NEARLY_ALL:
         return NEARLY if named else NEARLY_ALIKE
     if verdict == "adequate" and held_out**2 > FITTED_ALONE * noise**2:

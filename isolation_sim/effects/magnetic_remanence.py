@@ -165,7 +165,7 @@ FORMS = (
         for form, title, what, source in (
             (
                 "plays", "Magnetic remanence of plays of all widths", "play",
-                "Prandtl (1928), Ishlinskii (1944); Visintin (1994)",
+                "Visintin (1994); plays of Prandtl and Ishlinskii",
             ),
             (
                 "preisach", "Magnetic remanence of relays of all widths", "relay",

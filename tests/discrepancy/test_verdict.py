@@ -215,6 +215,20 @@ def with_hum(quiet):
     return replace(quiet, runs=tuple(runs))
 
 
+@pytest.mark.usefixtures("few_effects")
+@pytest.mark.parametrize(("hidden", "unpredicted"), [("unrelated", True), ("friction", False)])
+def test_what_nothing_measured_predicts_is_not_said_to_be_an_error(
+    hidden, unpredicted, monkeypatch
+):
+    monkeypatch.setattr(
+        device_tests, "EFFECTS", {"force_offset": device_tests.EFFECTS["force_offset"]}
+    )
+    diagnosis = diagnosis_with(**{hidden: 0.02})
+    assert diagnosis.verdict == "unexplained"
+    assert ("slow noise" in diagnosis.meaning) == unpredicted
+    assert diagnosis.meaning in diagnosis.steps[-1].text
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
 def test_slow_noise_is_not_said_to_be_an_error_of_the_simulation():

@@ -78,6 +78,8 @@ class DeviceTests(Problem[FittedModel]):
     # The search runs on thinned samples that are fitted; ``law`` and ``final`` are fitted to all of
     # them and evaluated on the samples held out.
 
+    predicts_residual = True
+
     def __init__(
         self,
         campaign: Campaign,
