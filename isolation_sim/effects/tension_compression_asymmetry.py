@@ -11,6 +11,7 @@ Forms:
     spring          adds k (sqrt(x^2 + w^2) - w): the stiffness alone differs, by 2 k between
                     both directions where |x| is well above w; in x^2 below it
     spring_by_current   the same with k (1 + m |I|): the field's part differs, too
+    dashpot_by_current  adds c |v| (1 + m |I|): a dashpot that resists more one way, as valves do
 """
 
 from typing import Any
@@ -64,9 +65,18 @@ def spring_by_current(signals: Signals, states: tuple, parameters: tuple) -> Any
     return even * (1 + by_current * np.fabs(signals.current))
 
 
+def dashpot_by_current(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Even part of a dashpot's force, which follows the field."""
+    damping, by_current = parameters
+    return damping * np.fabs(signals.v) * (1 + by_current * np.fabs(signals.current))
+
+
 DIFFERENCE = EffectParameter(
     "stiffness", "N/m", "half of the difference between both directions", magnitude=True,
     starts=(0.1,),
+)  # fmt: skip
+BY_CURRENT = EffectParameter(
+    "by_current", "1/A", "growth of the difference with the current", starts=(0.5,),
 )  # fmt: skip
 WIDTH = EffectParameter(
     "width", "m", "deformation over which it develops", lower=1e-7, upper=10.0, divides=True,
@@ -154,13 +164,26 @@ FORMS = (
         title="Asymmetry of the stiffness that grows with the current",
         parameters=(
             DIFFERENCE,
-            EffectParameter(
-                "by_current", "1/A", "growth of the difference with the current", starts=(0.5,),
-            ),
+            BY_CURRENT,
             WIDTH,
         ),
         force=spring_by_current,
         needs=frozenset({"current"}),
         source="smoothed bilinear spring of a magnetorheological elastomer",
+    ),
+    Effect(
+        cause="tension_compression_asymmetry",
+        form="dashpot_by_current",
+        title="Asymmetry of a dashpot that grows with the current",
+        parameters=(
+            EffectParameter(
+                "damping", "N s/m", "half of the difference between both directions",
+                magnitude=True, starts=(0.1,),
+            ),
+            BY_CURRENT,
+        ),
+        force=dashpot_by_current,
+        needs=frozenset({"current"}),
+        source="bilinear dashpot of a magnetorheological damper",
     ),
 )  # fmt: skip

@@ -203,3 +203,13 @@ def test_linear_algebra_of_workers_stays_on_their_threads():
         assert set(pool.map(lambda _: most(), range(4))) == {1}
         assert list(pool.map(lambda k: k * k, range(5))) == [0, 1, 4, 9, 16]
     assert most() == before
+
+
+def test_of_arms_and_a_spring_pot_the_smaller_only_mends_a_spectrum():
+    from isolation_sim.discrepancy.device.causes import less_of_a_spectrum
+
+    arms, pot = effect("extra_relaxation", "two_arms"), effect("weak_rate_dependence", "spring_pot")
+    friction, power = effect("coulomb_friction", "smooth"), effect("weak_rate_dependence", "power")
+    assert less_of_a_spectrum((arms, friction, pot), (0.5, 0.1, 0.4)) == [False, False, True]
+    assert less_of_a_spectrum((arms, pot), (0.3, 0.6)) == [True, False]
+    assert less_of_a_spectrum((arms, power), (0.3, 0.6)) == [False, False]

@@ -551,3 +551,13 @@ def test_an_asymmetric_stiffness_follows_the_current():
         force, _ = respond(device, t, x, v, np.full(t.size, current), np.zeros(0), 1e-9)
         difference = 2e3 * (1 + 0.5 * abs(current))
         np.testing.assert_allclose(force, 1e4 * x + difference * np.abs(x), atol=0.01)
+
+
+def test_an_asymmetric_dashpot_follows_the_current():
+    numbers = {"damping": 300.0, "by_current": 0.5}
+    device = spring(("tension_compression_asymmetry.dashpot_by_current", numbers))
+    t, x, v = sine(0.004, 1.0, 1)
+    for current in (0.0, 2.0, -2.0):
+        force, _ = respond(device, t, x, v, np.full(t.size, current), np.zeros(0), 1e-9)
+        difference = 300.0 * (1 + 0.5 * abs(current))
+        np.testing.assert_allclose(force, 1e4 * x + difference * np.abs(v), atol=0.01)

@@ -24,10 +24,15 @@ from .stability import stability
 
 PARAMETERS = "parameter_values"
 """Name of the cause that the parameter values, not the form, of a law are wrong."""
+_ARMS = (("extra_relaxation", "one_arm"), ("extra_relaxation", "two_arms"))
+"""Effects that are a spectrum of one time or two."""
 _STANDS_IN = "The law is of the wrong family: it may only stand in for what another law has."
 _LESS = "It corrects less than what remains unexplained, and may only mend the form of another."
 _BESIDE_TERM = "It corrects less than a term whose form is not quite right, and may only mend that."
 _GRADUAL = "It builds up over a test as the other does, and may only mend the form of that one."
+_SPECTRUM = (
+    "A spring-pot is a continuous spectrum of arms: the smaller one may only mend the other's form."
+)
 _MAY_BE_ZERO = "It may as well have the size zero, and may only mend the form of another."
 
 
@@ -52,10 +57,11 @@ def effect_causes(
     less_than_remains = _less_than_remains(errors, final, lacking)
     leaves_noise = errors.is_noise(errors.data.bounded(final.force), errors.validation_samples)
     mends_term = _less_than_a_term(searched.causes, split, leaves_noise)
+    mends_spectrum = less_of_a_spectrum(searched.effects, split)
     causes = []
     for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
         doubt = _STANDS_IN if wrong_family else _LESS * less_than_remains[k]
-        doubt = doubt or _BESIDE_TERM * mends_term[k]
+        doubt = doubt or _BESIDE_TERM * mends_term[k] or _SPECTRUM * mends_spectrum[k]
         if effect is EACH_RUN:
             numbers[k] = {"spread": _spread(final)}
         elif len(lacking) > 1 and split[k] < MAY_BE_ZERO and may_be_zero(final, k, numbers[k]):
@@ -111,6 +117,15 @@ def _less_than_a_term(
     if leaves_noise or OUTSIDE not in causes:
         return [False] * len(causes)
     return [share < split[causes.index(OUTSIDE)] for share in split]
+
+
+def less_of_a_spectrum(effects: Sequence[Effect], split: Sequence[float]) -> list[bool]:
+    """Which effects correct less than another one that is a spectrum of relaxations, too."""
+    linear = [
+        effect.form == "spring_pot" or (effect.cause, effect.form) in _ARMS for effect in effects
+    ]
+    largest = max((share for share, one in zip(split, linear, strict=True) if one), default=0.0)
+    return [one and share < largest for share, one in zip(split, linear, strict=True)]
 
 
 def _less_than_remains(
