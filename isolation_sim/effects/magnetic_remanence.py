@@ -157,18 +157,20 @@ FORMS = (
                 Quantity(f"kept_{k}", "A", f"current in play {k}") for k, _ in enumerate(PARTS, 1)
             ),
             start=start_plays,
-            carried=carried_plays if form == "plays" else None,
-            current=current_plays if form == "plays" else current_preisach,
+            carried=past,
+            current=follows,
             rates=rates_plays,
             source=source,
         )
-        for form, title, what, source in (
+        for form, title, what, past, follows, source in (
             (
                 "plays", "Magnetic remanence of plays of all widths", "play",
+                carried_plays, current_plays,
                 "Visintin (1994); plays of Prandtl and Ishlinskii",
             ),
             (
                 "preisach", "Magnetic remanence of relays of all widths", "relay",
+                None, current_preisach,
                 "Preisach (1935); relays of equal weight: Rayleigh (1887)",
             ),
         )

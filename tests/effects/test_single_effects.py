@@ -543,21 +543,17 @@ def test_spring_of_two_stiffnesses():
     assert rise == pytest.approx(2e3, rel=1e-3)
 
 
-def test_an_asymmetric_stiffness_follows_the_current():
-    numbers = {"stiffness": 2e3, "by_current": 0.5, "width": 1e-6}
-    device = spring(("tension_compression_asymmetry.spring_by_current", numbers))
+@pytest.mark.parametrize(
+    ("form", "size", "further"),
+    [("spring_by_current", {"stiffness": 2e3}, {"width": 1e-6}),
+     ("dashpot_by_current", {"damping": 300.0}, {})],
+)  # fmt: skip
+def test_an_asymmetry_follows_the_current(form, size, further):
+    numbers = size | {"by_current": 0.5} | further
+    device = spring((f"tension_compression_asymmetry.{form}", numbers))
     t, x, v = sine(0.004, 1.0, 1)
+    motion = x if "stiffness" in size else v
     for current in (0.0, 2.0, -2.0):
         force, _ = respond(device, t, x, v, np.full(t.size, current), np.zeros(0), 1e-9)
-        difference = 2e3 * (1 + 0.5 * abs(current))
-        np.testing.assert_allclose(force, 1e4 * x + difference * np.abs(x), atol=0.01)
-
-
-def test_an_asymmetric_dashpot_follows_the_current():
-    numbers = {"damping": 300.0, "by_current": 0.5}
-    device = spring(("tension_compression_asymmetry.dashpot_by_current", numbers))
-    t, x, v = sine(0.004, 1.0, 1)
-    for current in (0.0, 2.0, -2.0):
-        force, _ = respond(device, t, x, v, np.full(t.size, current), np.zeros(0), 1e-9)
-        difference = 300.0 * (1 + 0.5 * abs(current))
-        np.testing.assert_allclose(force, 1e4 * x + difference * np.abs(v), atol=0.01)
+        difference = sum(size.values()) * (1 + 0.5 * abs(current))
+        np.testing.assert_allclose(force, 1e4 * x + difference * np.abs(motion), atol=0.01)

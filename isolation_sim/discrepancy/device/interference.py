@@ -65,14 +65,17 @@ def _common_line(data: MeasuredRuns, signal: NDArray) -> float | None:
     logs = []
     for run, dt, size in zip(data.runs, data.dt, sizes, strict=True):
         own_frequencies = np.fft.rfftfreq(size, dt)
-        own = _own_lines(data.x[run], dt, own_frequencies)
+        duration = (run.stop - run.start) * dt
+        lines, weights = _strong_lines(data.x[run], dt)
+        main = _own_frequency(lines, weights, duration)
+        own = _own_lines(lines, weights, main, duration, own_frequencies)
         part = signal[run] - np.mean(signal[run])
         power = np.abs(np.fft.rfft(part * np.hanning(len(part)), size)) ** 2
         # over the neighbourhood, so that broad humps do not count
         width = max(int(size * dt / longest + 1e-6) * 24, 9)
         around = np.exp(_running_mean(np.log(power + 1e-300), width))
         # nor multiples of the motion's frequency, as reversals of the motion make
-        beside = _cycles_beside(power, size * dt, _own_frequency(data.x[run], dt))
+        beside = _cycles_beside(power, size * dt, main)
         around = np.maximum(around, beside * INTERFERENCE_SIDEBANDS / INTERFERENCE_LINE)
         own |= own_frequencies > 0.9 / (2 * dt)
         ratio = np.where(own, np.nan, np.log(power / around + 1e-300))
@@ -121,12 +124,12 @@ def _quantile(table: NDArray, part: float) -> NDArray:
     return low + (place - below) * (high - low)
 
 
-def _own_lines(x: NDArray, dt: float, frequencies: NDArray) -> NDArray:
+def _own_lines(
+    lines: NDArray, weights: NDArray, main: float, duration: float, frequencies: NDArray
+) -> NDArray:
     """Where a run's own motion and its multiples make lines."""
-    lines, weights = _strong_lines(x, dt)
-    near = 2.0 / (len(x) * dt)
+    near = 2.0 / duration
     own = frequencies < lines.max() + near
-    main = _own_frequency(x, dt)
     if len(lines) <= 8:
         main = float(np.sum(lines * weights) / np.sum(weights))
     elif main > 0:  # of varying amplitude
@@ -143,13 +146,12 @@ def _strong_lines(x: NDArray, dt: float) -> tuple[NDArray, NDArray]:
     return np.fft.rfftfreq(len(x), dt)[strong], power[strong]
 
 
-def _own_frequency(x: NDArray, dt: float) -> float:
+def _own_frequency(lines: NDArray, weights: NDArray, duration: float) -> float:
     """Frequency of a sinusoid or of one whose amplitude varies, Hz; 0 of any other motion."""
-    lines, weights = _strong_lines(x, dt)
     strongest = float(lines[np.argmax(weights)])
     near = np.abs(lines - strongest) < 0.5 * strongest
     # Hann's window spreads a line over two places to each side
-    if np.sum(weights[near]) < 0.95 * np.sum(weights) or strongest < 2.0 / (len(x) * dt):
+    if np.sum(weights[near]) < 0.95 * np.sum(weights) or strongest < 2.0 / duration:
         return 0.0
     return float(np.sum((lines * weights)[near]) / np.sum(weights[near]))
 
