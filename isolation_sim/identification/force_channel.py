@@ -137,20 +137,30 @@ def _misfit(one: _Harmonics, width: float) -> float:
 
 def moving_average(values: NDArray, samples: float) -> NDArray:
     """Average over so many samples about each one; less near the ends. Along the first axis."""
+    # exact for values interpolated between samples
     n = len(values)
     integral = np.zeros_like(values)
-    integral[1:] = np.cumsum(0.5 * (values[1:] + values[:-1]), axis=0)
-    reach = np.minimum(np.minimum(np.arange(n), np.arange(n)[::-1]), 0.5 * samples)
-
-    def at(place: NDArray) -> NDArray:
-        """The integral of the values interpolated between samples."""
-        low = np.minimum(place.astype(int), n - 2)
-        part = (place - low).reshape(-1, *[1] * (values.ndim - 1))
-        slope = values[low + 1] - values[low]
-        return integral[low] + part * values[low] + 0.5 * part**2 * slope
-
-    middle = np.arange(n)
-    width = np.maximum(2 * reach, 1e-12).reshape(-1, *[1] * (values.ndim - 1))
-    average = (at(middle + reach) - at(middle - reach)) / width
+    np.cumsum(0.5 * (values[1:] + values[:-1]), axis=0, out=integral[1:])
+    half = min(0.5 * samples, 0.5 * (n - 1))
+    whole = int(half)
+    part = half - whole
+    average = np.empty_like(values)
+    # as many samples to both sides as there are before the nearer end
+    near = min(whole + 1, (n + 1) // 2)
+    widths = 2 * np.arange(1, near).reshape(-1, *[1] * (values.ndim - 1))
     average[[0, -1]] = values[[0, -1]]
+    average[1:near] = integral[2 : 2 * near : 2][: near - 1] / widths
+    average[-2 : -near - 1 : -1] = (integral[-1] - integral[-3 : -2 * near - 1 : -2]) / widths
+
+    def shifted(array: NDArray, samples: int) -> NDArray:
+        return array[near + samples : n - near + samples]
+
+    middle = average[near : n - near]
+    if len(middle):
+        np.subtract(shifted(integral, whole), shifted(integral, -whole), out=middle)
+        beside = shifted(values, whole) + shifted(values, -whole)
+        middle += part * (1 - 0.5 * part) * beside
+        beyond = shifted(values, whole + 1) + shifted(values, -whole - 1)
+        middle += 0.5 * part**2 * beyond
+        middle /= 2 * half
     return average
