@@ -231,21 +231,23 @@ def along(term: Term, data: MeasuredRuns) -> NDArray:
 def _state(term: Term, data: MeasuredRuns) -> NDArray:
     """State of a term along runs, between whose samples the motion is a straight line."""
     length = min((n.value for n in term.numbers if n.symbol == "r"), default=np.inf)
-    moved = float(np.max(np.abs(data.v) * np.repeat(data.dt, data.lengths)))
     # powers of two, so that many terms share one grid
-    steps = np.clip(moved / (_STEP * length), 1, _MOST_STEPS)
-    m = 2 ** int(np.ceil(np.log2(steps)))
-    fine = _finer(data, m)
+    steps = np.clip(np.max(_moved(data)) / (_STEP * length), 1, _MOST_STEPS)
+    fine, every = _finer(data, 2 ** int(np.ceil(np.log2(steps))))
     effect = _state_alone(term.rate, tuple(n.symbol for n in term.numbers), term.current)
     numbers = np.array([n.value for n in term.numbers])
     state = evaluate(effect, fine, np.zeros(len(fine.x)), numbers)["force"]
-    return np.concatenate([state[a:b:m] for a, b in pairwise(fine.starts)])
+    runs = zip(pairwise(fine.starts), every, strict=True)
+    return np.concatenate([state[a:b:m] for (a, b), m in runs])
 
 
 @lru_cache(maxsize=4)
-def _finer(data: MeasuredRuns, m: int) -> MeasuredRuns:
-    """Runs with so many steps a sample, along straight lines."""
-    grids = [np.arange(m * (n - 1) + 1) / m for n in data.lengths]
+def _finer(data: MeasuredRuns, most: int) -> tuple[MeasuredRuns, list[int]]:
+    """Runs along straight lines, and the steps a sample of each: fewer in slower runs."""
+    moved = _moved(data)
+    slower = np.log2(np.max(moved) / np.maximum(moved, np.max(moved) / most)).astype(int)
+    every = most // 2**slower
+    grids = [np.arange(m * (n - 1) + 1) / m for n, m in zip(data.lengths, every, strict=True)]
     ends = np.concatenate([[0], np.cumsum([len(grid) for grid in grids])])
 
     def finer(values: NDArray) -> NDArray:
@@ -256,10 +258,16 @@ def _finer(data: MeasuredRuns, m: int) -> MeasuredRuns:
 
     x = finer(data.x)
     nothing = np.zeros(len(x))
-    return replace(
-        data, starts=ends, dt=data.dt / m, x=x, v=finer(data.v), a=nothing,
+    fine = replace(
+        data, starts=ends, dt=data.dt / every, x=x, v=finer(data.v), a=nothing,
         current=finer(data.current), temperature=nothing,
     )  # fmt: skip
+    return fine, every.tolist()
+
+
+def _moved(data: MeasuredRuns) -> NDArray:
+    """Largest motion in one sample of each run, m."""
+    return np.array([float(np.max(np.abs(data.v[run]))) for run in data.runs]) * data.dt
 
 
 def run(code: str, known: dict[str, Any]) -> Any:
