@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .device.model import FittedModel
     from .loops.table import LoopTable
 
-_HATS = 12
+_HATS, _FINE_HATS = 12, 64
 _RIDGE = 1e-6
 _BINS = 6
 
@@ -169,6 +169,7 @@ def _sets(data: MeasuredRuns, force: NDArray) -> list[tuple[tuple[str, ...], str
     peak, running = _amplitudes(data)
     result: list[tuple[tuple[str, ...], str, NDArray]] = [
         (("displacement",), "displacement alone", _hats(x)),
+        (("displacement",), "displacement in short waves", _hats(x, _FINE_HATS)),
         (("velocity",), "velocity alone", _hats(v)),
         (("acceleration",), "acceleration", _hats(data.a)),
         (("displacement", "velocity"), "displacement and velocity",

@@ -14,6 +14,7 @@ from isolation_sim.archive import law_of, law_of_saved, text_of
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.interval import Interval
+from isolation_sim.discrepancy.report_steps import DEPENDENCE
 from isolation_sim.discrepancy.tiers import equation
 from isolation_sim.discrepancy.tiers.device_tests import _lost
 from isolation_sim.discrepancy.tiers.equation import Regression, _Candidate, _Library, _next
@@ -744,6 +745,36 @@ def test_numbers_between_those_of_the_library_are_fitted():
     assert term.text.startswith("u exp(-u^2/2)") and diagnosis.verdict == "explained"
     values = {name: number.value for name, number in term.numbers.items()}
     assert values == pytest.approx({"c_1_0": 12.0, "b_1": 0.0021, "r_1": 0.0009}, rel=0.05)
+
+
+@pytest.mark.parametrize("waves", [5.0, 17.3, 29.4, 44.6, 62.9])
+def test_a_ripple_of_any_length_resembles_a_term(campaign, waves):
+    data = measured_runs(campaign.runs)
+    x = data.x / np.max(np.abs(data.x))
+    likeness = [
+        np.corrcoef(np.sin(waves * x), along(term, data))[0, 1]
+        for term in library(data) if term.text == "sin(x/r)"
+    ]  # fmt: skip
+    assert max(likeness) > 0.6
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_effects")
+def test_a_ripple_of_many_short_waves_is_found():
+    """A ripple of 3 mm, of which the largest stroke holds ten."""
+    wave, runs = 0.003 / (2 * np.pi), []
+    for k, motion in enumerate(MOTIONS):
+        run = _run(*motion, k, k == 4)
+        force = K * run.displacement + C * run.velocity + 9.0 * np.sin(run.displacement / wave)
+        force += 0.003 * np.std(force) * np.random.default_rng(k).standard_normal(N)
+        runs.append(replace(run, force=force))
+    diagnosis = diagnose(Campaign("ripple", "made", tuple(runs)), "kelvin_voigt", tiers="equation")
+    (term,) = diagnosis.ladder.terms
+    assert term.text == "sin(x/r_1)" and diagnosis.ladder.offered == "equation"
+    values = {name: number.value for name, number in term.numbers.items()}
+    assert values == pytest.approx({"c_1_0": 9.0, "r_1": wave}, rel=0.02)
+    (analysis,) = [step for step in diagnosis.steps if step.title == DEPENDENCE]
+    assert "displacement in short waves" in str(analysis)
 
 
 def test_the_search_of_a_number_ends_where_it_no_longer_changes(monkeypatch):

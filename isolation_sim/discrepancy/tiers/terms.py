@@ -126,7 +126,7 @@ _BUMPS = tuple(_BUMP_WIDTH * k for k in range(-6, 7))
 _WELLS = (0.1, 0.2, 0.4)
 """Width of a change of stiffness around the centre, over the largest deformation."""
 _RIPPLES = (("sin(x/r)", "np.sin(x / r)"), ("1 - cos(x/r)", "1.0 - np.cos(x / r)"))
-_WAVES = tuple(range(4, 25, 2))
+_WAVES = tuple(range(4, 65, 2))
 """Phase of a ripple at the largest deformation, rad: neighbours overlap."""
 _LENGTHS = (0.003, 0.01, 0.03, 0.1, 0.3)
 _SPEEDS = (0.01, 0.03, 0.1, 0.3)
