@@ -30,7 +30,7 @@ from .inference import gain_interval, verdict
 from .loops.table import LoopTable, read_loop_table
 from .problem import Problem
 from .report_steps import report_steps
-from .residuals import smallest_set
+from .residuals import DRIFT, smallest_set
 from .search import H, SearchResult
 from .tiers.result import TIERS, Tier
 from .verdict import NOTHING_PREDICTS
@@ -160,7 +160,8 @@ def diagnose_problem(
     result = problem.search(problem.nominal())
     dependences = problem.dependences(result.base)
     evaluation = problem.evaluate(result)
-    if problem.predicts_residual and dependences and not smallest_set(dependences):
+    variable = [one for one in dependences if one.text != DRIFT]
+    if problem.predicts_residual and dependences and not smallest_set(variable):
         evaluation.details[NOTHING_PREDICTS] = True
     causes = tuple(sorted(problem.causes(result, evaluation), key=lambda cause: -cause.share))
     judgement = verdict(causes, evaluation.adequate, evaluation.explained)

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 _HATS, _FINE_HATS = 12, 64
 _RIDGE = 1e-6
 _BINS = 6
+DRIFT = "a zero of the force that drifts, test by test"
+"""Dependence on no variable that a law could have."""
 
 
 @dataclass(frozen=True)
@@ -179,6 +181,7 @@ def _sets(data: MeasuredRuns, force: NDArray) -> list[tuple[tuple[str, ...], str
         (("past_deformation",), "stiffness or damping by the largest past deformation",
          _times(_hats(peak, 6), linear)),
         (("time",), "stiffness or damping that drifts in time, test by test", _by_run(data, force)),
+        (("time",), DRIFT, _by_run(data, np.ones_like(force))),
     ]  # fmt: skip
     if np.ptp(data.current) > 0:
         current = _hats(data.current, 6)
@@ -228,11 +231,11 @@ def _rate(data: MeasuredRuns) -> NDArray:
     return np.stack(columns, axis=1)
 
 
-def _by_run(data: MeasuredRuns, force: NDArray) -> NDArray:
-    """The modelled force times four slow functions of time, each run by itself."""
+def _by_run(data: MeasuredRuns, size: NDArray) -> NDArray:
+    """Four slow functions of time, each run by itself, times a size at each sample."""
     columns = np.zeros((len(data.x), 4 * len(data.dt)))
     for k, run in enumerate(data.runs):
         columns[run, 4 * k : 4 * k + 4] = (
-            _hats(np.arange(run.stop - run.start, dtype=float), 4) * force[run, np.newaxis]
+            _hats(np.arange(run.stop - run.start, dtype=float), 4) * size[run, np.newaxis]
         )
     return columns

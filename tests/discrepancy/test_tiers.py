@@ -367,6 +367,8 @@ def test_a_better_law_promises_its_gain_and_no_other_law_promises_any():
     assert sentence.startswith("Another law is better: a (a) leaves 2 % on short data")
     assert _attainable({"law": 0.08, "learned": 0.03}, (other, own)) == (0.03, "")
     assert _attainable(errors, None) == (0.06, "")
+    as_good = replace(own, left_out=0.0499)
+    assert _attainable({"law": 0.08, "causes": 0.08}, (as_good, own)) == (0.08, "")
 
 
 def test_causes_that_only_imitated_an_equation_are_not_named(diagnosis):

@@ -24,7 +24,7 @@ N, NOISE = 400, 0.005
 DURATION = 4.0
 
 
-def campaign(offset=0.0, unrelated=0.0, friction=0.0, held_out_size=6e-3, n=N):
+def campaign(offset=0.0, unrelated=0.0, friction=0.0, drift=0.0, held_out_size=6e-3, n=N):
     """A spring and a dashpot with noise, and shares of the force that they do not have."""
     random = np.random.default_rng(5)
     slow = butter(4, [0.5, 3.0], "bandpass", fs=n / DURATION, output="sos")
@@ -37,7 +37,7 @@ def campaign(offset=0.0, unrelated=0.0, friction=0.0, held_out_size=6e-3, n=N):
         rms = 100.0  # about the force of them all
         wandering = sosfiltfilt(slow, random.standard_normal(n))
         force += rms * (offset + unrelated * wandering / np.std(wandering))
-        force += rms * friction * np.tanh(v / 2e-3)
+        force += rms * (friction * np.tanh(v / 2e-3) + drift * (time / DURATION - 0.5))
         force += NOISE * rms * random.standard_normal(n)
         runs.append(TestRun(f"run{k}", time, x, v, force, np.zeros(n), hold_out=k == 2))
     return Campaign("made", "made", tuple(runs))
@@ -216,15 +216,18 @@ def with_hum(quiet):
 
 
 @pytest.mark.usefixtures("few_effects")
-@pytest.mark.parametrize(("hidden", "unpredicted"), [("unrelated", True), ("friction", False)])
+@pytest.mark.parametrize(
+    ("hidden", "unpredicted", "depends_on"),
+    [("unrelated", True, ()), ("friction", False, ("velocity",)), ("drift", True, ("time",))],
+)
 def test_what_nothing_measured_predicts_is_not_said_to_be_an_error(
-    hidden, unpredicted, monkeypatch
+    hidden, unpredicted, depends_on, monkeypatch
 ):
     monkeypatch.setattr(
         device_tests, "EFFECTS", {"force_offset": device_tests.EFFECTS["force_offset"]}
     )
-    diagnosis = diagnosis_with(**{hidden: 0.02})
-    assert diagnosis.verdict == "unexplained"
+    diagnosis = diagnosis_with(**{hidden: 0.08 if hidden == "drift" else 0.02})
+    assert diagnosis.verdict == "unexplained" and diagnosis.depends_on == depends_on
     assert ("slow noise" in diagnosis.meaning) == unpredicted
     assert diagnosis.meaning in diagnosis.steps[-1].text
 

@@ -15,7 +15,13 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from ..decisions import DISSIPATIVE_GAIN, EQUATION_PREFERRED, IMITATION, MUCH_LEFT
+from ..decisions import (
+    DISSIPATIVE_GAIN,
+    EQUATION_GAIN,
+    EQUATION_PREFERRED,
+    IMITATION,
+    MUCH_LEFT,
+)
 from ..device.generic_terms import OUTSIDE
 from ..diagnosis import Cause, Diagnosis
 from ..verdict import Verdict
@@ -214,7 +220,7 @@ def _attainable(
     # both on short data, so that only their ratio can be compared with the rungs
     other, own = better
     promised = deciding["law"] * other.left_out / own.left_out
-    if promised >= least:
+    if promised**2 > (1 - EQUATION_GAIN) * least**2:
         return least, ""
     return promised, (
         f"Another law is better: {other.title} ({other.law}) leaves {100 * other.left_out:.3g} % "
