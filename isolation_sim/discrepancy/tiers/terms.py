@@ -121,7 +121,7 @@ _CURRENT_RATE = (
     ("v dI/dt", f"v * {_FLUX}", "N s^2/A/m"),
 )
 _BUMP_WIDTH = 0.15
-"""Width of a bump over the largest deformation; bumps stand as far from each other."""
+"""Width of a bump or a step over the largest deformation; they stand as far from each other."""
 _BUMPS = tuple(_BUMP_WIDTH * k for k in range(-6, 7))
 _WELLS = (0.1, 0.2, 0.4)
 """Width of a change of stiffness around the centre, over the largest deformation."""
@@ -184,6 +184,10 @@ def _library(x: float, v: float) -> Iterator[Term]:
         u = "(x - b) / r"
         yield Term(
             "u exp(-u^2/2), u = (x - b)/r", f"{u} * np.exp(-0.5 * ({u})**2)", "N",
+            _numbers(b=share * x, r=_BUMP_WIDTH * x),
+        )  # fmt: skip
+        yield Term(
+            "tanh((x - b)/r)", "np.tanh((x - b) / r)", "N",
             _numbers(b=share * x, r=_BUMP_WIDTH * x),
         )  # fmt: skip
     for share in _WELLS:
