@@ -174,6 +174,11 @@ MANY_STEPS = 4
 """Integration steps a sample, on average, from which the search looks for fewer. Effort."""
 FEWER_STEPS = 2
 """Factor by which integration steps must differ to be changed during the search. Effort."""
+RESOLVED_MISFIT = 0.005
+"""Error of integration during the search, over the misfit of the law alone. Effort; the last fits
+have the usual error."""
+COARSEST_STEPS = 2e-3
+"""Error of integration during the search, over the force, at most. Effort."""
 
 # Loop tables
 

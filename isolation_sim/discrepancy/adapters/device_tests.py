@@ -17,13 +17,14 @@ from ...identification.campaign import Campaign
 from ...identification.data_checks import data_notes, outlier_note
 from ...identification.fitted import RunError
 from ...identification.law_choice import LawChoice, choose_law
-from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
+from ...identification.law_fit import SEARCHED, STEP_ERROR, fit_law, parameterise, refine_law
 from ...identification.measured_runs import MeasuredRuns, hold_out_some, measured_runs
 from ...identification.noise import correlation_time
 from ...identification.run_starts import start_note
 from ...laws import Device
 from ...laws.law import Law
 from ..decisions import (
+    COARSEST_STEPS,
     COMPLETES,
     FAR_BETTER,
     MINOR,
@@ -33,6 +34,7 @@ from ..decisions import (
     NOISE_EXAMPLES,
     PROPOSED,
     REMAINS,
+    RESOLVED_MISFIT,
     SIGNIFICANCE,
     SIGNIFICANT,
     STEADY_CURRENT,
@@ -123,8 +125,11 @@ class DeviceTests(Problem[FittedModel]):
         noise *= np.sqrt(min(1.0, self.law.cost / simulated)) if simulated > 0 else 1.0
         self.errors = ForceErrors(data, noise, self.significance)
         part = data.thinned(SEARCHED).without_held_out()
-        model = replace(self.law.model, data=part).resolve_steps(self.law.values, 1)
-        base = self.law.on(model)
+        # in the search a law that misses much is not followed more exactly
+        missed = data.relative(data.bounded(self.law.force) - data.force, data.fitted)
+        step_error = min(max(RESOLVED_MISFIT * missed, STEP_ERROR), COARSEST_STEPS)
+        model = replace(self.law.model, data=part, step_error=step_error)
+        base = self.law.on(model.resolve_steps(self.law.values, 1))
         places = data.places(SEARCHED)
         fitted = places[data.fitted[places]]
         current_varies = bool(np.ptp(part.current) > 0)
