@@ -89,13 +89,14 @@ class BuildingRecords(Problem[FittedBuilding]):
         self.space, result = search_causes(self.first, self.most_causes, self.progress)
         self.progress("measuring the gain")
         self.imitations: tuple[str, ...] = ()
-        explained = self._explains(result.best)
+        chance = self._chance(result.best)
+        explained = self.space.explains(result.best, chance)
         self.switching = 0.0 if explained else self._switching()
         self.unknown: UnknownForce | None = None
         if self.switching > 0:
             result = replace(result, best=self.space.before)
-        elif not explained:
-            # one that leaves far less than the causes, where these leave much
+        elif not explained or chance < MISFIT_LEVEL:
+            # one that leaves far less than the causes, where these leave more than noise
             self.unknown = unknown_force(
                 self.space.comparison, self.space.before, result.best.cause_values
             )
@@ -106,10 +107,10 @@ class BuildingRecords(Problem[FittedBuilding]):
         self.without = self.space.without_each(result.best) if result.best.cause_values else []
         return result
 
-    def _explains(self, best: FittedBuilding) -> bool:
+    def _chance(self, best: FittedBuilding) -> float:
+        """Chance of what a model leaves under noise alone."""
         segments = self.space.comparison.segments
-        chance = adequacy(segments(False) + segments(True), best.fitted + best.held_out)
-        return self.space.explains(best, chance)
+        return adequacy(segments(False) + segments(True), best.fitted + best.held_out)
 
     def _switching(self) -> float:
         """Error by unknown moments of the current's changes where the model misses no more."""

@@ -265,9 +265,14 @@ class CauseSearch:
             gain - COMPLETES * (current.cost - noise[0]),
             gain_held_out - COMPLETES * (current.held_out_cost - noise[1]),
         ) > 0  # fmt: skip
+        # what grows shows little of itself in the fitted data
+        share = max(
+            gain - LEAST_BUILDING_SHARE * (self.before.cost - noise[0]),
+            gain_held_out - LEAST_BUILDING_SHARE * (self.before.held_out_cost - noise[1]),
+        )
         return (
             gain_held_out > 0
-            and (completes or gain > LEAST_BUILDING_SHARE * (self.before.cost - noise[0]))
+            and (completes or share > 0)
             and all(
                 np.all(segment.halves(after) < NOT_WORSE * segment.halves(without))
                 for segment, after, without in zip(
@@ -293,7 +298,7 @@ class CauseSearch:
 
         while len(best.cause_values) > 1:
             trials = self._without_each(best)
-            unresolved = self._between_samples(best)
+            unresolved = self._between_samples(best, trials)
             if unresolved is not None:
                 best = trials[unresolved]
                 continue
@@ -334,8 +339,13 @@ class CauseSearch:
                     return self.comparison.fit((), (one,))
         return best
 
-    def _between_samples(self, best: FittedBuilding) -> int | None:
-        """A cause that changes the current less than the record tells of it; None without one."""
+    def _between_samples(
+        self, best: FittedBuilding, without: Sequence[FittedBuilding]
+    ) -> int | None:
+        """A cause that changes the current less than the record tells of it; None without one.
+
+        ``without`` are the models fitted without each cause, whose others may take its share.
+        """
         of_current = [
             k for k, (cause, _) in enumerate(best.cause_values) if cause.name in CURRENT_CAUSES
         ]
@@ -350,8 +360,7 @@ class CauseSearch:
 
         with_all, changes = currents(best.cause_values), {}
         for k in of_current:
-            before, _, after = _around(best, k)
-            pairs = zip(with_all, currents((*before, *after)), strict=True)
+            pairs = zip(with_all, currents(without[k].cause_values), strict=True)
             changes[k] = sum(float(np.sum((one - other) ** 2)) for one, other in pairs)
         # by how much the current differs from itself a part of a sample before
         resolved = sum(float(np.sum((UNRESOLVED * np.diff(one)) ** 2)) for one in recorded)

@@ -67,7 +67,9 @@ def layer_model(comparison: Comparison, result: CauseValues) -> Model:
     fixed = dict(zip(device.current.names, rows[:, :n_powers], strict=True))
     currents = np.arange(n_powers, dtype=float)
     own = Parameterisation(device.law, currents, (1.0, 1.0, 1.0), fixed)
-    return Model(_runs(comparison, model, result), own, effects=tuple(model.effects))
+    layer = Model(_runs(comparison, model, result), own, effects=tuple(model.effects))
+    # a fast Maxwell branch diverges with one step a sample
+    return layer.resolve_steps(effect_values(comparison.model, result))
 
 
 def effect_values(model: BuildingModel, result: CauseValues) -> NDArray:

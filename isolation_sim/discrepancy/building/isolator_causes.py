@@ -114,9 +114,11 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     for name, effect in ISOLATOR_EFFECTS.items():
         if effect is not IMPACT:
             yield _around_the_law(name, effect, scales)
+    # a layer that is beyond the gap for most of its motion has no wall, but another law
+    free = min(_rms_displacement(r) for r in records) / metre
     for form, numbers in _CONTACTS.items():
         fixed = {**numbers, "only": 0.0}
-        both = _around_the_law("moat_impact", IMPACT, scales, form=form, fixed=fixed)
+        both = _beyond(free, _around_the_law("moat_impact", IMPACT, scales, form=form, fixed=fixed))
         stiff = _wall_starts(both, scales.size("m"), _STIFF_WALL)
         yield replace(both, starts=(*both.starts, *stiff))
     if any(law.directions > 1 for law in model.nominal.group_laws):
@@ -125,7 +127,7 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     peaks = max(float(x.max()) for x in motions), min(float(x.min()) for x in motions)
     for form, numbers in _CONTACTS.items():
         if form != "elastic":  # the others are, where they do not dissipate
-            yield _one_wall(scales, peaks, form, numbers)
+            yield _one_wall(scales, peaks, form, numbers, free)
     for name, effect in LAST_EFFECTS.items():
         if effect.current is None or _has_current(model, records):
             yield _around_the_law(name, effect, scales, last=True)
@@ -166,6 +168,19 @@ _ONE_WALL = [(gap, times) for gap in (0.95, 0.85, 0.7) for times in (1.0, 10.0)]
 """The same of a wall on one side, with the peak on this side."""
 
 
+def _beyond(free: float, contact: Candidate) -> Candidate:
+    """A contact whose gap is no less than a displacement."""
+    stiffness, gap, *others = contact.parameters
+    gap = replace(gap, lower=max(gap.lower, free))
+    starts = tuple((k, max(x, 1.01 * gap.lower), *rest) for k, x, *rest in contact.starts)
+    return replace(contact, parameters=(stiffness, gap, *others), starts=starts)
+
+
+def _rms_displacement(record: BuildingRecord) -> float:
+    """RMS displacement of the isolators along the direction in which it is largest, m."""
+    return float(np.sqrt(max(np.mean(record.displacement(axis) ** 2) for axis in record.axes)))
+
+
 def _wall_starts(
     contact: Candidate, peak: float, choices: Sequence[tuple[float, float]]
 ) -> Iterator[Values]:
@@ -175,10 +190,16 @@ def _wall_starts(
 
 
 def _one_wall(
-    scales: _Scales, peaks: tuple[float, float], form: str, fixed: Mapping[str, float]
+    scales: _Scales,
+    peaks: tuple[float, float],
+    form: str,
+    fixed: Mapping[str, float],
+    free: float,
 ) -> Candidate:
     """A wall on the side to which the sign of its gap points."""
-    both = _around_the_law("moat_impact", IMPACT, scales, fixed={**fixed, "only": 1.0})
+    both = _beyond(
+        free, _around_the_law("moat_impact", IMPACT, scales, fixed={**fixed, "only": 1.0})
+    )
     least = both.parameters[1].lower
 
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
@@ -261,6 +282,18 @@ def _delays() -> Iterator[Candidate]:
         "actuation_delay", "", (Parameter("lag", "s", 1e-4, 2.0),),
         _DELAYS, sluggish,
         "the current acts through a lag of {lag:.3g} s", form="first_order",
+    )  # fmt: skip
+
+    def both(model: BuildingModel, values: Values) -> BuildingModel:
+        return replace(model, delay=values[0], lag=values[1])
+
+    # a sampled controller and a coil
+    yield Candidate(
+        "actuation_delay", "",
+        (Parameter("delay", "s", 0.0, 2.0), Parameter("lag", "s", 1e-4, 2.0)),
+        tuple((share * d, (1 - share) * d) for (d,) in _DELAYS[1:3] for share in (0.7, 0.3)), both,
+        "the current acts {delay:.3g} s after it was recorded and through a lag of {lag:.3g} s",
+        form="dead_time_and_lag",
     )  # fmt: skip
 
 

@@ -100,7 +100,7 @@ def unknown_force(
         return None
     near = [one for one in unknown_forces if one.left < max(least, 0.0) + NEARLY_RIGHT**2]
     # a cause in the right place may have another form, and leave as much
-    if by_causes < WELL_EXPLAINED and any(_is_of(one, causes) for one in near):
+    if by_causes < WELL_EXPLAINED and any(_is_of(one, causes) for one in _needed(near)):
         return None
     # a cause is preferred to an unknown force in its place, and a place that leaves noise alone
     noise = _MOST_SIGMA * np.sqrt(sum(segment.noise_variance for segment in segments)) / misfit
@@ -117,10 +117,29 @@ def unknown_force(
     return best._replace(place=_places_in_words(alike), channel=_channels_in_words(alike))
 
 
+def _needed(near: Sequence[UnknownForce]) -> list[UnknownForce]:
+    """Those that are no nearer by causes beside them than others at the same place."""
+    return [
+        one for one in near
+        if not any(
+            (other.place, other.channel) == (one.place, one.channel)
+            and set(other.beside) < set(one.beside)
+            for other in near
+        )
+    ]  # fmt: skip
+
+
 def _is_of(unknown: UnknownForce, causes: CauseValues) -> bool:
-    """Whether a cause is of a place; those of the isolators and of the whole are of the layer."""
+    """Whether an unknown force or signal stands for causes of its place alone, all others beside.
+
+    Causes of the isolators and of the whole are of the layer, whose force is always unknown.
+    """
+    own = {unknown.channel or unknown.place}
+    if unknown.place:
+        own.add(ISOLATION_LAYER)
     places = {cause.place or ISOLATION_LAYER for cause, _ in causes}
-    return (unknown.channel or unknown.place) in places
+    rest = {c.place or ISOLATION_LAYER for c, _ in causes if c not in dict(unknown.beside)}
+    return (unknown.channel or unknown.place) in places and rest <= own
 
 
 def _places_in_words(alike: Sequence[UnknownForce]) -> str:

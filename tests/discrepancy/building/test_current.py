@@ -141,13 +141,51 @@ def test_a_delay_between_the_samples_is_named_only_alone(isolated):
     delay = listed["actuation_delay", "dead_time"]
     other = listed["base_mass_error", ""], (0.1,)
     space = CauseSearch(compare_records(model, [record]))
+    evaluate = space.comparison.evaluate
+
+    def unresolved(both, without):
+        return space._between_samples(evaluate(both), [evaluate((one,)) for one in without])
+
     for late, place in ((0.2 * DT, 1), (3.0 * DT, None)):
-        both = space.comparison.evaluate((other, (delay, (late,))))
-        assert space._between_samples(both) == place
+        own = delay, (late,)
+        assert unresolved((other, own), (own, other)) == place
     # of two causes in the current, that which changes it less
     lag = listed["actuation_delay", "first_order"]
-    both = space.comparison.evaluate(((delay, (0.4 * DT,)), (lag, (0.05 * DT,))))
-    assert space._between_samples(both) == 1
+    first, second = (delay, (0.4 * DT,)), (lag, (0.05 * DT,))
+    assert unresolved((first, second), (second, first)) == 1
+
+
+def test_a_ramp_within_a_sample_is_not_named_beside_a_delay(isolated):
+    """The delay that is fitted without the ramp has its middle, so that little of it is left."""
+    record = replace(_held(5, "after"), current=np.tile(np.repeat([0.0, 3.0], 5), N // 10))
+    model = replace(building_model(isolated, [record]), jump=0.0)
+    listed = {(c.name, c.form): c for c in candidates(model, [record])}
+    delay = listed["actuation_delay", "dead_time"]
+    ramp = listed["current_supply_limit", "slew"], (3.0 / DT,)
+    space = CauseSearch(compare_records(model, [record]))
+    evaluate = space.comparison.evaluate
+    both = evaluate(((delay, (2.7 * DT,)), ramp))
+    for alone, place in ((3.2 * DT, 1), (2.7 * DT, None)):
+        without = [evaluate((ramp,)), evaluate(((delay, (alone,)),))]
+        assert space._between_samples(both, without) == place
+
+
+def test_a_dead_time_and_a_lag_are_one_delay(isolated):
+    """A sampled controller and a coil; neither number alone follows both."""
+    record = _held(20, "after", noise=0.0)
+    model = building_model(isolated, [record])
+    late = replace(model, jump=0.0, delay=0.03, lag=0.05)
+    response = dict(zip(record.channels, late.predict(record).T, strict=True))
+    record = replace(record, response=response)
+    space = compare_records(replace(model, jump=0.0), [record])
+    listed = [c for c in candidates(model, [record]) if c.name == "actuation_delay"]
+    fits = {
+        c.form: min((space.fit((), ((c, start),)) for start in c.starts), key=lambda one: one.cost)
+        for c in listed
+    }
+    both = fits.pop("dead_time_and_lag")
+    assert both.cause_values[0][1] == pytest.approx((0.03, 0.05), rel=0.05)
+    assert all(both.cost < 0.1 * one.cost for one in fits.values())
 
 
 def test_the_moments_of_jumps_within_a_sample_make_errors(isolated):

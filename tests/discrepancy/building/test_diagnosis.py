@@ -36,6 +36,7 @@ from isolation_sim.discrepancy.building.model import Soil, building_model, shear
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.building.segment import cell_means
+from isolation_sim.discrepancy.decisions import LEAST_BUILDING_SHARE
 from isolation_sim.discrepancy.diagnose import diagnose_building
 from isolation_sim.errors import InputError
 
@@ -285,6 +286,30 @@ def test_a_drift_and_a_mass_that_it_hides_are_both_named_alone(isolated):
     assert named["base_mass_error"].parameters["relative_error"].value == pytest.approx(
         0.1, rel=0.1
     )
+
+
+@pytest.mark.parametrize(("left", "significant"), [(2.0, True), (5.9, False)])
+def test_a_cause_counts_by_its_share_of_the_held_out_misfit(isolated, left, significant):
+    """A drift that grows removes less of the fitted misfit than any cause must."""
+    record = _record(isolated, seed=6)
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    space, noise = CauseSearch(comparison), comparison.evaluate(())
+    listed = {(c.name, c.form): c for c in candidates(comparison.model, [record])}
+    mass, bias = (
+        (cause, cause.starts[0])
+        for cause in (listed["base_mass_error", ""], listed["sensor_bias", "constant"])
+    )
+
+    def outcome(causes, fitted, held_out):
+        parts = [tuple(factor * part for part in parts) for factor, parts in (
+            (fitted, noise.fitted), (held_out, noise.held_out),
+        )]  # fmt: skip
+        return FittedBuilding(causes, parts[0], lambda: parts[1], None)
+
+    space.before = outcome((), 20.0, 20.0)
+    current, both = outcome((mass,), 2.0, 6.0), outcome((mass, bias), 1.8, left)
+    assert current.cost - both.cost < LEAST_BUILDING_SHARE * space.before.cost
+    assert space._is_significant(current, both) is significant
 
 
 @pytest.mark.slow

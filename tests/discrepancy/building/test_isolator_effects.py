@@ -61,6 +61,28 @@ def test_a_law_has_one_form_of_each_effect():
         assert set(present) <= set(around)
 
 
+def test_a_wall_is_beyond_most_of_the_motion():
+    """A gap of less than the RMS displacement would imitate rubber that stiffens."""
+    record = _blank()
+    wave = 0.1 * np.sin(np.arange(len(record)) / 9)
+    record = replace(record, response={**record.response, CHANNELS[-1]: wave})
+    model = building_model(_isolated(), [record])
+    walls = [c for c in candidates(model, [record]) if c.name == "moat_impact"]
+    rms = float(np.sqrt(np.mean(wave**2)))
+    assert len(walls) > 4
+    for wall in walls:
+        gap = wall.parameters[1]
+        if not wall.form.startswith("one_side"):  # there the sign of the gap is the side
+            assert gap.lower == pytest.approx(rms)
+        assert all(gap.lower < start[1] < gap.upper for start in wall.starts)
+        # on one side, too, a smaller gap acts as one of the RMS displacement
+        for values in wall.starts:
+            changed = wall.apply(model, (values[0], 0.1 * rms, *values[2:]))
+            (numbers,) = changed.effects.values()
+            if wall.form.startswith("one_side"):
+                assert numbers["gap"] == pytest.approx(rms)
+
+
 def test_remanence_needs_a_current():
     assert ("magnetic_remanence", "play") not in _late(_isolated(), _blank())[1]
     assert ("magnetic_remanence", "play") not in _late(_isolated(4e6), _blank())[1]

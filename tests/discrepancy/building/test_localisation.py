@@ -140,6 +140,27 @@ def test_a_cause_in_the_right_place_keeps_its_name(isolated, monkeypatch):
     assert unknown is not None and unknown.place == "storey3"
 
 
+@pytest.mark.parametrize(("without_mass", "place"), [(0.0, "storey3"), (0.05, None)])
+def test_a_force_stands_for_one_cause_only_beside_the_others(
+    isolated, monkeypatch, without_mass, place
+):
+    """If it needs no mass beside it, the mass is no cause, whatever the form of the other one."""
+    model = building_model(isolated, [_blank()])
+    storey = _cause(isolated, "storey_stiffness_loss", "storey3", (0.2,))
+    mass = _cause(isolated, "floor_mass_error", "floor4", (0.05,))
+    record = _record(with_causes(model, (storey,)))
+    comparison = compare_records(model, [record])
+
+    def remains(comparison, segments, causes):
+        by_causes = {(): 1e6, (storey, mass): 2e4}.get(causes, 5e5)
+        return {("", ""): by_causes, ("storey3", ""): 0.0 if mass in causes else 1e6 * without_mass}
+
+    monkeypatch.setattr(localisation, "_left", remains)
+    unknown = unknown_force(comparison, comparison.evaluate(()), (storey, mass))
+    assert (unknown and unknown.place) == place
+    assert unknown is None or unknown.beside == ()
+
+
 def test_a_cause_that_is_needed_stays_beside_the_force(isolated):
     right = _cause(isolated, "storey_stiffness_loss", "storey3", (0.6,))
     other = _cause(isolated, "isolator_amplitude_softening", "", (0.4, 0.03, 2.0, 1.0))

@@ -128,6 +128,19 @@ def test_the_force_that_the_isolators_lack_is_seen_through_the_building(record):
             assert 0.5 < np.mean(power[band]) < 2.0
 
 
+def test_the_force_of_a_law_that_is_fast_between_samples_follows_its_motion(record):
+    """A Maxwell branch of 2 ms diverges with one explicit step a sample of 20 ms."""
+    numbers = {"k0": SPRING, "c0": 0.1 * DASHPOT, "k1": 4 * SPRING}
+    stiff = iso.law("standard_solid", numbers)
+    model = building_model(iso.reference_building().on(stiff), [record])
+    layer = layer_model(compare_records(model, [record]), ())
+    force = layer.forces(np.zeros(0), False)[0]
+    assert np.isfinite(force).all()
+    finer = replace(layer, data=layer.data.with_steps(8 * layer.data.n_steps, layer.data.stiff))
+    apart = force - finer.forces(np.zeros(0), False)[0]
+    assert np.abs(apart).max() < 1e-2 * np.abs(force).max()
+
+
 def test_the_equation_is_identified_and_lowers_the_held_out_error(diagnosis):
     (term,) = diagnosis.ladder.terms
     (coefficient,) = term.numbers.values()
