@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from ...effects import Effect, Past
 from ...identification.measured_runs import MeasuredRuns
 
-
 DAMAGE = frozenset({"stress_softening", "cyclic_degradation"})
 """Causes from which a specimen does not recover between runs."""
 
