@@ -5,6 +5,8 @@ Forms:
     exponential    factor exp(-b (T - 20))
     linear         factor max(1 - b (T - 20), 0)
     arrhenius      factor exp(E (1 / T_K - 1 / 293.15)),   E activation energy over gas constant
+    vogel          factor exp(-b (T - 20) D / (D + T - 20)),   D degrees from 20 deg C down to
+                   Vogel's temperature: softer the faster, the colder it is
     core           the factor of exponential for F - k x alone: of a lead core or a slider beside
                    rubber of stiffness k, which keeps its force
     fluid          the factor of exponential for a part c v of F alone: the fluid thins, and a yield
@@ -20,6 +22,8 @@ from .followers import FLUID, RUBBER, of_core, positive
 
 ABSOLUTE_ZERO = -273.15
 """deg C."""
+LEAST_ABOVE_VOGEL = 5.0
+"""deg C. Closer to Vogel's temperature the force grows no further."""
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -36,6 +40,15 @@ def arrhenius(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Force over that at the reference temperature."""
     here, reference = signals.temperature, REFERENCE_TEMPERATURE
     return np.exp(parameters[0] * (1 / (here - ABSOLUTE_ZERO) - 1 / (reference - ABSOLUTE_ZERO)))
+
+
+def vogel(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force over that at the reference temperature."""
+    softening, distance = parameters
+    above = signals.temperature - REFERENCE_TEMPERATURE
+    # no device of these parameters is tested near or below Vogel's temperature
+    left = LEAST_ABOVE_VOGEL + positive(distance + above - LEAST_ABOVE_VOGEL)
+    return np.exp(-softening * above * distance / left)
 
 
 def core(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -56,6 +69,10 @@ ACTIVATION = EffectParameter(
     "activation", "K", "activation energy over gas constant", lower=-1e4, upper=1e4,
     magnitude=True, starts=(500.0,),
 )  # fmt: skip
+VOGEL = EffectParameter(
+    "distance", "degC", "degrees from 20 deg C down to Vogel's temperature",
+    lower=40.0, upper=300.0, starts=(110.0,),
+)  # fmt: skip
 
 FORMS = (
     *(
@@ -73,6 +90,15 @@ FORMS = (
             (linear, "Ambient temperature, linear", SOFTENING, "first order in the temperature"),
             (arrhenius, "Ambient temperature, Arrhenius", ACTIVATION, "Arrhenius (1889)"),
         )
+    ),
+    Effect(
+        cause="ambient_temperature",
+        form="vogel",
+        title="Ambient temperature, far above Vogel's temperature",
+        parameters=(SOFTENING, VOGEL),
+        factor=vogel,
+        needs=frozenset({"temperature"}),
+        source="Vogel (1921); Williams, Landel and Ferry (1955)",
     ),
     Effect(
         cause="ambient_temperature",

@@ -13,6 +13,7 @@ Forms:
 Time constants below 0.3 ms approach 0.1 ms instead of 0.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -142,7 +143,8 @@ FORMS = (
         form="two_stages",
         title="Current lag, quick and slow part",
         parameters=(
-            LAG,
+            # at zero the rest of the field follows at once
+            replace(LAG, plain=(0.0,)),
             EffectParameter(
                 "slow_part", "1", "part of the field that follows slowly", lower=0.0, upper=1.0,
                 starts=(0.3,), plain=(0.0, 1.0),

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from isolation_sim.discrepancy.device.intervals import needs_bound
+from isolation_sim.discrepancy.device.intervals import needs_bound, values_at_bounds
 from isolation_sim.discrepancy.device.model import Model
 from isolation_sim.discrepancy.device.screen import _LITTLE
 from isolation_sim.effects import EffectParameter, effect
@@ -94,6 +94,21 @@ def test_a_plain_bound_does_not_count():
     assert not needs_bound(SimpleNamespace(**{**vars(one), "effects": (plain,)}), 0, 1e3)
     other = SimpleNamespace(parameters=(replace(loss, plain=(0.0,)), scale))
     assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1e3)
+
+
+def test_a_slow_part_of_a_field_whose_rest_follows_at_once_is_a_lag():
+    def at_bounds(form, *values):
+        one = effect("current_lag", form)
+        model = SimpleNamespace(
+            lower=lambda quantity: quantity.lower, upper=lambda quantity: quantity.upper,
+            slices=lambda: [slice(0, len(values))],
+        )  # fmt: skip
+        searched = SimpleNamespace(effects=(one,), model=model, values=values)
+        return [place for place, _ in values_at_bounds(searched, 0)]
+
+    assert at_bounds("two_stages", 0.0, 0.9, 0.09) == []
+    assert at_bounds("two_stages", 0.0, 0.9, 5.0) == [2]  # what follows so late is remanence
+    assert at_bounds("first_order", 0.0) == [0]
 
 
 def test_a_bound_at_which_it_is_another_effect_counts_in_any_case():

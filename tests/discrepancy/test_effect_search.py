@@ -57,6 +57,23 @@ def test_effects_as_good_as_others_stay():
     assert space.revise(fitted(1000, "payne")).effects == ("payne",)
 
 
+@pytest.mark.parametrize(
+    ("cost", "series", "keeps", "exchanged"),
+    [
+        (1050, True, False, True),
+        (1150, True, False, False),  # the amplitude leaves clearly more
+        (1050, True, True, False),  # a damage that goes on needs one specimen only
+        (1050, False, False, False),  # in one run both begin anew
+    ],
+)
+def test_a_damage_that_needs_new_specimens_must_be_clearly_better(cost, series, keeps, exchanged):
+    damage, softening = effect("stress_softening"), effect("amplitude_softening")
+    damage = carry_history(damage) if keeps else damage
+    space = Space({((damage,), 0): [fitted(cost, softening)]})
+    space.effects = (softening, *[carry_history(effect("stress_softening"))] * series)
+    assert space.revise(fitted(1000, damage)).effects == ((softening,) if exchanged else (damage,))
+
+
 @pytest.mark.parametrize(("cost", "n_values"), [(1000, 2), (1030, 3)])
 def test_a_simpler_form_that_is_as_good_replaces_one_whose_values_degenerate(cost, n_values):
     simpler = fitted(cost, "relaxation", n_values=n_values)
@@ -243,15 +260,14 @@ def test_a_cause_that_chance_explains_beside_the_others_is_dropped(monkeypatch):
 def test_causes_take_the_place_of_a_state_of_each_run(monkeypatch, cost, taken):
     """If they leave less than twice what it leaves, their parameters included."""
     heat = carry_history(effect("self_heating"))
-    one, several = fitted(1000, heat), fitted(cost, "temperature", "wear")
+    temperature, wear = effect("ambient_temperature"), carry_history(effect("cyclic_degradation"))
+    one, several = fitted(1000, heat), fitted(cost, temperature, wear)
     problem = DeviceTests.__new__(DeviceTests)
     noise = np.full((100, 2), 0.1)
-    problem.space = EffectSearch(
-        fitted(1e4), [heat, "temperature", "wear"], (), noise, None, None
-    )  # fmt: skip
+    problem.space = EffectSearch(fitted(1e4), [heat, temperature, wear], (), noise, None, None)
 
     def search(space, base):
-        assert list(space.effects) == ["temperature", "wear"] and space.most_causes == 2
+        assert list(space.effects) == [temperature, wear] and space.most_causes == 2
         return SearchResult(base, several, [])
 
     monkeypatch.setattr(device_tests, "search", search)

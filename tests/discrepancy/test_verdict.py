@@ -152,6 +152,21 @@ def test_a_small_cause_whose_size_may_be_zero_only_acts_like_one(monkeypatch, hi
     assert labels["coulomb_friction"] == "coulomb_friction"
 
 
+@pytest.mark.usefixtures("few_effects")
+@pytest.mark.parametrize("named", [0.4, pytest.param(0.6, marks=pytest.mark.slow)])
+def test_a_small_cause_that_others_replace_in_most_fits_only_acts_like_one(monkeypatch, named):
+    judge = causes.stability
+    monkeypatch.setattr(
+        causes, "stability", lambda *given: [replace(one, named=named) for one in judge(*given)]
+    )
+    labels = {one.name: one.label for one in diagnosis_with(friction=0.3, offset=0.02).causes}
+    acts = "acts like " if named < 0.5 else ""
+    # a large cause is named, and its rivals are listed beside it
+    assert labels == {
+        "coulomb_friction": "coulomb_friction", "force_offset": f"{acts}force_offset"
+    }  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("names", "leaves_noise", "doubtful"),
     [

@@ -350,6 +350,19 @@ def test_temperature_leaves_the_reference_alone():
         assert warm == pytest.approx(1 - 600 / 293.15**2, abs=1e-4)
 
 
+def test_vogels_temperature_of_zero_kelvin_is_arrhenius():
+    of_vogel, of_arrhenius = (
+        effect("ambient_temperature", form) for form in ("vogel", "arrhenius")
+    )
+    for temperature in (-30.0, 20.0, 60.0):
+        signals = REST._replace(temperature=temperature)
+        near = of_vogel.factor(signals, (), (0.004, 293.15))
+        assert near == pytest.approx(of_arrhenius.factor(signals, (), (0.004 * 293.15**2,)))
+    # beside one of the same slope at 20 deg C it is stiffer in the cold, and finite at any
+    cold = [of_vogel.factor(REST._replace(temperature=t), (), (0.004, 60.0)) for t in (-20, -90)]
+    assert cold[0] == pytest.approx(np.exp(0.004 * 40 * 60 / 20)) and np.isfinite(cold[1])
+
+
 def test_friction_at_speed():
     fast = REST._replace(v=10.0)
     assert effect("coulomb_friction").force(fast, (), (50.0, 1e-3)) == 50.0

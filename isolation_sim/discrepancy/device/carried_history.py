@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 from ...effects import Effect, Past
 from ...identification.measured_runs import MeasuredRuns
 
+DAMAGE = frozenset({"stress_softening", "cyclic_degradation"})
+"""Causes from which a specimen does not recover between runs."""
+
 
 @dataclass(frozen=True, eq=False)
 class CarriedHistory(Effect):
@@ -44,6 +47,11 @@ def keeps_history(effect: Effect) -> bool:
 def has_unknown_starts(effect: Effect) -> bool:
     """Whether an effect's state at the start of each run is fitted to the run."""
     return keeps_history(effect) and effect.recovery is not None
+
+
+def needs_new_specimens(effect: Effect) -> bool:
+    """Whether an effect is a damage that each run begins without."""
+    return effect.cause in DAMAGE and not keeps_history(effect)
 
 
 def can_carry_history(effect: Effect) -> bool:

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 from ...effects import Effect
 from ...effects.effect import in_sentence
 from .. import inference
-from ..decisions import BESIDE_REMAINDER, CONFUSABLE_GAIN, MAY_BE_ZERO, NUMBERS_WRONG, SIGNIFICANT
+from ..decisions import (
+    BESIDE_REMAINDER,
+    CONFUSABLE_GAIN,
+    MAY_BE_ZERO,
+    NEEDED,
+    NUMBERS_WRONG,
+    SIGNIFICANT,
+)
 from ..diagnosis import Cause, Interval
 from .carried_history import has_unknown_starts
 from .effect_search import EffectSearch
@@ -33,6 +40,7 @@ _GRADUAL = "It builds up over a test as the other does, and may only mend the fo
 _SPECTRUM = (
     "A spring-pot is a continuous spectrum of arms: the smaller one may only mend the other's form."
 )
+_NAME_VARIES = "Most fits to other runs put another cause in its place: it may only mend a form."
 _MAY_BE_ZERO = "It may as well have the size zero, and may only mend the form of another."
 
 
@@ -68,6 +76,8 @@ def effect_causes(
             doubt = doubt or _MAY_BE_ZERO
         elif imitate(searched.effects) and effect.gradual and split[k] < MAY_BE_ZERO:
             doubt = doubt or _GRADUAL
+        if len(lacking) > 1 and split[k] < MAY_BE_ZERO and stable[k].named < NEEDED:
+            doubt = doubt or _NAME_VARIES
         gain = without.cost - searched.cost
         if not needs_bound(searched, k, gain):
             numbers[k] = {name: replace(one, at_bound=False) for name, one in numbers[k].items()}

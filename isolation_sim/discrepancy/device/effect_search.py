@@ -21,6 +21,7 @@ from ..decisions import (
     MANY_STEPS,
     MOST_EFFECTS,
     MOST_MINOR,
+    NEW_SPECIMENS,
     RIVALS_TRIED,
     SIGNIFICANT,
     TERMS_TRIED,
@@ -29,7 +30,7 @@ from ..decisions import (
     WORTH_REFITTING,
 )
 from ..search import SearchResult
-from .carried_history import has_unknown_starts
+from .carried_history import has_unknown_starts, keeps_history, needs_new_specimens
 from .generic_terms import OUTSIDE, with_each_power
 from .model import FittedModel, fit_model
 from .screen import Direction, fit_direction, fit_directions, noise_gain, refine, refit, screen
@@ -56,6 +57,11 @@ class EffectSearch:
     def noise_cost(self) -> float:
         """Mean cost of noise alone."""
         return float(np.mean(np.sum(self.noise**2, axis=0)))
+
+    @cached_property
+    def _is_series(self) -> bool:
+        """Whether effects that go on from run to run are tried."""
+        return any(keeps_history(effect) for effect in self.effects)
 
     @cached_property
     def misfit(self) -> float:
@@ -295,6 +301,10 @@ class EffectSearch:
         if any(has_unknown_starts(effect) for effect in one.effects):
             left = np.maximum(costs - size * self.noise_cost, 0.0)
             costs = costs + (1 / CLEARLY_BETTER - 1) * left
+        # a damage of the same specimen would go on, while an amplitude or heat begins anew
+        elif self._is_series and any(needs_new_specimens(effect) for effect in one.effects):
+            left = np.maximum(costs - size * self.noise_cost, 0.0)
+            costs = costs + (NEW_SPECIMENS - 1) * left
         return costs + one.n_parameters * float(np.log(len(one.residual)))
 
     def completes(

@@ -29,7 +29,8 @@ class Stability:
     # conditions
     conditions: float
     resamplings: float  # Share of the resamplings of the runs
-    # Share of both in which the cause, or one that is named instead, is more than noise
+    named: float  # Share of both
+    # The same in which the cause, or one that is named instead, is more than noise
     needed: float
     # Causes that are named instead in a share of these that counts, the most frequent first
     rivals: tuple[str, ...]
@@ -61,6 +62,7 @@ def stability(space: EffectSearch, searched: FittedModel, seed: int) -> list[Sta
             Stability(
                 float(np.mean(named[: len(included)])) if len(included) else float("nan"),
                 float(np.mean(named[len(included) :])),
+                float(np.mean(named)),
                 float(np.mean(helps)),
                 tuple(one for one, n in wins.most_common() if n > RIVAL_WINS * len(weights)),
             )
