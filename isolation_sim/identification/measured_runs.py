@@ -15,7 +15,7 @@ from ..effects.effect import REFERENCE_TEMPERATURE, Past
 from .current_basis import STEADY
 from .force_channel import Averaging, find_averaging, moving_average
 from .holds import hold_still
-from .noise import channel_noise, sensor_noise, white_noise
+from .noise import channel_noise, displacement_noise, sensor_noise, white_noise
 from .run_starts import find_starts, unsettled_note
 from .run_table import TestRun
 from .sensitivities import Motion
@@ -272,7 +272,9 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
         beside_jump=_beside_jumps([run.current for run in runs]),
         force_noise=force_noise,
         force_corner=np.full(len(runs), corner),
-        displacement_noise=np.array([sensor_noise(run.displacement).deviation for run in runs]),
+        displacement_noise=displacement_noise(
+            [run.displacement for run in runs], [run.step for run in runs]
+        ),
         sigma=np.ones(len(runs)),
         velocity_measured=np.array([run.velocity_measured for run in runs]),
         has_temperature=all(one is not None for one in temperatures),

@@ -208,33 +208,55 @@ def channel_noise(
     """Estimate the noise of the force channel, which has one amplifier for all runs."""
     cycles = [cycles_of(one) for one in displacements] or [0.0] * len(forces)
     each = [sensor_noise(force, _FORCE, n) for force, n in zip(forces, cycles, strict=True)]
-    nyquist = 0.5 / np.array(steps)
-    corners = np.array([one.corner for one in each]) * nyquist
+    corner = _shared_corner(forces, steps, each)
     shown = np.array([one.corner < 1 for one in each])
-    own = np.array([one.deviation for one in each]) * np.sqrt([one.corner for one in each])
-    corner = float(np.median(corners[shown])) if np.sum(shown) >= _SHOWN * len(each) else np.inf
     if np.isfinite(corner):
-        density = np.array([one.deviation for one in each]) ** 2 * np.array(steps)
-        missing = [
-            _below(force, step, corner) < _MISSING * np.median(density[shown])
-            for force, step, hidden in zip(forces, steps, ~shown & (corner < nyquist), strict=True)
-            if hidden
-        ]
-        if np.median(np.abs(np.log(corners[shown] / corner))) > np.log(_AGREE):
-            corner = np.inf
-        elif np.sum(missing) >= np.sum(shown):
-            # the amplifier's noise is in all runs: these show that it is none
-            corner = np.inf
-        else:
-            # a run in which the force hides the plateau has the noise of the others
-            own = np.where(shown | (corner >= nyquist), own, np.median(own[shown]))
-    if np.isinf(corner):
+        # a run in which the force hides the plateau has the noise of the others
+        own = np.array([one.deviation for one in each]) * np.sqrt([one.corner for one in each])
+        own = np.where(shown | (corner >= 0.5 / np.array(steps)), own, np.median(own[shown]))
+    else:
         own = np.array([white_noise(force) for force in forces])
         # a force with steps has high frequencies of its own, at few samples; that of a coarse
         # converter has equal samples
         beside = np.array([_beside_steps(force) for force in forces])
         own = np.where((0 < beside) & (beside < own / _UNLIKE), beside, own)
     return ChannelNoise(own, corner)
+
+
+def displacement_noise(displacements: Sequence[NDArray], steps: Sequence[float]) -> NDArray:
+    """Standard deviation of white noise as strong as that of the displacement in each run."""
+    each = [sensor_noise(one) for one in displacements]
+    own = np.array([one.deviation for one in each])
+    corner = _shared_corner(displacements, steps, each)
+    if np.isfinite(corner):
+        # a run whose motion hides the plateau has the noise of the others, or less if it is quieter
+        shown = np.array([one.corner < 1 for one in each])
+        most = np.median(own[shown] ** 2 * np.array(steps)[shown])
+        for k in np.flatnonzero(~shown & (corner < 0.5 / np.array(steps))).tolist():
+            density = min(_below(displacements[k], steps[k], corner), most)
+            own[k] = max(own[k], np.sqrt(density / steps[k]))
+    return own
+
+
+def _shared_corner(
+    signals: Sequence[NDArray], steps: Sequence[float], each: Sequence[SensorNoise]
+) -> float:
+    """Corner of the low-pass that all runs of a channel share, Hz; infinite if there is none."""
+    nyquist = 0.5 / np.array(steps)
+    shown = np.array([one.corner < 1 for one in each])
+    if not (shown.any() and np.sum(shown) >= _SHOWN * len(each)):
+        return np.inf
+    corners = (np.array([one.corner for one in each]) * nyquist)[shown]
+    corner = float(np.median(corners))
+    if np.median(np.abs(np.log(corners / corner))) > np.log(_AGREE):
+        return np.inf
+    density = np.array([one.deviation for one in each]) ** 2 * np.array(steps)
+    missing = [
+        _below(signals[k], steps[k], corner) < _MISSING * np.median(density[shown])
+        for k in np.flatnonzero(~shown & (corner < nyquist)).tolist()
+    ]
+    # the instrument's noise is in all runs: these may show that it is none
+    return np.inf if np.sum(missing) >= np.sum(shown) else corner
 
 
 def _below(signal: NDArray, step: float, corner: float) -> float:

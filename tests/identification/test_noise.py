@@ -8,6 +8,7 @@ from isolation_sim.identification.noise import (
     channel_noise,
     coloured_noise,
     cycles_of,
+    displacement_noise,
     rounding_step,
     sensor_noise,
     white_noise,
@@ -104,6 +105,17 @@ def test_runs_that_hide_the_corner_have_the_noise_of_the_others():
     true = [np.std(filtered_noise(k)) for k in (0, 1, 2, 3, 4, 9)]
     np.testing.assert_allclose(noise.deviation, true, rtol=0.4)
     assert noise.corner == pytest.approx(CORNER, rel=0.3)
+
+
+def test_a_motion_that_hides_the_corner_has_the_noise_of_the_others_at_most():
+    fast = 0.03 * np.sin(2 * np.pi * np.cumsum(np.linspace(0.5, 22.0, TIME.size)) / RATE)
+    motions = [sinusoid()[0], random_motion(1)[0], 0.5 * random_motion(2)[0], fast]
+    x = [motion + filtered_noise(k) for k, motion in enumerate(motions)]
+    assert sensor_noise(x[-1]).deviation < 0.1 * NOISE
+    np.testing.assert_allclose(displacement_noise(x, [1 / RATE] * 4), NOISE, rtol=0.4)
+    # the others have none, so that the channel has no corner
+    quiet = [x[0], *motions[1:]]
+    assert displacement_noise(quiet, [1 / RATE] * 4)[1:].max() < 0.01 * NOISE
 
 
 def test_white_noise_of_a_channel_has_no_corner():
