@@ -80,25 +80,23 @@ FORMS = (
             cause="ambient_temperature",
             form=factor.__name__,
             title=title,
-            parameters=(magnitude,),
+            parameters=parameters,
             factor=factor,
             needs=frozenset({"temperature"}),
             source=source,
         )
-        for factor, title, magnitude, source in (
-            (exponential, "Ambient temperature", SOFTENING, "exponential softening of elastomers"),
-            (linear, "Ambient temperature, linear", SOFTENING, "first order in the temperature"),
-            (arrhenius, "Ambient temperature, Arrhenius", ACTIVATION, "Arrhenius (1889)"),
+        for factor, title, parameters, source in (
+            (
+                exponential, "Ambient temperature", (SOFTENING,),
+                "exponential softening of elastomers",
+            ),
+            (linear, "Ambient temperature, linear", (SOFTENING,), "first order in the temperature"),
+            (arrhenius, "Ambient temperature, Arrhenius", (ACTIVATION,), "Arrhenius (1889)"),
+            (
+                vogel, "Ambient temperature, far above Vogel's temperature", (SOFTENING, VOGEL),
+                "Vogel (1921); Williams, Landel and Ferry (1955)",
+            ),
         )
-    ),
-    Effect(
-        cause="ambient_temperature",
-        form="vogel",
-        title="Ambient temperature, far above Vogel's temperature",
-        parameters=(SOFTENING, VOGEL),
-        factor=vogel,
-        needs=frozenset({"temperature"}),
-        source="Vogel (1921); Williams, Landel and Ferry (1955)",
     ),
     Effect(
         cause="ambient_temperature",

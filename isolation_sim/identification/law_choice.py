@@ -15,8 +15,8 @@ from ..laws.registry import LAWS
 from .campaign import Campaign
 from .law_fit import (
     SCREENING_STEPS,
-    STEP_ERROR,
     LawModel,
+    coarse_step_error,
     distinct,
     parameterise,
     refine_law,
@@ -200,7 +200,7 @@ def _fit(model: LawModel, seed: int) -> tuple[LawModel, Optimum | None]:
 
     def resolved(end: Optimum) -> tuple[LawModel, Optimum]:
         missed = float(np.sqrt(2 * end.cost / np.sum(fitted.fitted)))
-        here = replace(model, step_error=max(STEP_ERROR, min(_RESOLVES * missed, _COARSEST)))
+        here = replace(model, step_error=coarse_step_error(missed, _RESOLVES, _COARSEST))
         return here.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-3)
 
     ends = (search_roughly(near, start, _STEPS, 1e-3) for start in begin[:_RESOLVED])

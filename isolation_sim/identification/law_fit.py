@@ -73,6 +73,11 @@ STEP_ERROR = 2e-4
 """Relative error of the force below which the integration steps resolve a law."""
 
 
+def coarse_step_error(missed: float, share: float, most: float) -> float:
+    """Error of integration for a law that misses data: a share of that, within limits."""
+    return max(STEP_ERROR, min(share * missed, most))
+
+
 @dataclass(frozen=True, eq=False)
 class LawModel:
     """A law under the motion of measured runs, as a least-squares problem."""

@@ -17,7 +17,13 @@ from ...identification.campaign import Campaign
 from ...identification.data_checks import data_notes, outlier_note
 from ...identification.fitted import RunError
 from ...identification.law_choice import LawChoice, choose_law
-from ...identification.law_fit import SEARCHED, STEP_ERROR, fit_law, parameterise, refine_law
+from ...identification.law_fit import (
+    SEARCHED,
+    coarse_step_error,
+    fit_law,
+    parameterise,
+    refine_law,
+)
 from ...identification.measured_runs import MeasuredRuns, hold_out_some, measured_runs
 from ...identification.noise import correlation_time
 from ...identification.run_starts import start_note
@@ -127,7 +133,7 @@ class DeviceTests(Problem[FittedModel]):
         part = data.thinned(SEARCHED).without_held_out()
         # in the search a law that misses much is not followed more exactly
         missed = data.relative(data.bounded(self.law.force) - data.force, data.fitted)
-        step_error = min(max(RESOLVED_MISFIT * missed, STEP_ERROR), COARSEST_STEPS)
+        step_error = coarse_step_error(missed, RESOLVED_MISFIT, COARSEST_STEPS)
         model = replace(self.law.model, data=part, step_error=step_error)
         base = self.law.on(model.resolve_steps(self.law.values, 1))
         places = data.places(SEARCHED)

@@ -298,13 +298,14 @@ class EffectSearch:
         """Costs of a model and of its parameters (Schwarz's criterion), on sets of runs."""
         # ``size`` as in ``helps``. States that are fitted to each run follow any run a little:
         # like a generic term they have to be clearly better.
+        factor = 1.0
         if any(has_unknown_starts(effect) for effect in one.effects):
-            left = np.maximum(costs - size * self.noise_cost, 0.0)
-            costs = costs + (1 / CLEARLY_BETTER - 1) * left
+            factor = 1 / CLEARLY_BETTER
         # a damage of the same specimen would go on, while an amplitude or heat begins anew
         elif self._is_series and any(needs_new_specimens(effect) for effect in one.effects):
-            left = np.maximum(costs - size * self.noise_cost, 0.0)
-            costs = costs + (NEW_SPECIMENS - 1) * left
+            factor = NEW_SPECIMENS
+        if factor > 1:
+            costs = costs + (factor - 1) * np.maximum(costs - size * self.noise_cost, 0.0)
         return costs + one.n_parameters * float(np.log(len(one.residual)))
 
     def completes(
