@@ -5,6 +5,9 @@ Forms:
     field          I' = I max(1 - e |x|, 0)
     reluctance     I' = I / (1 + (e x)^2)          a longer path in series with the rest
     off_centre     I' = I / (1 + (e (x - x_c))^2)  the same around another position
+    hill           I' = I max(1 - d r^m / (1 + r^m), 0),   r = |x| / A
+                   poles that lie over each other up to some deformation, or a field of which a part
+                   finds another way
     whole_force    factor max(1 - e |x|, 0)        Li & Li, Eq 15: every parameter shrinks alike
 """
 
@@ -13,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from .effect import Effect, EffectParameter, Signals
+from .followers import hill as hill_curve
 from .followers import positive
 
 
@@ -30,6 +34,12 @@ def off_centre(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """The current that gives the same field with the poles in line."""
     loss, centre = parameters
     return signals.current / (1 + (loss * (signals.x - centre)) ** 2)
+
+
+def hill(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """The current that gives the same field without deformation."""
+    loss, half, m = parameters
+    return signals.current * positive(1 - loss * hill_curve(np.fabs(signals.x), half, m))
 
 
 def whole_force(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -73,6 +83,27 @@ FORMS = (
         ),
         current=off_centre,
         source="magnetic circuit whose poles are not in line at rest",
+    ),
+    Effect(
+        cause="field_gap_coupling",
+        form="hill",
+        title="Field-gap coupling by Hill's curve",
+        parameters=(
+            EffectParameter(
+                # above 1 the field vanishes at some deformation
+                "loss", "1", "largest fraction of the field lost", lower=0.0, upper=2.0,
+                magnitude=True, starts=(0.3, 0.8),
+            ),
+            EffectParameter(
+                "half", "m", "deformation at which half of this is lost", lower=1e-7, upper=100.0,
+                divides=True, starts=(0.4, 1.0),
+            ),
+            EffectParameter(
+                "exponent", "1", "sharpness of the loss", lower=0.5, upper=6.0, starts=(2.0,)
+            ),
+        ),
+        current=hill,
+        source="magnetic circuit of poles that slide past each other, with leakage beside it",
     ),
     Effect(
         cause="field_gap_coupling",

@@ -1,4 +1,4 @@
-"""The device warms by its dissipation, and warm rubber and warm fluid are weaker.
+"""The device warms by its dissipation and its coil, and warm rubber and warm fluid are weaker.
 
 One thermal body, h' = gain F v - h / cooling, where h is temperature rise times sensitivity.
 
@@ -94,6 +94,12 @@ def rates_absolute_power(signals: Signals, states: tuple, parameters: tuple) -> 
     return (gain * left * np.fabs(signals.force * signals.v) - states[0] / cooling,)
 
 
+def rates_coil(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Heat by the current, heat out."""
+    gain, cooling = parameters
+    return (gain * signals.current**2 - states[0] / cooling,)
+
+
 def dissipation(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
     return _left(_dissipated_heat(signals, states, parameters))
@@ -117,14 +123,15 @@ def _left(heat: Any) -> Any:
     return np.exp(-positive(heat))
 
 
+COOLING = EffectParameter(
+    "cooling", "s", "time constant of cooling", lower=1.0, upper=1e5, divides=True, starts=(5.0,
+    20.0, 100.0),
+)  # fmt: skip
 PARAMETERS = (
     EffectParameter(
         "gain", "1/J", "loss of force for work done", lower=0.0, magnitude=True, starts=(0.02, 0.1),
     ),
-    EffectParameter(
-        "cooling", "s", "time constant of cooling", lower=1.0, upper=1e5, divides=True, starts=(5.0,
-        20.0, 100.0),
-    ),
+    COOLING,
 )  # fmt: skip
 WARMTH = Quantity("warmth", "1", "temperature rise times sensitivity")
 
@@ -201,6 +208,24 @@ FORMS = (
         factor=exponential,
         needs=frozenset({"force"}),
         source="lumped heat balance by the magnitude of the power, a common simplification",
+        gradual=True,
+    ),
+    Effect(
+        cause="self_heating",
+        form="coil",
+        title="Self-heating by the coil",
+        parameters=(
+            EffectParameter(
+                "gain", "1/(A^2 s)", "loss of force for heat of the coil", lower=0.0,
+                magnitude=True, starts=(0.001, 0.005),
+            ),
+            COOLING,
+        ),
+        states=(WARMTH,),
+        rates=rates_coil,
+        factor=exponential,
+        needs=frozenset({"current"}),
+        source="lumped heat balance by the resistance of the coil",
         gradual=True,
     ),
 )  # fmt: skip

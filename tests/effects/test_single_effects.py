@@ -570,3 +570,21 @@ def test_an_asymmetry_follows_the_current(form, size, further):
         force, _ = respond(device, t, x, v, np.full(t.size, current), np.zeros(0), 1e-9)
         difference = sum(size.values()) * (1 + 0.5 * abs(current))
         np.testing.assert_allclose(force, 1e4 * x + difference * np.abs(motion), atol=0.01)
+
+
+def test_the_coil_warms_the_device_whatever_the_motion():
+    gain, cooling, current, held = 0.01, 8.0, 2.0, 0.005
+    device = spring(("self_heating.coil", {"gain": gain, "cooling": cooling}))
+    t, x, v = still(20.0)
+    force, _ = respond(device, t, x + held, v, np.full(t.size, current), np.zeros(1), 1e-9)
+    heat = gain * current**2 * cooling * (1 - np.exp(-t / cooling))
+    np.testing.assert_allclose(force, 1e4 * held * np.exp(-heat), rtol=1e-6)
+
+
+def test_a_field_of_which_a_part_finds_another_way():
+    hill = effect("field_gap_coupling", "hill").current
+    at = REST._replace(current=2.0, x=np.array([-0.02, 0.0, 0.02, 1e3]))
+    np.testing.assert_allclose(hill(at, (), (0.6, 0.02, 3.0)), [1.4, 2.0, 1.4, 0.8], rtol=1e-6)
+    # above a loss of 1 the field vanishes, and comes back nowhere
+    at = at._replace(x=np.array([0.02, 0.021, 1.0]))
+    np.testing.assert_allclose(hill(at, (), (2.0, 0.02, 1.0)), 0.0, atol=1e-6)
