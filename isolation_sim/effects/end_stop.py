@@ -6,6 +6,7 @@ Forms, with u = max(|x| - gap, 0):
     power          k u (u / w)^(n - 1),   w = gap / 10: k is the secant stiffness at u = w
     exponential    k w (exp(u / w) - 1),  linear from u = 20 w on, so that it stays finite
     two_gaps       power, with a gap of its own on either side
+    dissipating    power times max(1 + c u', 0): less on the way back than on the way in
 """
 
 from typing import Any
@@ -51,6 +52,11 @@ def stored_energy_power(x: Any, states: tuple, parameters: tuple) -> Any:
     return k * w**2 * raised(u / w, n + 1) / (n + 1)
 
 
+def stored_energy_dissipating(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Its potential; what the damping keeps is lost."""
+    return stored_energy_power(x, states, parameters[:3])
+
+
 def two_gaps(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Contact force."""
     k, ahead, behind, n = parameters
@@ -65,6 +71,12 @@ def stored_energy_two_gaps(x: Any, states: tuple, parameters: tuple) -> Any:
     w = ahead / 10
     forwards, backwards = positive(x - ahead) / w, positive(-x - behind) / w
     return k * w**2 * (raised(forwards, n + 1) + raised(backwards, n + 1)) / (n + 1)
+
+
+def dissipating(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Contact force."""
+    approach = signals.v * np.sign(signals.x)
+    return power(signals, states, parameters[:3]) * positive(1 + parameters[3] * approach)
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -160,5 +172,22 @@ FORMS = (
         force=two_gaps,
         stored_energy=stored_energy_two_gaps,
         source="Hertz (1882) for an exponent of 1.5",
+    ),
+    Effect(
+        cause="end_stop",
+        form="dissipating",
+        title="End stop that dissipates",
+        parameters=(
+            _stiffness("secant stiffness at a tenth of the gap beyond the gap, at rest"),
+            GAP,
+            _exponent(1.5),
+            EffectParameter(
+                "damping", "s/m", "growth of the force with the velocity of approach", lower=0.0,
+                starts=(0.5,), plain=(0.0,),
+            ),
+        ),
+        force=dissipating,
+        stored_energy=stored_energy_dissipating,
+        source="Hunt & Crossley (1975)",
     ),
 )  # fmt: skip

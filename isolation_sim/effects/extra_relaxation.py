@@ -4,6 +4,7 @@ Forms:
 
     one_arm     k q,                               q' = v - q / time
     two_arms    k ((1 - share) q1 + share q2),     with a time each
+    by_current  k (1 + m |I|) q,                   q' = v - q / time
     eyring      k q,                               q' = v - (length / time) sinh(q / length)
 """
 
@@ -27,6 +28,17 @@ def force(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """The spring's extension relaxes."""
     return (signals.v - states[0] / parameters[1],)
+
+
+def force_by_current(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force of a spring that is stiffer in the field."""
+    k, by_current, _ = parameters
+    return k * (1 + by_current * np.fabs(signals.current)) * states[0]
+
+
+def rates_by_current(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """The spring's extension relaxes."""
+    return (signals.v - states[0] / parameters[2],)
 
 
 def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
@@ -108,6 +120,24 @@ FORMS = (
         rates=rates_two,
         stored_energy=stored_energy_two,
         source="Wiechert (1893)",
+    ),
+    Effect(
+        cause="extra_relaxation",
+        form="by_current",
+        title="Extra relaxation that grows with the current",
+        parameters=(
+            STIFFNESS,
+            EffectParameter(
+                "by_current", "1/A", "growth of the stiffness with the current", lower=0.0,
+                starts=(1.0,), plain=(0.0,),
+            ),
+            _time("time", "of relaxation", 0.05, 0.3, 2.0, 10.0),
+        ),
+        states=(Quantity("extension", "m", "of the arm's spring"),),
+        force=force_by_current,
+        rates=rates_by_current,
+        needs=frozenset({"current"}),
+        source="Maxwell (1867), with the modulus of a magnetorheological elastomer",
     ),
     Effect(
         cause="extra_relaxation",

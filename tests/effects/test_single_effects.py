@@ -588,3 +588,23 @@ def test_a_field_of_which_a_part_finds_another_way():
     # above a loss of 1 the field vanishes, and comes back nowhere
     at = at._replace(x=np.array([0.02, 0.021, 1.0]))
     np.testing.assert_allclose(hill(at, (), (2.0, 0.02, 1.0)), 0.0, atol=1e-6)
+
+
+def test_an_arm_is_stiffer_in_the_field():
+    arm = effect("extra_relaxation", "by_current")
+    force = arm.force(REST._replace(current=2.0), (0.01,), (1e4, 0.5, 0.3))
+    assert force == pytest.approx(200.0, rel=1e-12)
+    assert arm.rates(REST._replace(v=0.1), (0.03,), (1e4, 0.5, 0.3)) == (pytest.approx(0.0),)
+
+
+def test_a_stop_gives_back_less_than_it_took():
+    numbers = {"stiffness": 1e5, "gap": 0.01, "exponent": 1.5, "damping": 2.0}
+    device = spring(("end_stop.dissipating", numbers))
+    t, x, v = sine(0.015, 1.0, 1)
+    force, _ = respond(device, t, x, v, 0 * t, np.zeros(0), 1e-9)
+    u = np.maximum(np.abs(x) - 0.01, 0)
+    elastic = 1e4 * x + 1e5 * 1e-3 * (u / 1e-3) ** 1.5 * np.sign(x)
+    np.testing.assert_allclose(force, 1e4 * x + (elastic - 1e4 * x) * (1 + 2 * v * np.sign(x)))
+    stop = effect("end_stop", "dissipating")
+    # it may not pull, and leaves the fast way back without force
+    assert stop.force(REST._replace(x=0.02, v=-0.6), (), (1e5, 0.01, 1.5, 2.0)) == 0
