@@ -74,7 +74,7 @@ def test_an_equation_is_printed_with_its_signs():
         "+ (-20.24 (-22 to -18) N/m + 3 (2 to 4) N/m/A I) · (s_2, play of x over r_2), "
         "r_2 = 0.01 (0.009 to 0.011) m"
     )
-    table = equation_table(Ladder((), terms))
+    (table,) = equation_table(Ladder((), terms))
     assert table.title == "Equation: F = law + c_1_0 x + (c_2_0 + c_2_1 I) s_2"
     assert [row[:2] for row in table.rows] == [
         ("x", "c_1_0"), ("s_2, play of x over r_2", "c_2_0"), ("", "c_2_1"), ("", "r_2"),
