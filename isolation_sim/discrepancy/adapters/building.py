@@ -13,13 +13,7 @@ from ...laws import Device
 from ...structures import IsolatedStructure
 from .. import inference
 from ..building.candidate import TYPICAL_PERIOD
-from ..building.cause_search import (
-    adequacy,
-    cell_p_values,
-    is_quiet,
-    p_value,
-    search_causes,
-)
+from ..building.cause_search import search_causes
 from ..building.comparison import (
     Comparison,
     FittedBuilding,
@@ -36,6 +30,7 @@ from ..building.errors import (
     relative_noise,
     squared_blocks,
 )
+from ..building.goodness_of_fit import adequacy, cell_p_values, is_quiet, p_value
 from ..building.localisation import ISOLATION_LAYER, UnknownForce, unknown_force
 from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord

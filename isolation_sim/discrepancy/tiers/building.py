@@ -26,7 +26,6 @@ from ...laws.law import Law
 from ...structures import IsolatedStructure
 from ..adapters.building import BuildingRecords, extended_device, intervals, traces_of
 from ..building.candidate import Candidate, Parameter, Values
-from ..building.cause_search import adequacy, p_value
 from ..building.comparison import (
     CauseValues,
     Comparison,
@@ -40,6 +39,7 @@ from ..building.errors import (
     relative_noise,
     squared_blocks,
 )
+from ..building.goodness_of_fit import adequacy, p_value
 from ..building.isolation_force import effect_values, layer_model
 from ..building.model import BuildingModel, total_force_scale
 from ..building.record import BuildingRecord
