@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from ...effects import EFFECTS, Effect, extend
 from ...effects.extend import check_effect
 from ...identification.campaign import Campaign
-from ...identification.data_checks import data_notes, outlier_note
+from ...identification.data_checks import data_notes
+from ...identification.error_notes import outlier_note
 from ...identification.fitted import RunError
 from ...identification.law_choice import LawChoice, choose_law
 from ...identification.law_fit import (
