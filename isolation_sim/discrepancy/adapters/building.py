@@ -446,11 +446,12 @@ def _tests(record: BuildingRecord, comparison: Comparison) -> Iterator[tuple[str
 
 def _variables(record: BuildingRecord, axis: str) -> dict[str, NDArray]:
     """Quantities that a residual along a direction could depend on, each (n,)."""
+    from scipy.ndimage import maximum_filter1d
+
     x, dt = record.displacement(axis), record.dt
     half = max(int(TYPICAL_PERIOD / 2 / dt), 1)
     size = np.abs(x)
-    padded = np.pad(size, half, mode="edge")
-    amplitude = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).max(axis=1)
+    amplitude = maximum_filter1d(size, 2 * half + 1, mode="nearest")
     result = {
         "isolator displacement": x,
         "isolator velocity": np.gradient(x, dt),
