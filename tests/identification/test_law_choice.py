@@ -13,9 +13,9 @@ from isolation_sim.errors import InputError
 from isolation_sim.identification import fit as fit_module
 from isolation_sim.identification import law_choice
 from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.cross_validation import fitted_without
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.law_choice import LawChoice, LawRank, choose_law
-from isolation_sim.identification.left_out import fitted_without
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.workers import workers

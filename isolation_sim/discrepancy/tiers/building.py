@@ -19,7 +19,7 @@ from ...archive import law_of
 from ...effects.extend import ExtendedLaw
 from ...errors import Diverged
 from ...identification.characteristic_scales import characteristic_scale
-from ...identification.left_out import conditions
+from ...identification.cross_validation import folds_of
 from ...identification.measured_runs import MeasuredRuns
 from ...laws.current_dependence import CurrentDependence
 from ...laws.law import Law
@@ -150,7 +150,7 @@ class BuildingTiers(Tiers[_Rung]):
         """Terms beside some causes, along the isolators' motion, and the number of residuals."""
         layer = layer_model(self.comparison, causes)
         fitted = layer.data.fitted
-        folds = [mask[fitted] for _, mask in conditions(layer.data)]
+        folds = [mask[fitted] for _, mask in folds_of(layer.data)]
         values = effect_values(self.comparison.model, causes)
         return select(layer, values, folds, self.pool), int(fitted.sum())
 
@@ -220,7 +220,7 @@ class BuildingTiers(Tiers[_Rung]):
             terms = self._terms(below.chosen, below.text)
             fixed = terms.rows(values)
             force = force + data.record(terms.along(values, data))
-        folds = [mask for _, mask in conditions(data)]
+        folds = [mask for _, mask in folds_of(data)]
         term = learn(layer, force, np.stack([force] * len(folds)), folds, self.problem.seed)
         text = self._text(below.chosen, term.network)
         largest = float(np.max(np.abs(data.current))) or 1.0
