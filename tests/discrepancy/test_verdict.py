@@ -12,6 +12,7 @@ from scipy.signal import butter, sosfiltfilt
 from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.discrepancy.device import causes
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
+from isolation_sim.discrepancy.device.validated_search import ValidatedSearch
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.diagnosis import Cause
 from isolation_sim.discrepancy.verdict import meaning
@@ -182,7 +183,7 @@ def test_a_cause_may_mend_the_form_of_a_larger_term(names, leaves_noise, doubtfu
 def test_what_the_others_explain_to_noise_needs_no_further_cause():
     errors = SimpleNamespace(validation_samples=None, is_noise=lambda error, _: error < 1.0)
     problem = SimpleNamespace(errors=errors, after=0.5)
-    completing = device_tests.DeviceTests._completing(problem, None, (0.8, 2.0), None)
+    completing = ValidatedSearch._completing(problem, None, (0.8, 2.0), None)
     assert completing == [False, True]
 
 
