@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from isolation_sim.discrepancy.adapters import device_tests
-from isolation_sim.discrepancy.device import causes
+from isolation_sim.discrepancy.device import causes, observable_effects
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
 from isolation_sim.discrepancy.device.validated_search import ValidatedSearch
 from isolation_sim.discrepancy.diagnose import diagnose
@@ -121,9 +120,9 @@ def test_a_small_share_of_the_misfit_counts_where_it_is_most_of_what_remains():
 def test_of_losses_that_imitate_each_other_a_small_one_only_acts_like_one(monkeypatch):
     gradual = {
         cause: tuple(replace(effect, gradual=True) for effect in forms)
-        for cause, forms in device_tests.EFFECTS.items()
+        for cause, forms in observable_effects.EFFECTS.items()
     }
-    monkeypatch.setattr(device_tests, "EFFECTS", gradual)
+    monkeypatch.setattr(observable_effects, "EFFECTS", gradual)
     diagnosis = diagnosis_with(friction=0.3, offset=0.015)
     assert sorted(cause.label for cause in diagnosis.causes) == [
         "acts like force_offset", "coulomb_friction"
@@ -240,7 +239,7 @@ def test_what_nothing_measured_predicts_is_not_said_to_be_an_error(
     hidden, unpredicted, depends_on, monkeypatch
 ):
     monkeypatch.setattr(
-        device_tests, "EFFECTS", {"force_offset": device_tests.EFFECTS["force_offset"]}
+        observable_effects, "EFFECTS", {"force_offset": observable_effects.EFFECTS["force_offset"]}
     )
     diagnosis = diagnosis_with(**{hidden: 0.08 if hidden == "drift" else 0.02})
     assert diagnosis.verdict == "unexplained" and diagnosis.depends_on == depends_on

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects import EFFECTS, Effect, extend
-from ...effects.extend import check_effect
+from ...effects import extend
 from ...identification.campaign import Campaign
 from ...identification.data_checks import data_notes
 from ...identification.error_notes import outlier_note
@@ -38,24 +37,19 @@ from ..decisions import (
     RESOLVED_MISFIT,
     SIGNIFICANCE,
     SIGNIFICANT,
-    STEADY_CURRENT,
     TO_BLAME,
     TO_BLAME_FITTED,
 )
-from ..device.carried_history import (
-    can_carry_history,
-    carry_history,
-    keeps_history,
-    of_device,
-)
+from ..device.carried_history import of_device
 from ..device.causes import effect_causes, periodic_cause, wrong_numbers
 from ..device.effect_search import EffectSearch
 from ..device.force_errors import ForceErrors
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
-from ..device.model import EACH_RUN, FittedModel, Model
+from ..device.model import FittedModel, Model
 from ..device.next_test import rival_tests
 from ..device.noise_examples import motion_noise, noise_residuals
+from ..device.observable_effects import observable_effects
 from ..device.validated_search import ValidatedSearch
 from ..diagnosis import Cause, Errors, Trace, worst_first
 from ..planned_tests import TestPlan, missing_conditions
@@ -445,47 +439,6 @@ class DeviceTests(Problem[FittedModel]):
             "No effect lowered the squared residual by more than "
             f"{SIGNIFICANT:.0f} times the noise's share of it."
         )
-
-
-def observable_effects(data: MeasuredRuns) -> list[Effect]:
-    """Effects that the runs could show."""
-    current_varies = bool(np.ptp(data.current) > 0)
-    warmth_varies = data.has_temperature and bool(np.ptp(data.temperature) > 0.5)
-    effects = [
-        effect
-        for forms in EFFECTS.values()
-        for effect in forms
-        if ((effect.current is None and "current" not in effect.needs) or current_varies)
-        and ("temperature" not in effect.needs or warmth_varies)
-    ]
-    for effect in effects:
-        check_effect(effect)
-    several = len(data.dt) > 2
-    if several and data.past is not None:
-        effects += [carry_history(effect) for effect in effects if can_carry_history(effect)]
-    changes, falls = _current_history(data)
-    effects = [
-        effect
-        for effect in effects
-        if not _remembers_current(effect) or changes or (keeps_history(effect) and falls)
-    ]
-    return [EACH_RUN, *effects] if several else effects
-
-
-def _remembers_current(effect: Effect) -> bool:
-    return effect.current is not None and bool(effect.states)
-
-
-def _current_history(data: MeasuredRuns) -> tuple[bool, bool]:
-    """Whether the current changes within a run, and whether it falls from run to run.
-
-    Where it does neither, a memory of the current shows no more than a saturation does.
-    """
-    least = STEADY_CURRENT * float(np.max(np.abs(data.current)))
-    currents = [data.current[run] for run in data.runs]
-    changes = any(np.ptp(one) > least for one in currents)
-    before = np.zeros(len(currents)) if data.past is None else data.past.current
-    return changes, any(before - np.array([np.max(one) for one in currents]) > least)
 
 
 def sentence(note: str, names: Sequence[str]) -> str:
