@@ -30,13 +30,7 @@ from .result import Run
 from .run import check_options, prepare_lane, simulate, traceable
 from .run_criteria import criteria_key, criteria_of_lanes
 from .tested_range import compare_with_tests, peak_currents
-from .validity import (
-    BETWEEN,
-    Validity,
-    validity_lines_of_many,
-    validity_of,
-    warnings_of_many,
-)
+from .validity import BETWEEN, Validity, validity_lines_of_many, validity_of, warnings_of_many
 
 LANES = 16
 """Number of runs that the kernel computes together: two vectors of eight."""

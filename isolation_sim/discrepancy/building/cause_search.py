@@ -45,13 +45,7 @@ from ..inference import rivals
 from ..search import SearchResult, search
 from .candidate import Candidate, Values
 from .comparison import CauseValues, Comparison, FittedBuilding, squared, with_causes
-from .errors import (
-    excess_error,
-    largest_excess,
-    mean_error,
-    relative_errors,
-    relative_noise,
-)
+from .errors import excess_error, largest_excess, mean_error, relative_errors, relative_noise
 from .goodness_of_fit import adequacy, is_quiet, p_value
 from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
 from .model import BuildingModel

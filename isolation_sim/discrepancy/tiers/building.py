@@ -26,19 +26,8 @@ from ...laws.law import Law
 from ...structures import IsolatedStructure
 from ..adapters.building import BuildingRecords, extended_device, intervals, traces_of
 from ..building.candidate import Candidate, Parameter, Values
-from ..building.comparison import (
-    CauseValues,
-    Comparison,
-    FittedBuilding,
-    compare_records,
-    with_causes,
-)
-from ..building.errors import (
-    excess_error,
-    mean_error,
-    relative_noise,
-    squared_blocks,
-)
+from ..building.comparison import CauseValues, Comparison, FittedBuilding, with_causes
+from ..building.errors import excess_error, mean_error, relative_noise, squared_blocks
 from ..building.goodness_of_fit import adequacy, p_value
 from ..building.isolation_force import effect_values, layer_model
 from ..building.model import BuildingModel, total_force_scale
@@ -136,9 +125,8 @@ class BuildingTiers(Tiers[_Rung]):
         if rung is None:
             return None
         # as after every cause, the noise is estimated again
-        old, values = self.comparison, rung.outcome.cause_values
-        seen = compare_records(old.model, old.records, values, old.model_error, old.middle)
-        self._weigh(seen, self.causes.causes)
+        values = rung.outcome.cause_values
+        self._weigh(self.comparison.with_noise_beside(values), self.causes.causes)
         return replace(rung, outcome=self.comparison.fit((), values))
 
     def _chance(self, rung: _Rung) -> float:
