@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .law_fit import LawModel
+from .law_model import LawModel
 from .measured_runs import MeasuredRuns
 
 _GROUPS = 6

@@ -16,14 +16,13 @@ from .campaign import Campaign
 from .cross_validation import fitted_without, folds_of
 from .law_fit import (
     SCREENING_STEPS,
-    LawModel,
-    coarse_step_error,
     distinct,
     parameterise,
     refine_law,
     screen_starts,
     search_roughly,
 )
+from .law_model import LawModel, coarse_step_error
 from .least_squares import Optimum
 from .measured_runs import MeasuredRuns
 from .parameterisation import Parameterisation

@@ -16,7 +16,8 @@ from isolation_sim.identification import law_fit
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.fitted import Estimate, labels
-from isolation_sim.identification.law_fit import LawModel, parameterise
+from isolation_sim.identification.law_fit import parameterise
+from isolation_sim.identification.law_model import LawModel
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.velocity import smooth

@@ -17,7 +17,8 @@ from ...identification.data_checks import data_notes
 from ...identification.error_notes import outlier_note
 from ...identification.fitted import RunError
 from ...identification.law_choice import LawChoice, choose_law
-from ...identification.law_fit import SEARCHED, coarse_step_error, fit_law, parameterise, refine_law
+from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
+from ...identification.law_model import coarse_step_error
 from ...identification.measured_runs import MeasuredRuns, hold_out_some, measured_runs
 from ...identification.noise import correlation_time
 from ...identification.run_starts import start_note
