@@ -14,7 +14,8 @@ from .errors import InputError, warn
 from .registry import controller as named_controller
 from .registry import named_controllers
 from .simulation.control import CoilDriver, Control, Sensors
-from .simulation.result import Run, warnings_of
+from .simulation.result import Run
+from .simulation.validity import warnings_of
 from .structures import IsolatedStructure
 
 if TYPE_CHECKING:

@@ -14,7 +14,8 @@ from .criterion import Criteria
 from .errors import Diverged, InputError, RefusedCurrent, check_name
 from .io.results_folder import files_into
 from .rendering import Printed, render
-from .simulation.result import decisions_of, validity_lines
+from .simulation.result import decisions_of
+from .simulation.validity import validity_lines
 from .written_names import as_written
 
 if TYPE_CHECKING:

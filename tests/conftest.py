@@ -13,6 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.discrepancy.device import observable_effects
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.law_choice import choose_law
 
@@ -76,7 +77,7 @@ FEW_EFFECTS = (
 def few_effects(monkeypatch: pytest.MonkeyPatch) -> None:
     """A diagnosis asks eight effects, in all their forms: all of them take most of its time."""
     asked = {name: EFFECTS[name] for name in FEW_EFFECTS}
-    monkeypatch.setattr(device_tests, "EFFECTS", asked)
+    monkeypatch.setattr(observable_effects, "EFFECTS", asked)
 
 
 @pytest.fixture

@@ -10,13 +10,7 @@ import numpy as np
 from ground_motions.argument_types import checked
 from ground_motions.checks import positive
 from ground_motions.errors import InputError, wrong_choice
-from ground_motions.readers.lines import (
-    excerpt,
-    fixed_cells,
-    parse_number,
-    read_lines,
-    require_two,
-)
+from ground_motions.readers.lines import excerpt, fixed_cells, parse_number, read_lines, require_two
 from ground_motions.record import Record
 from ground_motions.units import to_m_s2
 

@@ -36,13 +36,7 @@ from . import (
     sweep,
     tune,
 )  # fmt: skip
-from .common_options import (
-    TABLE_WIDTH,
-    examples,
-    print_error,
-    print_warning,
-    printed_warnings,
-)
+from .common_options import TABLE_WIDTH, examples, print_error, print_warning, printed_warnings
 
 
 class _Commands(TyperGroup):

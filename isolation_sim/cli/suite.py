@@ -55,12 +55,7 @@ def suite(
 ) -> None:
     """Run all records of a suite with all controllers, and compute the statistics of codes."""
     from ..io.results_folder import file_name
-    from ..reports.suite_tables import (
-        comparison_table,
-        records_table,
-        statistics_table,
-        verdict,
-    )
+    from ..reports.suite_tables import comparison_table, records_table, statistics_table, verdict
     from ..reports.tables import standard_console
     from ..scenario import Scenario
     from ..sweeps.suites.run import run_suite

@@ -13,7 +13,7 @@ from ..effects import separate
 from ..effects.effect import in_sentence
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
-from ..identification.data_checks import divergence_note
+from ..identification.error_notes import divergence_note
 from ..identification.fitted import LawEvaluation, RunError
 from ..identification.force_channel import Averaging, averaging_note, find_averaging
 from ..identification.law_fit import NOT_AVERAGED, from_off

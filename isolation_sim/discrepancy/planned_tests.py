@@ -18,13 +18,7 @@ from ..identification.run_table import TestRun
 from ..io.csv_table import write_table
 from ..io.files import plain
 from ..rendering import Printed, render
-from .decisions import (
-    BEYOND_TESTED,
-    GRID_CELLS,
-    RIG_MARGIN,
-    SINUSOIDAL,
-    STEADY_CURRENT,
-)
+from .decisions import BEYOND_TESTED, GRID_CELLS, RIG_MARGIN, SINUSOIDAL, STEADY_CURRENT
 from .device.conditions import same_values
 
 if TYPE_CHECKING:

@@ -16,12 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..identification.measured_runs import MeasuredRuns
-from .decisions import (
-    DEPENDENCE_LEVEL,
-    LEAST_DEPENDENCE,
-    NEARLY_AS_MUCH,
-    RESIDUAL_BLOCK,
-)
+from .decisions import DEPENDENCE_LEVEL, LEAST_DEPENDENCE, NEARLY_AS_MUCH, RESIDUAL_BLOCK
 
 if TYPE_CHECKING:
     from .device.model import FittedModel

@@ -14,15 +14,7 @@ from numpy.typing import NDArray
 from ..simulation.control import CoilDriver, Sensors
 from ..simulation.kernel.arguments import Step
 from ..simulation.kernel.loading import Shape
-from ..simulation.kernel.slots import (
-    ALIVE,
-    BUFFER_FULL,
-    COMMAND,
-    DN0,
-    F0,
-    FREE0,
-    OPERATIONS,
-)  # fmt: skip
+from ..simulation.kernel.slots import ALIVE, BUFFER_FULL, COMMAND, DN0, F0, FREE0, OPERATIONS
 from ..simulation.plan import Plan
 from ..simulation.run import NoControl, prepare_lane
 from ..simulation.simulator import still_ground

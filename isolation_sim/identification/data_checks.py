@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import combinations, pairwise
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -12,25 +12,20 @@ from numpy.typing import NDArray
 from ground_motions.units import STANDARD_GRAVITY
 
 from ..errors import InputError
-from .fitted import RunError, pooled
+from .channel_checks import (
+    clipped_channels,
+    coarse_channels,
+    drifting_channels,
+    noisy_channels,
+    rms,
+)
 from .force_channel import averaging_note
-from .noise import rounding_step, white_noise
+from .noise import white_noise
 from .run_table import TestRun
 from .velocity import smooth
 
-_CLIPPED = 6
-"""Equal extreme samples in a row from which a channel counts as clipped. Convention."""
-_DRIFT = 0.1
-"""Drift of a channel's middle, relative to its range, that is noted. Convention."""
-_DRIFT_ERRORS = 4.0
-"""Standard errors of the trend of the cycles' middles that a drift must exceed. Chance exceeds them
-in one of 60 tests of six cycles and in one of 250 of ten (Student's t). Theory."""
-_NOISY = 0.3
-"""White noise of a channel over its RMS from which it is noted. Convention."""
 _LARGEST_DEFORMATION = 1.0
 """m. A larger deformation is asked for its unit. Convention."""
-_COARSE = 0.02
-"""Step of a quantised channel over its RMS that is noted. Convention."""
 _REVERSED = 0.02
 """Power that a device gives off in the median run, over RMS force times RMS velocity, that is
 noted; one without damping gives off none. Convention."""
@@ -74,9 +69,6 @@ _LARGEST_CURRENT, _LARGEST_FORCE = 100.0, 1e8
 """A, N. A larger current or force is asked for its unit. Convention."""
 _SMALLEST_FORCE, _SMALLEST_DEFORMATION = 1.0, 1e-5
 """N, m. Runs that all stay below it are asked for their unit. Convention."""
-_ALONE, _FAR_WORSE = 2 / 3, 3.0
-"""Share of the squared misfit in one run, and its error over that of the other runs, from which the
-run alone makes the misfit. Convention."""
 _SAME_MOTION = 0.03
 """Relative difference up to which two runs repeat one motion and current. Convention."""
 _SAME_TEMPERATURE = 3.0
@@ -85,11 +77,6 @@ _REPEATED = 0.02
 """Relative difference of the forces of repeated runs that is noted. Convention."""
 _SHOWN_PAIRS = 4
 """Pairs of such runs that are named. Convention."""
-_ROUNDED = 8.0
-"""Steps of a rounded channel by which a peak falls within half its flat length: 3, and noise."""
-_STILL, _RELAXED = 0.02, 0.5
-"""Change of the force of a held device over its range, and in the second half of the time over that
-in the first."""
 _LEAST_EDGE = 8
 """Samples of a run's end that say whether it is a transient: fewer are moved by the smoothing."""
 
@@ -155,72 +142,6 @@ def _off(ratio: Any) -> Any:
     return np.maximum(ratio, 1 / ratio)
 
 
-def outlier_note(errors: Sequence[RunError]) -> str:
-    """Say which run alone makes the misfit of a law; empty if none does."""
-    if len(errors) < 3:
-        return ""
-    squares = np.array(
-        [float(np.sum((one.force - one.run.force)[one.settled :] ** 2)) for one in errors]
-    )
-    worst = int(np.argmax(squares))
-    error = errors[worst].relative
-    others = pooled(one for k, one in enumerate(errors) if k != worst)
-    if not (squares[worst] > _ALONE * squares.sum() and error > _FAR_WORSE * others):
-        return ""
-    return (
-        f"{errors[worst].run.name} alone makes {100 * squares[worst] / squares.sum():.0f} % of the "
-        f"squared misfit: its error is {100 * error:.3g} %, that of the other runs "
-        f"{100 * others:.3g} %. Check its signs, units and channels first, or leave it out"
-    )
-
-
-def divergence_note(errors: Sequence[RunError]) -> str:
-    """Say in which runs the force of a law is not finite; empty if it is in all."""
-    lost = [one.run.name for one in errors if not np.isfinite(one.force).all()]
-    if not lost:
-        return ""
-    return (
-        f"the law diverges in {', '.join(lost)}: its parameters do not hold for the motion and the "
-        "currents there"
-    )
-
-
-def _clipped_channels(runs: Sequence[TestRun]) -> Iterator[str]:
-    for run, what, values in _channels(runs):
-        part = clipped(values)
-        if part and not (what == "displacement" and _holds(run.force, part)):
-            yield (
-                f"{run.name}: {what} stands still at an extreme for {part.stop - part.start} "
-                "samples in a row, as a clipped channel does"
-            )
-
-
-def _holds(force: NDArray, part: slice) -> bool:
-    """Whether a force stands still or relaxes, as that of a device whose deformation is held."""
-    # behind a clipped channel the motion goes on, and the force changes until the end
-    n = part.stop - part.start
-    later = force[part][n // 10 :]
-    begin, middle, end = (float(np.mean(each)) for each in np.array_split(later, 5)[::2])
-    if np.ptp([begin, middle, end]) < _STILL * np.ptp(force):
-        return True
-    return abs(end - middle) < _RELAXED * abs(middle - begin)
-
-
-def _noisy_channels(runs: Sequence[TestRun]) -> Iterator[str]:
-    for run, what, values in _channels(runs):
-        share = white_noise(values) / _rms(values)
-        if share > _NOISY:
-            yield f"{run.name}: noise is {100 * share:.0f} % of the {what}: it can show little"
-
-
-def _coarse_channels(runs: Sequence[TestRun]) -> Iterator[str]:
-    for run, what, values in _channels(runs):
-        step, size = rounding_step(values), float(np.std(values))
-        if step > _COARSE * size:
-            share = 100 * step / size
-            yield f"{run.name}: {what} has steps of {share:.2g} % of its RMS: coarsely quantised"
-
-
 def _implausible_sizes(runs: Sequence[TestRun]) -> Iterator[str]:
     if max(np.max(np.abs(run.force)) for run in runs) < _SMALLEST_FORCE:
         yield f"all forces are below {_SMALLEST_FORCE:g} N; is their unit right?"
@@ -243,16 +164,6 @@ def _implausible_sizes(runs: Sequence[TestRun]) -> Iterator[str]:
                 yield f"{run.name}: {what} reaches {largest:.3g} {unit}; is its unit right?"
 
 
-def _drifting_channels(runs: Sequence[TestRun]) -> Iterator[str]:
-    for run, what, values in _channels(runs):
-        moved = _drift(values)
-        if abs(moved) > _DRIFT:
-            yield (
-                f"{run.name}: the {what}'s middle moves by {100 * moved:.0f} % of its range during "
-                "the test"
-            )
-
-
 def _sampling(runs: Sequence[TestRun]) -> Iterator[str]:
     gaps = sorted({f"{1e3 * run.step:.3g}" for run in runs}, key=float)
     if len(gaps) > 1:
@@ -263,7 +174,7 @@ def _sampling(runs: Sequence[TestRun]) -> Iterator[str]:
 def turned_runs(runs: Sequence[TestRun]) -> tuple[list[TestRun], str]:
     """Runs in which the device gives off energy, or has the others' stiffness with another sign."""
     power = np.array(
-        [np.mean(run.force * run.velocity) / _rms(run.force) / _rms(run.velocity) for run in runs]
+        [np.mean(run.force * run.velocity) / rms(run.force) / rms(run.velocity) for run in runs]
     )
     if np.median(power) < -_REVERSED:
         wrong = list(runs)
@@ -272,7 +183,7 @@ def turned_runs(runs: Sequence[TestRun]) -> tuple[list[TestRun], str]:
     if wrong:
         return wrong, "the loops run the wrong way round, the device gives off energy"
     moved = ((run.force - run.force.mean(), run.displacement) for run in runs)
-    stiffness = np.array([np.mean(f * x) / _rms(f) / _rms(x) for f, x in moved])
+    stiffness = np.array([np.mean(f * x) / rms(f) / rms(x) for f, x in moved])
     if np.median(stiffness) > _TURNED:
         wrong = [run for run, one in zip(runs, stiffness, strict=True) if one < -_TURNED]
     return wrong, "the stiffness is negative, and that of the other tests is not"
@@ -297,17 +208,15 @@ def _transient_ends(runs: Sequence[TestRun]) -> Iterator[str]:
         if edge < _LEAST_EDGE or not is_steady:
             continue
         # hysteresis of a smaller motion follows no function of the larger one
-        if min(_rms(run.velocity[:edge]), _rms(run.velocity[-edge:])) < _SMALLER * _rms(
-            run.velocity
-        ):
+        if min(rms(run.velocity[:edge]), rms(run.velocity[-edge:])) < _SMALLER * rms(run.velocity):
             continue
         columns, inside = _static_functions(run), slice(n // 10, n - n // 10)
         values = np.linalg.lstsq(columns[inside], run.force[inside])[0]
         error = run.force - columns @ values
-        least = 1e-3 * _rms(run.force)
-        usual = max(_rms(error[inside]), least)
-        largest = max(_rms(error[k : k + edge]) for k in range(n // 10, n - n // 10, edge))
-        at_ends = min(_rms(error[:edge]), _rms(error[-edge:]))
+        least = 1e-3 * rms(run.force)
+        usual = max(rms(error[inside]), least)
+        largest = max(rms(error[k : k + edge]) for k in range(n // 10, n - n // 10, edge))
+        at_ends = min(rms(error[:edge]), rms(error[-edge:]))
         if at_ends > max(_TRANSIENT * usual, _ABOVE_ALL * largest):
             wrong.append(run)
     if wrong:
@@ -325,7 +234,7 @@ def _steady_current(runs: Sequence[TestRun]) -> NDArray:
 
 def _static_functions(run: TestRun) -> NDArray:
     """A constant and functions of the motion and the current of a run, (n, 11)."""
-    x, v = run.displacement / _rms(run.displacement), run.velocity / _rms(run.velocity)
+    x, v = run.displacement / rms(run.displacement), run.velocity / rms(run.velocity)
     i = run.current
     return np.stack(
         [np.ones(len(x)), x, v, x**3, v**3, np.abs(x) * v, x * np.abs(v), np.tanh(2 * v),
@@ -339,7 +248,7 @@ def _differing_offsets(runs: Sequence[TestRun]) -> Iterator[str]:
         return
     means = np.array([_mean_forces(run) for run in runs])
     off = means - np.median(means[:, 0])
-    sizes = np.array([_rms(run.force) for run in runs])
+    sizes = np.array([rms(run.force) for run in runs])
     least = _OFFSET * np.maximum(sizes, np.median(sizes))
     # an offset is there all the time; the mean of few or of uneven cycles moves
     towards = off[:, 1:] * np.sign(off[:, :1])
@@ -359,7 +268,7 @@ def _mean_forces(run: TestRun) -> list[float]:
     """Force that no static function of motion and current gives: of a run, and of its thirds, N."""
     functions = _static_functions(run)
     # at rest a device may hold a force of its own
-    moves = np.flatnonzero(np.abs(run.velocity) > 0.1 * _rms(run.velocity))
+    moves = np.flatnonzero(np.abs(run.velocity) > 0.1 * rms(run.velocity))
     parts = moves, *np.array_split(moves, 3)
     return [np.linalg.lstsq(functions[at], run.force[at])[0][0] for at in parts]
 
@@ -399,7 +308,7 @@ def _unit_of_force(runs: Sequence[TestRun]) -> Iterator[str]:
 
     A factor of 9.81 is reported only where another run has the same motion.
     """
-    stiffness = np.array([_rms(run.force) / _rms(run.displacement) for run in runs])
+    stiffness = np.array([rms(run.force) / rms(run.displacement) for run in runs])
     for run, one in zip(runs, stiffness / np.median(stiffness), strict=True):
         if max(one, 1 / one) > _UNIT_FACTOR:
             yield (
@@ -407,7 +316,7 @@ def _unit_of_force(runs: Sequence[TestRun]) -> Iterator[str]:
                 "are its units right?"
             )
     for first, second, n in _repeated(runs):
-        factor = _rms(second.force[:n]) / _rms(first.force[:n])
+        factor = rms(second.force[:n]) / rms(first.force[:n])
         if (unit := _unit_factor(factor)) and not factor > _UNIT_FACTOR:
             yield f"{second.name}: force is {unit} times that of {first.name} under the same motion"
 
@@ -416,10 +325,10 @@ def _repeated_runs(runs: Sequence[TestRun]) -> Iterator[str]:
     pairs, most = [], 0.0
     for first, second, n in _repeated(runs):
         one, other = first.force[:n], second.force[:n]
-        size = _rms(one)
-        differ = _rms(other - one) / size
+        size = rms(one)
+        differ = rms(other - one) / size
         noise = float(np.hypot(white_noise(one), white_noise(other))) / size
-        if differ > max(_REPEATED, 3 * noise) and not _unit_factor(_rms(other) / size):
+        if differ > max(_REPEATED, 3 * noise) and not _unit_factor(rms(other) / size):
             pairs.append(f"{first.name} and {second.name}")
             most = max(most, differ)
     if pairs:
@@ -452,16 +361,10 @@ def _repeated(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, TestRun, int]]
 
 
 _CHECKS: tuple[Callable[[Sequence[TestRun]], Iterator[str]], ...] = (
-    _reversed_loops, _noisy_channels, _clipped_channels, _coarse_channels, _implausible_sizes,
-    _drifting_channels, _differing_offsets, _unit_of_force, _velocity_channel, _repeated_runs,
+    _reversed_loops, noisy_channels, clipped_channels, coarse_channels, _implausible_sizes,
+    drifting_channels, _differing_offsets, _unit_of_force, _velocity_channel, _repeated_runs,
     _transient_ends, _sampling,
 )  # fmt: skip
-
-
-def _channels(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, str, NDArray]]:
-    for run in runs:
-        yield run, "displacement", run.displacement
-        yield run, "force", run.force
 
 
 def _names(some: Sequence[TestRun], runs: Sequence[TestRun]) -> str:
@@ -470,10 +373,6 @@ def _names(some: Sequence[TestRun], runs: Sequence[TestRun]) -> str:
         return "all runs"
     listed = ", ".join(run.name for run in some[:3])
     return listed if len(some) < 4 else f"{listed} and {len(some) - 3} more runs"
-
-
-def _rms(values: NDArray) -> float:
-    return float(np.sqrt(np.mean(values**2))) or 1e-300
 
 
 def _unit_factor(factor: float) -> str:
@@ -495,57 +394,4 @@ def _against(values: NDArray, expected: NDArray, step: float) -> tuple[float, fl
     size = np.linalg.norm(columns, axis=0)
     factor, slope = np.linalg.lstsq(columns / size, values[inside])[0] / size
     rest = values[inside] - columns @ [factor, slope]
-    return float(factor), float(-slope / factor), _rms(rest) / _rms(values[inside])
-
-
-def clipped(values: NDArray) -> slice | None:
-    """Find the longest stretch of equal samples at an extreme, if it is as a clipped channel's."""
-    longest, n = slice(0, _CLIPPED - 1), len(values)
-    if np.unique(np.diff(values)).size < 8:
-        return None  # a channel of few levels says nothing
-    step = float(np.median(np.diff(np.unique(values))))
-    for extreme in (values.max(), values.min()):
-        at = np.flatnonzero(values == extreme)
-        if at.size < _CLIPPED:
-            continue
-        breaks = np.flatnonzero(np.diff(at) > 1)
-        ends = np.concatenate([[-1], breaks, [at.size - 1]])
-        k = int(np.argmax(np.diff(ends)))
-        first, last = int(at[ends[k] + 1]), int(at[ends[k + 1]])
-        # the peak of a rounded channel is flat, too, but it begins and ends gently
-        beside = [max(first - (last - first) // 2, 0), min(last + (last - first) // 2, n - 1)]
-        if np.mean(np.abs(values[beside] - extreme)) > _ROUNDED * step:
-            longest = max(longest, slice(first, last + 1), key=lambda each: each.stop - each.start)
-    return longest if longest.stop - longest.start >= _CLIPPED else None
-
-
-def _drift(values: NDArray) -> float:
-    """Change of the mid-range from the first to the last third, relative to the range."""
-    thirds = np.array_split(values, 3)
-    sizes = [float(np.ptp(part)) for part in thirds]
-    if min(sizes) < 0.9 * max(sizes):
-        return 0.0  # a test whose size changes has no steady middle
-    first, second, last = (0.5 * (float(part.max()) + float(part.min())) for part in thirds)
-    steady = (second - first) * (last - second) > 0
-    return (last - first) / max(sizes) if steady and _is_trend(_cycle_middles(values)) else 0.0
-
-
-def _cycle_middles(values: NDArray) -> NDArray:
-    """Mid-range of each cycle, from one rise through the middle to the next."""
-    from_middle = values - np.mean(values)
-    outside = np.flatnonzero(np.abs(from_middle) > 0.1 * np.ptp(values))  # noise is no cycle
-    rises = outside[1:][np.diff(np.sign(from_middle[outside])) > 0]
-    cycles = [values[a:b] for a, b in pairwise(rises)]
-    return np.array([0.5 * (float(cycle.max()) + float(cycle.min())) for cycle in cycles])
-
-
-def _is_trend(middles: NDArray) -> bool:
-    """Whether the cycles' middles move by more than chance; few cycles cannot tell it."""
-    n = len(middles)
-    if n < 4:
-        return True
-    at = np.arange(n) - (n - 1) / 2
-    slope = float(at @ middles / (at @ at))
-    scatter = middles - np.mean(middles) - slope * at
-    error = np.sqrt(float(scatter @ scatter) / (n - 2) / float(at @ at))
-    return abs(slope) > _DRIFT_ERRORS * error
+    return float(factor), float(-slope / factor), rms(rest) / rms(values[inside])

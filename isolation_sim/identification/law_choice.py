@@ -13,18 +13,17 @@ from ..errors import InputError
 from ..laws import Device
 from ..laws.registry import LAWS
 from .campaign import Campaign
+from .cross_validation import fitted_without, folds_of
 from .law_fit import (
     SCREENING_STEPS,
-    LawModel,
-    coarse_step_error,
     distinct,
     parameterise,
     refine_law,
     screen_starts,
     search_roughly,
 )
+from .law_model import LawModel, coarse_step_error
 from .least_squares import Optimum
-from .left_out import conditions, fitted_without
 from .measured_runs import MeasuredRuns
 from .parameterisation import Parameterisation
 
@@ -246,7 +245,7 @@ def _left_out(model: LawModel, values: NDArray, cross_validated: bool) -> float:
         return data.bounded(model.resolve_steps(x, 1).forces(x, False)[0]) - data.force
 
     total = residual(values)
-    masks = [mask for _, mask in conditions(data)] if cross_validated else []
+    masks = [mask for _, mask in folds_of(data)] if cross_validated else []
     ends = fitted_without(model, [values] * len(masks), masks, _FOLD_STEPS)
     for mask, own in zip(masks, map(residual, ends), strict=True):
         total[mask] = own[mask]

@@ -54,8 +54,7 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
                 yield f"  hard to distinguish from {', '.join(cause.confusable_with)}"
     if diagnosis.ladder is not None:
         yield ladder_table(diagnosis.ladder, diagnosis.noise)
-        if diagnosis.ladder.terms:
-            yield equation_table(diagnosis.ladder)
+        yield from equation_table(diagnosis.ladder)
         yield from ladder_text(diagnosis.ladder)
     if diagnosis.depends_on:
         yield f"Without causes, the residual depends on {', '.join(diagnosis.depends_on)}."
@@ -158,17 +157,17 @@ def ladder_table(ladder: Ladder, noise: Errors) -> TextTable:
     return TextTable(f"Residual over {ladder.quantity} (RMS) of each tier", headings, rows)
 
 
-def equation_table(ladder: Ladder) -> TextTable:
-    """The equation, and the numbers of each term with 95 % intervals."""
+def equation_table(ladder: Ladder) -> Iterator[TextTable]:
+    """The equation, and the numbers of each term with 95 % intervals; none without terms."""
     formula = " + ".join(["law", *(term.product for term in ladder.terms)])
     rows = [
         ("" if k else term.text, name, str(number), number.unit)
         for term in ladder.terms
         for k, (name, number) in enumerate(term.numbers.items())
     ]
-    return TextTable(
-        f"Equation: F = {formula}", ("term", "number", "value (95 %)", "unit"), rows, keys=2
-    )
+    if rows:
+        title = f"Equation: F = {formula}"
+        yield TextTable(title, ("term", "number", "value (95 %)", "unit"), rows, keys=2)
 
 
 def ladder_text(ladder: Ladder) -> list[str]:
@@ -266,8 +265,7 @@ def markdown(diagnosis: Diagnosis) -> str:
     if diagnosis.ladder is not None:
         ladder = ladder_table(diagnosis.ladder, diagnosis.noise)
         parts += ["## Tiers", _grid(ladder.headings, ladder.rows)]
-        if diagnosis.ladder.terms:
-            table = equation_table(diagnosis.ladder)
+        for table in equation_table(diagnosis.ladder):
             parts += [table.title, _grid(table.headings, table.rows)]
         parts += ladder_text(diagnosis.ladder)
     for number, step in enumerate(diagnosis.steps, start=1):

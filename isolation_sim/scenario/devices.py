@@ -20,7 +20,7 @@ from ..structures import (
     with_vertical_motion,
 )
 from ..structures.reference import FORCE_SCALE, LENGTH_SCALE
-from ..structures.sizing import design_cycle, scale_to_cycle, scale_to_period, with_damping
+from ..structures.sizing import Sizing
 from ..validation import Coefficients, Number, Positive, Registered, Section
 
 _Parameters = Annotated[
@@ -186,42 +186,30 @@ class Isolator(_Device):
         loads = self.overturning or self.vertical_period_s is not None
         changes = load_change_rows(structure, self.overturning) if loads else None
         isolated = structure.on(device, biaxial=self.biaxial, load_changes=changes)
-        if self.damping_ratio is None:
-            return isolated
-        cycle = None
-        if self.effective_period_s is not None:
-            cycle = design_cycle(self.effective_period_s, self.design_displacement_m)
-        return with_damping(isolated, device, self.damping_ratio, "damping_ratio", cycle)
+        return self._sizing.add_dashpots(isolated, device, "damping_ratio")
 
     def with_scales(self, structure: Structure) -> Isolator:
         """Return the section with scales by the period that it gives."""
-        periods = ("target_period_s", "effective_period_s")
-        chosen = [key for key in periods if getattr(self, key) is not None]
-        if not chosen:
-            if self.design_displacement_m is not None:
-                raise InputError(
-                    "design_displacement_m is set without target_period_s or effective_period_s; "
-                    "expected: one of them, too"
-                )
-            return self
         scales = {"length_scale": None, "force_scale": None, "count": 1.0}
         others = [key for key, default in scales.items() if getattr(self, key) != default]
-        if clash := [*others, *chosen[1:]]:
-            raise InputError(f"{clash[0]} and {chosen[0]} are both set; expected: one of the two")
-        device, displacement = self.device(), self.design_displacement_m
-        if self.target_period_s is not None:
-            device = scale_to_period(
-                structure, device, self.target_period_s, displacement, self.biaxial
-            )
-        elif self.effective_period_s is not None:
-            cycle = design_cycle(self.effective_period_s, displacement)
-            device = scale_to_cycle(structure, device, cycle, self.biaxial)
+        if not self._sizing.gives_period(*others):
+            return self
+        device = self._sizing.scale(structure, self.device(), self.biaxial)
         changes: dict[str, Any] = {
             "length_scale": device.length, "force_scale": device.force_scale,
         }  # fmt: skip
         if self.effective_period_s is None:  # the damping ratio needs them
             changes |= {"target_period_s": None, "design_displacement_m": None}
         return self.model_copy(update=changes)
+
+    @property
+    def _sizing(self) -> Sizing:
+        return Sizing(
+            self.target_period_s,
+            self.effective_period_s,
+            self.design_displacement_m,
+            self.damping_ratio,
+        )
 
     def on_reference(self) -> Device:
         """Return the device; scales that the section leaves out are the reference building's."""

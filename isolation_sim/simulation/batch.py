@@ -24,13 +24,13 @@ from ..written_names import as_written
 from .contact import contacts_of_lane
 from .control import CoilDriver, Control, Sensors
 from .kernel.loading import compiling
-from .many_warnings import BETWEEN, Validity, of_many, warnings_of_many
 from .plan import Lane, Plan
 from .plausibility import end_state, input_warnings
-from .result import Run, cautions_of
+from .result import Run
 from .run import check_options, prepare_lane, simulate, traceable
 from .run_criteria import criteria_key, criteria_of_lanes
 from .tested_range import compare_with_tests, peak_currents
+from .validity import BETWEEN, Validity, validity_lines_of_many, validity_of, warnings_of_many
 
 LANES = 16
 """Number of runs that the kernel computes together: two vectors of eight."""
@@ -129,7 +129,7 @@ class Batch:
             end, contacts with moat walls and end stops, cautions of controllers, missed tolerances,
             clamped commands.
         """
-        return of_many(vars(self))
+        return validity_lines_of_many(vars(self))
 
     def __repr__(self) -> str:
         failed = sum(reason is not None for reason in self.failure)
@@ -310,21 +310,6 @@ def run_cases(
         if progress is not None:
             progress(1)
     return results.batch()
-
-
-def validity_of(run: Run) -> Validity:
-    """Quantities and warnings on the validity of a run."""
-    peaks = run.test_comparison
-    return Validity(
-        run.clamped,
-        peaks.deformation_ratio,
-        peaks.current_ratio,
-        run.unresolved,
-        *run.end,
-        BETWEEN.join(run.implausible),
-        BETWEEN.join(cautions_of({run.controller: run})),
-        sum(run.contacts.values()),
-    )
 
 
 def _blocks(

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import separate
 from ..structures import IsolatedStructure
-from ..written_names import as_written
 from .complex_modes import Modes
 from .workspace import Workspace, modal_motion
 
@@ -65,22 +63,3 @@ def _entries(stop: Stop, deformation: NDArray) -> int:
     """Number of times that a deformation comes to a stop."""
     beyond = (deformation < stop.low) | (deformation > stop.high)
     return int(np.count_nonzero(np.diff(beyond.astype(int), prepend=0) == 1))
-
-
-def contact_warnings(runs: Mapping[str, Any]) -> list[str]:
-    """Warning about contacts in several runs (``Run``)."""
-    each = {
-        name: {element: count for element, count in run.contacts.items() if count}
-        for name, run in runs.items()
-    }
-    listed = [
-        f"{as_written(name)} {', '.join(f'{element} {n}' for element, n in counts.items())}"
-        for name, counts in each.items()
-        if counts
-    ]
-    if not listed:
-        return []
-    return [
-        "moat walls or end stops are touched, so that peaks depend on their stiffness; number of "
-        f"contacts: {'; '.join(listed)}"
-    ]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,6 @@ from ..laws.law import Law
 from ..structures import IsolatedStructure
 from ..structures.element import isolation_elements
 from ..structures.plausibility import ISOLATED_PERIODS, implausible
-from ..written_names import as_written
 from .complex_modes import Modes
 from .workspace import Workspace, modal_motion
 
@@ -187,26 +185,3 @@ def _end_state(isolated: IsolatedStructure, time: NDArray, motion: NDArray) -> t
     aside = np.abs(base[last]).min(axis=0) * (np.ptp(np.sign(base[last]), axis=0) == 0)
     peak = np.max(np.abs(base), initial=0.0)
     return False, float(np.max(aside, initial=0.0) / peak) if peak else 0.0
-
-
-def end_warnings(runs: Mapping[str, Any]) -> list[str]:
-    """Warnings about the end of several runs (``Run``)."""
-    moving = [as_written(name) for name, run in runs.items() if run.end[0]]
-    aside = [
-        f"{as_written(name)} {100 * run.end[1]:.0f} %"
-        for name, run in runs.items()
-        if run.end[1] > DISPLACED
-    ]
-    lines = []
-    if moving:
-        lines.append(
-            "the building still moves at the end, so that RMS values and energies depend on the "
-            "length of the motion; add quiet time, padded(after=) or quiet_after_s: "
-            f"{', '.join(moving)}"
-        )
-    if aside:
-        lines.append(
-            "the base does not return: it ends displaced, in relation to its peak: "
-            f"{', '.join(aside)}"
-        )
-    return lines

@@ -16,22 +16,17 @@ from ground_motions.old_names import renamed_attribute
 
 from ..archive import FILE, save_archive
 from ..criterion import Criteria, saved_criterion
-from ..errors import (
-    ControllerWarning,
-    InputError,
-    PlausibilityWarning,
-    TestedRangeWarning,
-    check_name,
-)
+from ..errors import InputError, check_name
 from ..io.files import write_netcdf
 from ..io.results_folder import files_into
 from ..rendering import Printed, render
 from ..written_names import as_written
-from .contact import contact_warnings, contacts_of_outputs, stops
+from .contact import contacts_of_outputs, stops
 from .outputs import level_dofs
-from .plausibility import end_state, end_warnings, input_warnings, saved_end_state
-from .tested_range import TestComparison, compare_with_tests, peak_currents, tested_range_warnings
+from .plausibility import end_state, input_warnings, saved_end_state
+from .tested_range import TestComparison, compare_with_tests, peak_currents
 from .trajectory import Trajectory, dataset
+from .validity import validity_lines
 
 if TYPE_CHECKING:
     import pandas
@@ -51,32 +46,6 @@ _SAVED = (
 """Saved and pickled attributes of a run."""
 _REFINED = 0.0025
 """Longest step of the accelerations for floor spectra, s: 20 in the shortest usual period."""
-
-
-def cautions_of(runs: Mapping[str, Run]) -> list[str]:
-    """Warnings of the controllers about their use, by the name to print."""
-    return [f"{as_written(name)}: {each}" for name, run in runs.items() for each in run.cautions]
-
-
-def warnings_of(runs: Mapping[str, Run]) -> Iterator[tuple[str, type[Warning]]]:
-    """Warnings about the validity of several runs of one plant, each line with its category."""
-    for lines, kind in (
-        (next(iter(runs.values())).implausible, PlausibilityWarning),
-        (tested_range_warnings(runs), TestedRangeWarning),
-        (end_warnings(runs), PlausibilityWarning),
-        (contact_warnings(runs), PlausibilityWarning),
-        (cautions_of(runs), ControllerWarning),
-    ):
-        yield from ((line, kind) for line in lines)
-
-
-def validity_lines(runs: Mapping[str, Run]) -> list[str]:
-    """The same lines, and those of commands that were clamped."""
-    return [line for line, _ in warnings_of(runs)] + [
-        f"{as_written(name)}: {run.clamped} commands were clamped to the supply's limits"
-        for name, run in runs.items()
-        if run.clamped
-    ]
 
 
 def decisions_of(runs: Mapping[str, Run]) -> list[str]:

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..structures import IsolatedStructure
-from ..written_names import as_written
 from .complex_modes import Modes
 from .workspace import Workspace, modal_motion
-
-OVER_TESTED = ("deformation_over_tested", "current_over_tested")
-"""Names of the ratios of peaks to tested values, in ``Batch`` and in a sweep's table."""
 
 
 class TestComparison(NamedTuple):
@@ -111,54 +107,3 @@ def _at_base(isolated: IsolatedStructure) -> tuple[bool, ...]:
     base[list(structure.base)] = 1.0
     alone = len(structure.base) == 1
     return tuple(alone and np.array_equal(e.direction, base) for e in isolated.elements)
-
-
-def tested_range_warnings(runs: Mapping[str, Any]) -> list[str]:
-    """Warnings about deformations and currents beyond the tests, of several runs of one plant."""
-    peaks: dict[str, TestComparison] = {name: run.test_comparison for name, run in runs.items()}
-    first, isolated = next(iter(peaks.values())), next(iter(runs.values())).isolated
-    sentences = []
-    for name, (e, *_) in zip(isolated.device_names, isolated.groups, strict=True):
-        beyond = {
-            run: 1e3 * each.deformation[e]
-            for run, each in peaks.items()
-            if each.deformation[e] > each.tested_deformation[e]
-        }
-        if beyond:
-            tested = 1e3 * first.tested_deformation[e]
-            sentences.append(
-                f"{name} deforms further than its law was tested, {tested:.0f} mm at this scale: "
-                f"{_listed(beyond, '.0f', 'mm')}"
-            )
-    for c in range(isolated.n_channels):
-        beyond = {
-            run: each.current[c]
-            for run, each in peaks.items()
-            # a controller with this limit may exceed it by a rounding error
-            if each.current[c] > each.tested_current[c] * (1 + 1e-9)
-        }
-        if beyond:
-            tested = first.tested_current[c]
-            sentences.append(
-                f"coil {c} carries more current than its devices were tested with, {tested:.3g} A: "
-                f"{_listed(beyond, '.3g', 'A')}"
-            )
-    return sentences
-
-
-def _listed(values: Mapping[str, float], form: str, unit: str) -> str:
-    return ", ".join(f"{as_written(name)} {value:{form}} {unit}" for name, value in values.items())
-
-
-def beyond_tests(deformation: ArrayLike, current: ArrayLike) -> list[str]:
-    """Warnings for many runs, from their ratios to the tested values, (n_runs,) each."""
-    sentences = []
-    for ratios, what in (
-        (deformation, "deform an isolator or element further than its law was tested"),
-        (current, "need more current than the devices were tested with"),
-    ):
-        over = np.asarray(ratios, float)
-        n = int(np.count_nonzero(over > 1 + 1e-9))
-        if n:
-            sentences.append(f"{n} of {over.size} runs {what}, up to {np.nanmax(over):.3g} times")
-    return sentences

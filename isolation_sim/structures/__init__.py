@@ -8,12 +8,7 @@ from .reference import reference_building, reference_isolators
 from .shear_building import shear_building
 from .soil import Cones, cones, on_soil
 from .structure import IsolatedStructure, Structure
-from .vertical_load import (
-    load_change_rows,
-    overturning_rows,
-    with_p_delta,
-    with_vertical_motion,
-)
+from .vertical_load import load_change_rows, overturning_rows, with_p_delta, with_vertical_motion
 from .yielding import yielding_storeys
 
 __all__ = [

@@ -58,7 +58,7 @@ def base_rows(structure: Any) -> np.ndarray:
 
 
 def add_isolators(
-    isolated: Any, device: Device, biaxial: bool = False, load_changes: np.ndarray | None = None
+    isolated: Any, device: Device, biaxial: bool, load_changes: np.ndarray | None
 ) -> Any:
     """Add the isolators between ground and base; ``device`` represents all of them."""
     channel = 0 if device.depends_on_current else None

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,84 @@ DISPLACEMENT_PER_PERIOD = 0.04
 isolators."""
 
 
+@dataclass(frozen=True)
+class Sizing:
+    """Period and damping ratio that isolators are to give a building; see ``Structure.on``."""
+
+    target_period_s: float | None  # Of the first mode for small vibrations
+    effective_period_s: float | None  # On the effective stiffness at the design displacement
+    design_displacement_m: float | None  # At the largest tested deformation of the device
+    damping: float | None  # Ratio of the first mode, or effective one with an effective period
+
+    def gives_period(self, *others: str) -> bool:
+        """Whether it has a period; ``others`` are the names of scales that are set beside it."""
+        periods = ("target_period_s", "effective_period_s")
+        chosen = [key for key in periods if getattr(self, key) is not None]
+        if chosen and len(both := [*others, *chosen]) > 1:
+            raise InputError(f"{both[0]} and {both[1]} are both set; expected: one of the two")
+        if self.design_displacement_m is not None and not chosen:
+            raise InputError(
+                "design_displacement_m is set without target_period_s or effective_period_s; "
+                "expected: one of them, too"
+            )
+        return bool(chosen)
+
+    def scale(self, structure: Any, device: Device, biaxial: bool) -> Device:
+        """Scale a device so that the structure has the period on it."""
+        if self._cycle is not None:
+            return _to_cycle(structure, device, self._cycle, biaxial)
+        assert self.target_period_s is not None
+        displacement = self.design_displacement_m
+        return _to_period(structure, device, self.target_period_s, displacement, biaxial)
+
+    def add_dashpots(self, isolated: Any, device: Device, key: str) -> Any:
+        """Add dashpots between ground and base that give the damping ratio; ``key`` is its name.
+
+        It is that of the first mode, or the effective damping with an effective period.
+        """
+        from ..laws.kelvin_voigt import LAW
+
+        damping, cycle = self.damping, self._cycle
+        if damping is None:
+            return isolated
+        if not (np.isfinite(damping) and 0 <= damping < 1):
+            raise InputError(f"{key} is {damping!r}; expected: a ratio, 0 or more and below 1")
+        at_base = isolated.holding.any(axis=1)
+        held = [element for element, at in zip(isolated.elements, at_base, strict=True) if at]
+        if cycle is None:
+            result = modal_facts(isolated, middle_current(device))
+            own, omega = float(result.damping_ratios[0]), 2 * np.pi / result.periods[0]
+            moved = np.array([element.direction @ result.shapes[:, 0] for element in held])
+            size = omega / float(moved @ moved)
+        else:
+            stiffness, own, _ = effective(isolated, *cycle, middle_current(device))
+            moved = isolated.holding[at_base, 0]
+            size = stiffness * cycle[1] / (2 * np.pi) / float(moved @ moved)
+        if damping < own:
+            raise InputError(
+                f"{key} is {damping:g}; expected: {own:.4g} or more, the ratio of building and "
+                "isolators alone"
+            )
+        coefficient = 2 * size * (damping - own)
+        for element in held:
+            numbers = CurrentDependence.polynomial({"k": 0.0, "c": coefficient}, ("k", "c"))
+            damper = Device(LAW, numbers, name="damper added for a damping ratio")
+            name = element.name.replace("isolator", "damper")
+            isolated = isolated.with_element(damper, element.direction, None, name)
+        return isolated
+
+    @property
+    def _cycle(self) -> tuple[float, float] | None:
+        """Displacement, m, and period, s, at which a device has its effective period."""
+        if self.effective_period_s is None:
+            return None
+        positive("effective_period_s", self.effective_period_s)
+        if self.design_displacement_m is None:
+            raise InputError("effective_period_s needs design_displacement_m; expected: both")
+        positive("design_displacement_m", self.design_displacement_m)
+        return self.design_displacement_m, self.effective_period_s
+
+
 def middle_current(device: Device) -> float:
     """Middle of a device's tested currents, or of its range if it has none, A; 0 without a coil."""
     low, high = device.current_range
@@ -28,12 +107,8 @@ def middle_current(device: Device) -> float:
     return (low + high) / 2 if np.isfinite(high - low) else 0.0
 
 
-def scale_to_period(
-    structure: Any,
-    device: Device,
-    target_period: float,
-    displacement: float | None,
-    biaxial: bool = False,
+def _to_period(
+    structure: Any, device: Device, target_period: float, displacement: float | None, biaxial: bool
 ) -> Device:
     """Scale a device so that the first mode has the target period at the middle current."""
     from scipy.optimize import brentq
@@ -78,18 +153,7 @@ def scale_to_period(
     return device.scaled(force=float(np.exp(logarithm)))
 
 
-def design_cycle(period: float, displacement: float | None) -> tuple[float, float]:
-    """Displacement, m, and period, s, at which a device gets its effective period."""
-    positive("effective_period_s", period)
-    if displacement is None:
-        raise InputError("effective_period_s needs design_displacement_m; expected: both")
-    positive("design_displacement_m", displacement)
-    return displacement, period
-
-
-def scale_to_cycle(
-    structure: Any, device: Device, cycle: tuple[float, float], biaxial: bool = False
-) -> Device:
+def _to_cycle(structure: Any, device: Device, cycle: tuple[float, float], biaxial: bool) -> Device:
     """Scale a device so that its effective period in a cycle is the cycle's, at the middle current.
 
     ``cycle``: displacement, m, and period, s.
@@ -115,40 +179,3 @@ def _to_displacement(device: Device, displacement: float) -> Device:
     if not np.isfinite(device.tested_deformation):
         return device
     return device.scaled(displacement / (device.length * device.tested_deformation))
-
-
-def with_damping(
-    isolated: Any, device: Device, damping: float, name: str = "damping",
-    cycle: tuple[float, float] | None = None,
-) -> Any:  # fmt: skip
-    """Add dashpots between ground and base to reach a damping ratio of the first mode.
-
-    With a cycle, a displacement in m and a period in s, to reach the effective damping in it.
-    """
-    from ..laws.kelvin_voigt import LAW
-
-    if not (np.isfinite(damping) and 0 <= damping < 1):
-        raise InputError(f"{name} is {damping!r}; expected: a ratio, 0 or more and below 1")
-    at_base = isolated.holding.any(axis=1)
-    held = [element for element, at in zip(isolated.elements, at_base, strict=True) if at]
-    if cycle is None:
-        result = modal_facts(isolated, middle_current(device))
-        own, omega = float(result.damping_ratios[0]), 2 * np.pi / result.periods[0]
-        moved = np.array([element.direction @ result.shapes[:, 0] for element in held])
-        size = omega / float(moved @ moved)
-    else:
-        stiffness, own, _ = effective(isolated, *cycle, middle_current(device))
-        moved = isolated.holding[at_base, 0]
-        size = stiffness * cycle[1] / (2 * np.pi) / float(moved @ moved)
-    if damping < own:
-        raise InputError(
-            f"{name} is {damping:g}; expected: {own:.4g} or more, the ratio of building and "
-            "isolators alone"
-        )
-    coefficient = 2 * size * (damping - own)
-    for element in held:
-        numbers = CurrentDependence.polynomial({"k": 0.0, "c": coefficient}, ("k", "c"))
-        damper = Device(LAW, numbers, name="damper added for a damping ratio")
-        name = element.name.replace("isolator", "damper")
-        isolated = isolated.with_element(damper, element.direction, None, name)
-    return isolated

@@ -29,7 +29,7 @@ from .element import (
 from .isolation_loop import Effective, effective_at
 from .isolators import add_isolators, base_rows, isolator_rows, plan_dofs
 from .modes import ModalFacts, facts, modal_facts, undamped_modes
-from .sizing import design_cycle, scale_to_cycle, scale_to_period, with_damping
+from .sizing import Sizing
 
 
 @checked
@@ -362,27 +362,13 @@ class Structure:
         """
         if not self.base:
             raise InputError(f"{self.name} has no base; expected: a base, for the isolators")
-        periods = {
-            "target_period_s": target_period_s, "effective_period_s": effective_period_s,
-            "count": None if count == 1 else count,
-        }  # fmt: skip
-        chosen = [key for key, value in periods.items() if value is not None]
-        if len(chosen) > 1:
-            raise InputError(f"{' and '.join(chosen)} are set; expected: one of them")
-        cycle = None
-        if target_period_s is not None:
-            device = scale_to_period(self, device, target_period_s, design_displacement_m, biaxial)
-        elif effective_period_s is not None:
-            cycle = design_cycle(effective_period_s, design_displacement_m)
-            device = scale_to_cycle(self, device, cycle, biaxial)
-        elif design_displacement_m is not None:
-            raise InputError("design_displacement_m is set without a period; expected: both")
+        sizing = Sizing(target_period_s, effective_period_s, design_displacement_m, damping)
+        if sizing.gives_period(*["count"] * (count != 1)):
+            device = sizing.scale(self, device, biaxial)
         isolated = add_isolators(
             IsolatedStructure(self, ()), device.scaled(force=count), biaxial, load_changes
         )
-        if damping is None:
-            return isolated
-        return with_damping(isolated, device, damping, cycle=cycle)
+        return sizing.add_dashpots(isolated, device, "damping")
 
     @checked
     def with_element(

@@ -13,10 +13,10 @@ from ..errors import Diverged, InputError
 from ..io.columns import columns_bytes
 from ..io.results_folder import file_name
 from ..scenario import Scenario
-from ..simulation.batch import Case, run_cases, validity_of
-from ..simulation.many_warnings import Validity
+from ..simulation.batch import Case, run_cases
 from ..simulation.run import simulate
 from ..simulation.run_files import write_run
+from ..simulation.validity import Validity, validity_of
 from .design import CaseSpec
 from .rows import Row, energy_record, table_columns
 

@@ -14,7 +14,7 @@ from ground_motions.files import atomic_write
 
 from ..errors import InputError, check_name
 from ..rendering import Printed, render
-from ..simulation.many_warnings import Validity, of_many
+from ..simulation.validity import Validity, validity_lines_of_many
 
 if TYPE_CHECKING:
     import pandas
@@ -152,7 +152,7 @@ class Sweep(Printed):
         """
         # a table of an earlier release has some of the columns
         known = [name for name in _ACCOUNT if name in self.table]
-        return of_many({name: self.table[name].to_numpy() for name in known})
+        return validity_lines_of_many({name: self.table[name].to_numpy() for name in known})
 
     @checked
     def best(

@@ -12,7 +12,7 @@ from ..comparison import UNCONTROLLED
 from ..criteria import QUANTITIES, benchmark_criteria
 from ..errors import Diverged, InputError
 from ..simulation.ledger import Ledger
-from ..simulation.many_warnings import Validity
+from ..simulation.validity import Validity
 
 if TYPE_CHECKING:
     from ..scenario import Job

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from isolation_sim.cli import main
-from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.discrepancy.device import observable_effects
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.effects import EFFECTS
 from isolation_sim.scenario import Scenario
@@ -50,7 +50,7 @@ def test_what_is_outside_the_catalogue_is_not_blamed_on_it(tmp_path):
 @pytest.mark.usefixtures("few_effects")
 def test_the_command_leaves_a_law_that_a_scenario_takes(tmp_path, capsys, monkeypatch):
     hidden = "tension_compression_asymmetry"
-    monkeypatch.setitem(device_tests.EFFECTS, hidden, EFFECTS[hidden])
+    monkeypatch.setitem(observable_effects.EFFECTS, hidden, EFFECTS[hidden])
     case = Case(
         "single", "strain_stiffening", "strain_stiffening", ((hidden, "stiffer_one_way"),), 32
     )

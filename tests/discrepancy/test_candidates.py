@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
-from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.discrepancy.device import observable_effects
 from isolation_sim.discrepancy.device import screen as screening
 from isolation_sim.discrepancy.device.intervals import may_be_zero
 from isolation_sim.discrepancy.device.model import FittedModel, Model, fit_model
@@ -68,7 +68,7 @@ def halved(signals, states, parameters):
 def test_an_effect_that_cannot_be_traced_is_named(monkeypatch):
     part = EffectParameter("part", "1", "part", magnitude=True, starts=(0.1,))
     one_side = Effect("halved", "one_side", "Halved", (part,), motion=halved)
-    monkeypatch.setattr(device_tests, "EFFECTS", {"halved": (one_side,)})
+    monkeypatch.setattr(observable_effects, "EFFECTS", {"halved": (one_side,)})
     with pytest.raises(InputError, match=r"candidates.py:\d+.*signals.x > 0.*cannot be traced"):
         diagnose(runs(), "kelvin_voigt", threads=1, tiers="causes")
 

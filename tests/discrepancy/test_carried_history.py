@@ -6,7 +6,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from isolation_sim.discrepancy.adapters.device_tests import observable_effects
 from isolation_sim.discrepancy.device.carried_history import (
     can_carry_history,
     carry_history,
@@ -14,6 +13,7 @@ from isolation_sim.discrepancy.device.carried_history import (
 )
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
 from isolation_sim.discrepancy.device.model import Model
+from isolation_sim.discrepancy.device.observable_effects import observable_effects
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.effects import EFFECTS, effect
 from isolation_sim.identification.campaign import Campaign

@@ -5,12 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from isolation_sim.discrepancy.adapters import device_tests
-from isolation_sim.discrepancy.adapters.device_tests import DeviceTests
-from isolation_sim.discrepancy.device import effect_search
+from isolation_sim.discrepancy.device import effect_search, validated_search
 from isolation_sim.discrepancy.device.carried_history import carry_history
 from isolation_sim.discrepancy.device.effect_search import EffectSearch
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE, generic_terms, with_each_power
+from isolation_sim.discrepancy.device.validated_search import ValidatedSearch
 from isolation_sim.discrepancy.search import Round, SearchResult
 from isolation_sim.effects import Signals, effect
 
@@ -146,7 +145,7 @@ def test_a_model_is_completed_where_held_out_runs_agree(
     )
     more = fitted(cost, effect("self_heating"), effect(second))
 
-    class Problem(DeviceTests):
+    class Problem(ValidatedSearch):
         data = SimpleNamespace(fitted=np.array([True, False]))
         after = property(lambda self: self.final)
         errors = SimpleNamespace(
@@ -180,7 +179,7 @@ def test_a_model_is_completed_where_held_out_runs_agree(
 def test_only_what_helps_held_out_runs_as_it_was_found_is_revised(cost, held_out, revised):
     """Without a further cause, fitted runs leave 1000 and those held out 10."""
     best, more = fitted(1000, "heat"), fitted(cost, "heat", "wear")
-    problem = DeviceTests.__new__(DeviceTests)
+    problem = ValidatedSearch.__new__(ValidatedSearch)
     problem.space = Space()
     problem.space.revise = lambda model: model
     problem.data = SimpleNamespace(bounded=lambda force: force)
@@ -204,7 +203,7 @@ def test_held_out_runs_choose_where_the_law_misses_them_alone(
 ):
     law = fitted(1000)
     tried = [fitted(900, "heat"), fitted(950, OUTSIDE), fitted(960, "lag"), fitted(990, "offset")]
-    problem = DeviceTests.__new__(DeviceTests)
+    problem = ValidatedSearch.__new__(ValidatedSearch)
     problem.space = Space()  # of the noise's own gain, 1, 14 times are needed
     problem.data = SimpleNamespace(fitted=True)
     problem.errors = SimpleNamespace(
@@ -232,10 +231,10 @@ def test_a_search_goes_on_where_a_dropped_cause_has_led_to_a_far_better_fit(
             base, fitted(cost, "heat"), [Round(base, [], first), Round(first, [], None)]
         )
 
-    monkeypatch.setattr(device_tests, "search", search)
+    monkeypatch.setattr(validated_search, "search", search)
     space = Space()
     space.least_share = 0.03
-    result = device_tests._search(space, fitted(1e4))
+    result = validated_search._search(space, fitted(1e4))
     assert len(begun) == searches and len(result.rounds) == 1 + searches
     assert result.base is begun[0] and result.best.cost == (20 if searches == 2 else cost)
 
@@ -249,8 +248,8 @@ def test_a_cause_that_chance_explains_beside_the_others_is_dropped(monkeypatch):
             return fitted(costs[rest], *rest)
 
     needed = SimpleNamespace(needed=1.0)
-    monkeypatch.setattr(device_tests, "stability", lambda *_: [needed])
-    problem = DeviceTests.__new__(DeviceTests)
+    monkeypatch.setattr(validated_search, "stability", lambda *_: [needed])
+    problem = ValidatedSearch.__new__(ValidatedSearch)
     problem.space, problem.seed, problem.unstable = Alone(), 0, []
     costs[()] = 1e4
     assert problem._needed(fitted(1000, "heat", "wear")).effects == ("heat",)
@@ -262,7 +261,7 @@ def test_causes_take_the_place_of_a_state_of_each_run(monkeypatch, cost, taken):
     heat = carry_history(effect("self_heating"))
     temperature, wear = effect("ambient_temperature"), carry_history(effect("cyclic_degradation"))
     one, several = fitted(1000, heat), fitted(cost, temperature, wear)
-    problem = DeviceTests.__new__(DeviceTests)
+    problem = ValidatedSearch.__new__(ValidatedSearch)
     noise = np.full((100, 2), 0.1)
     problem.space = EffectSearch(fitted(1e4), [heat, temperature, wear], (), noise, None, None)
 
@@ -270,7 +269,7 @@ def test_causes_take_the_place_of_a_state_of_each_run(monkeypatch, cost, taken):
         assert list(space.effects) == [temperature, wear] and space.most_causes == 2
         return SearchResult(base, several, [])
 
-    monkeypatch.setattr(device_tests, "search", search)
+    monkeypatch.setattr(validated_search, "search", search)
     result = problem._without_unknown_starts(SearchResult(fitted(1e4), one, []))
     assert result.best is (several if taken else one)
     alone = SearchResult(fitted(1e4), several, [])

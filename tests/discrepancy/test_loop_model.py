@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from isolation_sim.discrepancy.loops import model as module
-from isolation_sim.discrepancy.loops.model import FittedLoops, LoopSearch, loop_motion
+from isolation_sim.discrepancy.loops import effect_search
+from isolation_sim.discrepancy.loops.effect_search import LoopSearch
+from isolation_sim.discrepancy.loops.model import FittedLoops, loop_motion
 from isolation_sim.discrepancy.loops.table import LoopTable
 from isolation_sim.laws.registry import LAWS
 
@@ -59,8 +60,8 @@ def test_a_purely_elastic_law_has_no_damping():
 
 def test_a_large_table_is_searched_on_some_rows(monkeypatch):
     small = fitted("kelvin_voigt")
-    monkeypatch.setattr(module, "LOOP_WHOLE", 8)
-    monkeypatch.setattr(module, "LOOP_ROWS", 6)
+    monkeypatch.setattr(effect_search, "LOOP_WHOLE", 8)
+    monkeypatch.setattr(effect_search, "LOOP_ROWS", 6)
     with ThreadPoolExecutor(2) as pool:
         space = LoopSearch(TABLE, pool, 0, lambda: None)
         result = space.fit_law(LAWS["kelvin_voigt"], None, 1)

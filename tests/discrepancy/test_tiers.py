@@ -24,7 +24,7 @@ from isolation_sim.discrepancy.tiers.terms import Number, Term, along, library
 from isolation_sim.effects import EFFECTS, effect
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.left_out import conditions
+from isolation_sim.identification.cross_validation import folds_of
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws.registry import LAWS
@@ -74,7 +74,7 @@ def test_an_equation_is_printed_with_its_signs():
         "+ (-20.24 (-22 to -18) N/m + 3 (2 to 4) N/m/A I) · (s_2, play of x over r_2), "
         "r_2 = 0.01 (0.009 to 0.011) m"
     )
-    table = equation_table(Ladder((), terms))
+    (table,) = equation_table(Ladder((), terms))
     assert table.title == "Equation: F = law + c_1_0 x + (c_2_0 + c_2_1 I) s_2"
     assert [row[:2] for row in table.rows] == [
         ("x", "c_1_0"), ("s_2, play of x over r_2", "c_2_0"), ("", "c_2_1"), ("", "r_2"),
@@ -278,7 +278,7 @@ def test_left_out_errors_are_those_of_least_squares():
 
 def test_conditions_are_motions(campaign):
     data = measured_runs(campaign.runs)
-    groups = conditions(data)
+    groups = folds_of(data)
     assert sum(mask.sum() for _, mask in groups) == data.fitted.sum()
     assert not any(np.any(a & b) for _, a in groups for _, b in groups if a is not b)
 
@@ -288,7 +288,7 @@ def test_the_parts_of_one_run_have_the_same_path():
     time = np.arange(2000) / 100
     x = np.exp(-time / 3) * np.sin(6 * time)
     data = measured_runs([TestRun("quake", time, x, np.gradient(x, time), 1e4 * x, 0 * time)])
-    paths = [np.sum(np.abs(data.v[mask])) for _, mask in conditions(data)]
+    paths = [np.sum(np.abs(data.v[mask])) for _, mask in folds_of(data)]
     assert len(paths) == 6
     np.testing.assert_allclose(paths, np.mean(paths), rtol=0.1)
 
@@ -302,7 +302,7 @@ def test_a_part_of_one_run_loses_only_what_others_do_not_gain(n_runs, part_of_on
         for x in [(k + 1) * np.sin(6 * time)]
     ]
     data = measured_runs(runs)
-    first = conditions(data)[0]
+    first = folds_of(data)[0]
     before = 0.1 * data.force
     after = 0.02 * data.force
     after[first[1]] = 1.15 * before[first[1]]  # adds 7 per cent of what the others gain
@@ -555,9 +555,9 @@ def test_a_law_that_diverges_without_a_condition_allows_no_loss(campaign):
 
     data = measured_runs([replace(run, hold_out=False) for run in campaign.runs])
     ladder = object.__new__(DeviceTiers)
-    ladder.data, ladder.masks = data, [mask for _, mask in conditions(data)]
+    ladder.data, ladder.masks = data, [mask for _, mask in folds_of(data)]
     ladder.problem = SimpleNamespace(data=data, significance=0.002)
-    names = [name for name, _ in conditions(data)]
+    names = [name for name, _ in folds_of(data)]
 
     def rung(*errors):
         left_out = np.zeros(len(data.x))
@@ -622,7 +622,7 @@ def test_terms_that_replace_each_other_end_the_selection(model, monkeypatch):
         return others[0], 1.0
 
     monkeypatch.setattr(equation, "_next", first)
-    masks = [mask[model.data.fitted] for _, mask in conditions(model.data) if mask.any()]
+    masks = [mask[model.data.fitted] for _, mask in folds_of(model.data) if mask.any()]
     with workers(1) as pool:
         selection = equation.select(model, np.array([K, C]), masks, pool)
     assert selection.chosen == () and len(rounds) == EQUATION_TERMS
@@ -635,7 +635,7 @@ def learned(campaign, model):
 
     data = model.data
     force = model.forces(np.array([K, C]), False)[0]
-    masks = [mask for _, mask in conditions(data)]
+    masks = [mask for _, mask in folds_of(data)]
     return learn(model, force, np.stack([force] * len(masks)), masks), data, force
 
 
@@ -654,7 +654,7 @@ def test_a_learned_term_is_to_lose_on_no_condition(campaign, monkeypatch):
 
     module = "isolation_sim.discrepancy.tiers.learned.LEARNED_PENALTIES"
     data = measured_runs(campaign.runs)
-    masks = [mask for _, mask in conditions(data)]
+    masks = [mask for _, mask in folds_of(data)]
     # the motion of one condition has no squeeze film
     own = data.force - SQUEEZE * data.x**2 * data.v * masks[2]
     data = replace(data, force=own)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from isolation_sim.discrepancy.adapters import device_tests
-from isolation_sim.discrepancy.device import causes
+from isolation_sim.discrepancy.device import causes, observable_effects
 from isolation_sim.discrepancy.device.generic_terms import OUTSIDE
+from isolation_sim.discrepancy.device.validated_search import ValidatedSearch
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.diagnosis import Cause
 from isolation_sim.discrepancy.verdict import meaning
@@ -120,9 +120,9 @@ def test_a_small_share_of_the_misfit_counts_where_it_is_most_of_what_remains():
 def test_of_losses_that_imitate_each_other_a_small_one_only_acts_like_one(monkeypatch):
     gradual = {
         cause: tuple(replace(effect, gradual=True) for effect in forms)
-        for cause, forms in device_tests.EFFECTS.items()
+        for cause, forms in observable_effects.EFFECTS.items()
     }
-    monkeypatch.setattr(device_tests, "EFFECTS", gradual)
+    monkeypatch.setattr(observable_effects, "EFFECTS", gradual)
     diagnosis = diagnosis_with(friction=0.3, offset=0.015)
     assert sorted(cause.label for cause in diagnosis.causes) == [
         "acts like force_offset", "coulomb_friction"
@@ -182,7 +182,7 @@ def test_a_cause_may_mend_the_form_of_a_larger_term(names, leaves_noise, doubtfu
 def test_what_the_others_explain_to_noise_needs_no_further_cause():
     errors = SimpleNamespace(validation_samples=None, is_noise=lambda error, _: error < 1.0)
     problem = SimpleNamespace(errors=errors, after=0.5)
-    completing = device_tests.DeviceTests._completing(problem, None, (0.8, 2.0), None)
+    completing = ValidatedSearch._completing(problem, None, (0.8, 2.0), None)
     assert completing == [False, True]
 
 
@@ -239,7 +239,7 @@ def test_what_nothing_measured_predicts_is_not_said_to_be_an_error(
     hidden, unpredicted, depends_on, monkeypatch
 ):
     monkeypatch.setattr(
-        device_tests, "EFFECTS", {"force_offset": device_tests.EFFECTS["force_offset"]}
+        observable_effects, "EFFECTS", {"force_offset": observable_effects.EFFECTS["force_offset"]}
     )
     diagnosis = diagnosis_with(**{hidden: 0.08 if hidden == "drift" else 0.02})
     assert diagnosis.verdict == "unexplained" and diagnosis.depends_on == depends_on

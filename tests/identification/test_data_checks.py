@@ -14,12 +14,9 @@ from scipy.signal import butter, lfilter, sosfiltfilt
 
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.data_checks import (
-    clipped,
-    data_notes,
-    outlier_note,
-    refuse_swapped,
-)
+from isolation_sim.identification.channel_checks import clipped
+from isolation_sim.identification.data_checks import data_notes, refuse_swapped
+from isolation_sim.identification.error_notes import outlier_note
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.fitted import RunError
 from isolation_sim.identification.run_table import TestRun

@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 
 import isolation_sim as iso
+from isolation_sim.discrepancy.device import observable_effects
 from isolation_sim.errors import InputError
 from isolation_sim.identification import law_fit
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.fitted import Estimate, labels
-from isolation_sim.identification.law_fit import LawModel, parameterise
+from isolation_sim.identification.law_fit import parameterise
+from isolation_sim.identification.law_model import LawModel
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.velocity import smooth
@@ -389,12 +391,11 @@ def test_a_campaign_all_held_out_is_refused(campaign_of):
     "name", [pytest.param("strain_stiffening", marks=pytest.mark.slow), "kelvin_voigt"]
 )
 def test_a_diagnosis_judges_the_law_that_a_fit_gives(name, campaign_of, monkeypatch):
-    from isolation_sim.discrepancy.adapters import device_tests
     from isolation_sim.discrepancy.diagnose import diagnose
 
     # the law is judged before its causes are searched
-    few = {"force_offset": device_tests.EFFECTS["force_offset"]}
-    monkeypatch.setattr(device_tests, "EFFECTS", few)
+    few = {"force_offset": observable_effects.EFFECTS["force_offset"]}
+    monkeypatch.setattr(observable_effects, "EFFECTS", few)
     runs = (*campaign_of("strain_stiffening", 0).runs, *campaign_of("strain_stiffening", 1).runs)
     runs = tuple(
         replace(run, name=f"run{k}", hold_out=k == 3, force=(1 + 0.3 * (k == 1)) * run.force)

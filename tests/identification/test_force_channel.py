@@ -12,7 +12,8 @@ from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.data_checks import data_notes
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.force_channel import Averaging, find_averaging, moving_average
-from isolation_sim.identification.law_fit import LawModel, refine_law
+from isolation_sim.identification.law_fit import refine_law
+from isolation_sim.identification.law_model import LawModel
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.parameterisation import Parameterisation
 from isolation_sim.identification.run_table import TestRun

@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 
 from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.discrepancy.device import observable_effects
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.effects import EFFECTS
 from isolation_sim.errors import InputError
 from isolation_sim.identification import fit as fit_module
 from isolation_sim.identification import law_choice
 from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.cross_validation import fitted_without
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.law_choice import LawChoice, LawRank, choose_law
-from isolation_sim.identification.left_out import fitted_without
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.workers import workers
@@ -138,7 +139,7 @@ def test_a_law_whose_causes_leave_much_is_compared_with_others(damper, for_the_d
     monkeypatch.setattr(device_tests, "choose_law", chosen)
     # others than this cause explain no more
     few = ("weak_rate_dependence",)
-    monkeypatch.setattr(device_tests, "EFFECTS", {cause: EFFECTS[cause] for cause in few})
+    monkeypatch.setattr(observable_effects, "EFFECTS", {cause: EFFECTS[cause] for cause in few})
     diagnosis = diagnose(damper, "bouc_wen", threads=1, tiers="causes")
     assert diagnosis.error_after.held_out > 0.03
     assert diagnosis.details["law_choice"]["text"].startswith(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.discrepancy.device import observable_effects
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.law_choice import choose_law
 from isolation_sim.laws import LAWS
@@ -51,7 +52,7 @@ ALL = tuple(LAWS), tuple(EFFECTS)
 def test_short_form(tmp_path, shared_data, monkeypatch, laws, causes):
     monkeypatch.setattr(study, "SHORT_EVERY", 5)
     monkeypatch.setattr(device_tests, "choose_law", partial(choose_law, laws=laws))
-    monkeypatch.setattr(device_tests, "EFFECTS", {name: EFFECTS[name] for name in causes})
+    monkeypatch.setattr(observable_effects, "EFFECTS", {name: EFFECTS[name] for name in causes})
     outcome, path = perform("building_record", tmp_path / "study", True)
     linear, extended = (
         {row["record"]: row for row in outcome.table if row["isolation layer"].startswith(name)}

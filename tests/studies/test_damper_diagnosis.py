@@ -8,7 +8,7 @@ from statistics import mean
 import pytest
 
 from isolation_sim.discrepancy import diagnose
-from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.discrepancy.device import observable_effects
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.law_choice import choose_law
 from isolation_sim.laws import LAWS
@@ -28,7 +28,7 @@ ALL = tuple(LAWS), tuple(EFFECTS)
 @pytest.mark.parametrize(("laws", "causes"), [RIVALS, ALL], ids=["rivals", "all"])
 def test_short_form(tmp_path, monkeypatch, laws, causes):
     monkeypatch.setattr(diagnose, "choose_law", partial(choose_law, laws=laws))
-    monkeypatch.setattr(device_tests, "EFFECTS", {name: EFFECTS[name] for name in causes})
+    monkeypatch.setattr(observable_effects, "EFFECTS", {name: EFFECTS[name] for name in causes})
     outcome, path = perform("damper_diagnosis", tmp_path / "study", True)
     assert len(outcome.table) == 18
     left_out = [row for row in outcome.table if row["used"] == "left out"]

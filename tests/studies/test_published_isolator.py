@@ -7,7 +7,7 @@ import pytest
 
 import isolation_sim as iso
 from isolation_sim.discrepancy.adapters import loop_table
-from isolation_sim.discrepancy.loops import model
+from isolation_sim.discrepancy.loops import effect_search
 from isolation_sim.effects import EFFECTS
 from studies import published_isolator as study
 from studies.study import perform
@@ -41,13 +41,13 @@ RIVALS = {
 def test_short_form(tmp_path, monkeypatch, names):
     if names:
         monkeypatch.setattr(study, "CYCLES", 6)
-        monkeypatch.setattr(model, "CYCLES", 6)
-        monkeypatch.setattr(model, "LOOP_FOLDS", 6)
+        monkeypatch.setattr(effect_search, "CYCLES", 6)
+        monkeypatch.setattr(effect_search, "LOOP_FOLDS", 6)
         compared = {
             cause: tuple(each for each in EFFECTS[cause] if each.form in forms)
             for cause, forms in names.items()
         }
-        monkeypatch.setattr(model, "EFFECTS", compared)
+        monkeypatch.setattr(effect_search, "EFFECTS", compared)
         monkeypatch.setattr(loop_table, "EFFECTS", compared)
     outcome, path = perform("published_isolator", tmp_path / "study", True)
     published, fitted, extended = outcome.table

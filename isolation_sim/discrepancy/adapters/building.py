@@ -13,13 +13,7 @@ from ...laws import Device
 from ...structures import IsolatedStructure
 from .. import inference
 from ..building.candidate import TYPICAL_PERIOD
-from ..building.cause_search import (
-    adequacy,
-    cell_p_values,
-    is_quiet,
-    p_value,
-    search_causes,
-)
+from ..building.cause_search import search_causes
 from ..building.comparison import (
     Comparison,
     FittedBuilding,
@@ -36,6 +30,7 @@ from ..building.errors import (
     relative_noise,
     squared_blocks,
 )
+from ..building.goodness_of_fit import adequacy, cell_p_values, is_quiet, p_value
 from ..building.localisation import ISOLATION_LAYER, UnknownForce, unknown_force
 from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
@@ -451,11 +446,12 @@ def _tests(record: BuildingRecord, comparison: Comparison) -> Iterator[tuple[str
 
 def _variables(record: BuildingRecord, axis: str) -> dict[str, NDArray]:
     """Quantities that a residual along a direction could depend on, each (n,)."""
+    from scipy.ndimage import maximum_filter1d
+
     x, dt = record.displacement(axis), record.dt
     half = max(int(TYPICAL_PERIOD / 2 / dt), 1)
     size = np.abs(x)
-    padded = np.pad(size, half, mode="edge")
-    amplitude = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).max(axis=1)
+    amplitude = maximum_filter1d(size, 2 * half + 1, mode="nearest")
     result = {
         "isolator displacement": x,
         "isolator velocity": np.gradient(x, dt),

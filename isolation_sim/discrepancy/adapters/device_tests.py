@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects import EFFECTS, Effect, extend
-from ...effects.extend import check_effect
+from ...effects import extend
 from ...identification.campaign import Campaign
-from ...identification.data_checks import data_notes, outlier_note
+from ...identification.data_checks import data_notes
+from ...identification.error_notes import outlier_note
 from ...identification.fitted import RunError
 from ...identification.law_choice import LawChoice, choose_law
-from ...identification.law_fit import (
-    SEARCHED,
-    coarse_step_error,
-    fit_law,
-    parameterise,
-    refine_law,
-)
+from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
+from ...identification.law_model import coarse_step_error
 from ...identification.measured_runs import MeasuredRuns, hold_out_some, measured_runs
 from ...identification.noise import correlation_time
 from ...identification.run_starts import start_note
@@ -31,60 +26,38 @@ from ...laws import Device
 from ...laws.law import Law
 from ..decisions import (
     COARSEST_STEPS,
-    COMPLETES,
     FAR_BETTER,
-    MINOR,
-    MOST_MINOR,
-    NEARLY_COMPLETES,
-    NEEDED,
     NOISE_EXAMPLES,
-    PROPOSED,
     REMAINS,
     RESOLVED_MISFIT,
     SIGNIFICANCE,
     SIGNIFICANT,
-    STEADY_CURRENT,
     TO_BLAME,
     TO_BLAME_FITTED,
-    WELL_EXPLAINED,
 )
-from ..device.carried_history import (
-    can_carry_history,
-    carry_history,
-    has_unknown_starts,
-    keeps_history,
-    of_device,
-)
-from ..device.causes import effect_causes, imitate, periodic_cause, wrong_numbers
+from ..device.carried_history import of_device
+from ..device.causes import effect_causes, periodic_cause, wrong_numbers
 from ..device.effect_search import EffectSearch
 from ..device.force_errors import ForceErrors
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
-from ..device.intervals import values_at_bounds
-from ..device.model import EACH_RUN, FittedModel, Model
+from ..device.model import FittedModel, Model
 from ..device.next_test import rival_tests
 from ..device.noise_examples import motion_noise, noise_residuals
-from ..device.stability import stability
+from ..device.observable_effects import observable_effects
+from ..device.validated_search import ValidatedSearch
 from ..diagnosis import Cause, Errors, Trace, worst_first
 from ..planned_tests import TestPlan, missing_conditions
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_device_tests, smallest_set
-from ..search import Round, SearchResult, search
-
-
-class Superfluous(NamedTuple):
-    """An effect that corrects next to nothing."""
-
-    place: int  # Among the effects
-    size: float  # Share of the force that it corrects
-    allowed: float  # Share of the force from which it would count
+from ..search import Round, SearchResult
 
 
 class DeviceTests(Problem[FittedModel]):
     """A campaign against a law, with given parameter values or with fitted ones."""
 
     # The search runs on thinned samples that are fitted; ``law`` and ``final`` are fitted to all of
-    # them and evaluated on the samples held out.
+    # them and evaluated on the samples held out (``device.validated_search``).
 
     predicts_residual = True
 
@@ -104,9 +77,6 @@ class DeviceTests(Problem[FittedModel]):
     ):
         self.choice, self.degree, self._repaired = choice, degree, repaired
         self.significance = significance
-        self.negligible: list[str] = []
-        self.negligible_below = significance
-        self.unstable: list[str] = []
         self.campaign, self.device, self.seed, self.pool = campaign, device, seed, pool
         self.progress = progress
         self.data_name, self.model_name = campaign.name, law.title
@@ -114,7 +84,6 @@ class DeviceTests(Problem[FittedModel]):
         self._parameterisation = parameterise(campaign, law, self.data, degree, prescribed=device)
         self.disturbance: Interference | None = None
         self.law: FittedModel  # Alone, on all samples
-        self.final: FittedModel  # With the effects found, on all samples
 
     def nominal(self) -> FittedModel:
         """Fit the law, remove interference, and simulate the noise."""
@@ -176,76 +145,29 @@ class DeviceTests(Problem[FittedModel]):
         return of_device_tests(base, self.space.noise_cost)
 
     def search(self, base: FittedModel) -> SearchResult[FittedModel]:
-        """Search for effects, then fit them to all samples."""
-        result = self._without_unknown_starts(_search(self.space, base))
-        self.progress("fitting all samples")
-        for best in self._proposals(result):
-            self._extend(best)
-            if not best.effects or self._holds():
-                break
-        best = self._completed(best, result)
-        while best.effects and (least := self._superfluous(best)) is not None:
-            title = best.effects[least.place].title
-            self.negligible.append(f"{title} corrects {100 * least.size:.2g} % of the force")
-            self.negligible_below = least.allowed
-            best = self.space.without(best, least.place)
-            self._extend(best)
+        """Search for effects that hold on all samples."""
+        self.validated = ValidatedSearch(
+            self.space, self.errors, self.law, self.prescribed, self.seed
+        )
+        result = self.validated.search(base, lambda: self.progress("fitting all samples"))
         if self.errors.is_large(self.after, self.errors.validation_samples):
             self._compare_laws()
-        return replace(result, best=best)
+        return result
 
-    def _without_unknown_starts(
-        self, result: SearchResult[FittedModel]
-    ) -> SearchResult[FittedModel]:
-        """Causes in place of one with a state of each run's own, if they explain as much."""
-        # Such a state follows whatever differs from run to run. Alone it stands for two causes,
-        # which the search adds one after the other and compares with it one by one.
-        best = result.best
-        if not any(has_unknown_starts(effect) for effect in best.effects):
-            return result
-        known = replace(
-            self.space,
-            effects=[effect for effect in self.space.effects if not has_unknown_starts(effect)],
-            most_causes=min(self.space.most_causes, len(best.effects) + 1),
-        )
-        other = _search(known, result.base)
-        fewer = self.space.penalised_cost(other.best) < self.space.penalised_cost(best)
-        return other if fewer else result
+    @property
+    def final(self) -> FittedModel:
+        """The law with the effects found, on all samples."""
+        return self.validated.final
 
-    def _superfluous(self, best: FittedModel) -> Superfluous | None:
-        """Find an effect that corrects next to nothing."""
-        squared = self.errors.squared
-        without = [self._force_without(best, k) for k in range(len(best.effects))]
-        added = np.array([squared(force) - squared(self.after) for force in without])
-        corrected = np.sqrt(np.maximum(added, 0.0))
-        explained = np.maximum(squared(self.before) - squared(self.after), 0.0)
-        # as a share of the whole force, and on average of each run's own
-        small = np.tile(np.sqrt(MINOR * explained), (len(corrected), 1))
-        # what completes the law is no correction of another's form
-        small[self._completing(best, without, corrected[:, 0] ** 2)] = 0.0
-        allowed = np.maximum(max(self.significance, 1e-9), np.minimum(small, MOST_MINOR))
-        beyond = np.max(corrected / allowed, axis=1)
-        least = int(np.argmin(beyond))
-        if beyond[least] >= 1:
-            return None
-        return Superfluous(least, float(np.max(corrected[least])), float(np.max(allowed)))
+    @property
+    def before(self) -> NDArray:
+        """Force of the evaluated simulation, N."""
+        return self.validated.before
 
-    def _completing(
-        self, best: FittedModel, without: Sequence[NDArray], corrected: NDArray
-    ) -> list[bool]:
-        """Which effects leave noise, or far less on fitted and on held-out runs, and others not."""
-        errors, judging = self.errors, self.errors.validation_samples
-        if errors.is_noise(self.after, judging):
-            # what the others leave is as small
-            return [not errors.is_noise(force, judging) for force in without]
-        if not self._may_complete(best):
-            return [False] * len(corrected)
-        remains = errors.relative(self.after) ** 2 - errors.noise_floor(judging) ** 2
-        return [
-            remains < COMPLETES * (remains + each)
-            and self.space.completes(self.space.without(best, k), best)
-            for k, each in enumerate(corrected)
-        ]
+    @property
+    def after(self) -> NDArray:
+        """Force with all selected effects, N."""
+        return self.validated.after
 
     def _compare_laws(self) -> LawChoice:
         """All laws on short data, compared once."""
@@ -269,140 +191,9 @@ class DeviceTests(Problem[FittedModel]):
         name = current.model.parameterisation.law.name
         return name not in [one.law for one in choice.near] and error > FAR_BETTER * choice.least
 
-    def _proposals(self, result: SearchResult[FittedModel]) -> Iterator[FittedModel]:
-        """Models to test on held-out data, until one holds.
-
-        Effects that follow the fitted runs may lack one that acts in the held-out runs above all.
-        Otherwise the last one found is dropped first. A law that follows the fitted runs alone
-        lacks something that acts in the others: there the held-out runs choose.
-        """
-        best = self._needed(result.best)
-        if best.effects:
-            yield best
-        last = result.rounds[-1] if result.rounds else None
-        if last is not None and last.taken is None and best is last.base and best.effects:
-            if self._left(self.data.fitted) < WELL_EXPLAINED:
-                yield from self.space.second_best(best, last.tried)
-        before = [one.base for one in reversed(result.rounds) if one.base is not best]
-        yield from (one for one in before if one.effects)
-        errors, base = self.errors, result.base
-        follows = errors.is_noise(self.before, self.data.fitted)
-        if follows and not errors.is_noise(self.before, errors.validation_samples):
-            tried = result.rounds[0].tried if result.rounds else ()
-            yield from self.space.more_than_noise(base, tried, PROPOSED)
-        yield base
-
-    def _completed(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel:
-        """Add a cause that explains most of what is left, on fitted and on held-out runs."""
-        # Of the law's whole misfit it may be a small share, as what mends the form of another cause
-        # is. That leaves most of the remainder, or follows other runs no better. A cause at a bound
-        # has a form that is not quite right.
-        errors = self.errors
-        if not best.effects or self.data.fitted.all():
-            return best
-        if errors.is_noise(self.after, errors.validation_samples):
-            return best
-        if any(any(values_at_bounds(best, place)) for place in range(len(best.effects))):
-            return best
-        left, more = errors.misfit(self.after), self._one_more(best, result)
-        if more is None or not self.space.completes(best, more):
-            return best
-        before = self.final
-        self._extend(more)
-        taken = self._may_complete(more) and errors.misfit(self.after) < COMPLETES * left
-        # one that imitates another does not replace it
-        if taken and imitate(more.effects):
-            taken = self._superfluous(more) is None
-        if taken and self._holds():
-            self.unstable = [one for one in self.unstable if one not in _titles(more)]
-            return more
-        self.final = before
-        return best
-
-    def _may_complete(self, best: FittedModel) -> bool:
-        """Whether effects may complete each other: those that imitate each other only to noise."""
-        return not imitate(best.effects) or self.errors.is_noise(self.after, self.data.fitted)
-
-    def _one_more(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel | None:
-        """The most likely model with one more cause: found by the search, or nearly chosen."""
-        if len(result.best.effects) == len(best.effects) + 1:
-            return result.best
-        last = result.rounds[-1]
-        if last.taken is not None or last.base.effects != best.effects:
-            return None
-        likely = self.space.second_best(best, last.tried)
-        nearly = next((one for one in likely if self._nearly_completes(best, one)), None)
-        return None if nearly is None else self.space.revise(nearly)
-
-    def _nearly_completes(self, best: FittedModel, more: FittedModel) -> bool:
-        """Whether one more cause leaves less on fitted and on held-out runs, as it was found."""
-        if not self.space.completes(best, more, NEARLY_COMPLETES):
-            return False
-        force = self.data.bounded(self._on_all_samples(more).force)
-        return self.errors.misfit(force) < NEARLY_COMPLETES * self.errors.misfit(self.after)
-
-    def _needed(self, best: FittedModel) -> FittedModel:
-        """Drop effects that chance explains beside the others, or most fits from other runs."""
-        while best.effects:
-            # each is a fit
-            several = range(len(best.effects) if len(best.effects) > 1 else 0)
-            lacking = [self.space.without(best, place) for place in several]
-            gains = [(e.cost - best.cost) / self.space.noise_gain(e, best) for e in lacking]
-            if gains and min(gains) < SIGNIFICANT:
-                best = lacking[int(np.argmin(gains))]
-                continue
-            shares = [one.needed for one in stability(self.space, best, self.seed)]
-            least = int(np.argmin(shares))
-            if shares[least] >= NEEDED:
-                break
-            self.unstable.append(best.effects[least].title)
-            best = self.space.without(best, least)
-        return best
-
-    def _extend(self, best: FittedModel) -> None:
-        """Take the effects of a searched model, and fit them to all samples."""
-        self.final = self.law
-        if best.effects:
-            self.final = self._on_all_samples(best)
-        elif self.prescribed is not None and self.errors.is_worse(self.before, self.after):
-            # numbers that predict other tests worse than those given are no improvement
-            self.final = self.prescribed
-
-    def _on_all_samples(self, searched: FittedModel) -> FittedModel:
-        """A searched model on all samples, with as many integration steps as it needs there."""
-        return searched.on(self.law.model.resolve_steps(searched.values))
-
-    def _holds(self) -> bool:
-        """Whether the effects help on fitted and on held-out runs, and make none of these worse."""
-        # An effect that helps on the fitted runs alone, or only where the law diverges, is no
-        # cause.
-        if self._left() > 1 - TO_BLAME or self._left(self.data.fitted) > 1 - TO_BLAME_FITTED:
-            return False
-        return not self.errors.is_worse(self.before, self.after)
-
-    def _force_without(self, searched: FittedModel, place: int) -> NDArray:
-        """Force of all samples without one effect, N."""
-        searched_without = self.space.without(searched, place)
-        without = replace(searched_without, model=self.final.model.without(place))
-        return self.data.bounded(without.force)
-
-    @cached_property
-    def before(self) -> NDArray:
-        """Force of the evaluated simulation, N."""
-        return self.data.bounded((self.prescribed or self.law).force)
-
-    @property
-    def after(self) -> NDArray:
-        """Force with all selected effects, N."""
-        return self.data.bounded(self.final.force)
-
-    def _left(self, chosen: NDArray | None = None) -> float:
-        """Share of the misfit that the effects leave; by default of the validation samples."""
-        return self.errors.share_left(self.before, self.after, chosen)
-
     def evaluate(self, result: SearchResult[FittedModel]) -> Evaluation:
         """Compare the forces before and after on fitted and on held-out samples."""
-        data, errors, left = self.data, self.errors, self._left()
+        data, errors, left = self.data, self.errors, self.validated.left()
         residuals = self.before - data.force, self.after - data.force
         before, after = (
             Errors(data.relative(r, data.fitted), data.relative(r, ~data.fitted)) for r in residuals
@@ -620,14 +411,16 @@ class DeviceTests(Problem[FittedModel]):
         self, result: SearchResult[FittedModel], evaluation: Evaluation, causes: Sequence[Cause]
     ) -> Text:
         """Why nothing was found, and effects that are too small to matter."""
-        if self.unstable:
+        unstable, negligible = self.validated.unstable, self.validated.negligible
+        if unstable:
             return Text(
                 "Dropped, since most fits from other runs do not ask for it: "
-                f"{', '.join(self.unstable)}."
+                f"{', '.join(unstable)}."
             )
-        if self.negligible:
-            least = f"less than {100 * self.negligible_below:.2g} % of the force is negligible"
-            return Text(f"{'; '.join(self.negligible)}: {least}.")
+        if negligible:
+            below = 100 * self.validated.negligible_below
+            least = f"less than {below:.2g} % of the force is negligible"
+            return Text(f"{'; '.join(negligible)}: {least}.")
         if causes:
             return Text("")
         if any(one.taken is not None for one in result.rounds):
@@ -641,60 +434,6 @@ class DeviceTests(Problem[FittedModel]):
             "No effect lowered the squared residual by more than "
             f"{SIGNIFICANT:.0f} times the noise's share of it."
         )
-
-
-def _search(space: EffectSearch, base: FittedModel) -> SearchResult[FittedModel]:
-    """Search for effects, and once more around those left at the end if they fit far better."""
-    result = search(space, base)
-    while space.continues(result):
-        more = search(space, result.best)
-        result = SearchResult(base, more.best, [*result.rounds, *more.rounds])
-    return result
-
-
-def _titles(fitted: FittedModel) -> list[str]:
-    return [effect.title for effect in fitted.effects]
-
-
-def observable_effects(data: MeasuredRuns) -> list[Effect]:
-    """Effects that the runs could show."""
-    current_varies = bool(np.ptp(data.current) > 0)
-    warmth_varies = data.has_temperature and bool(np.ptp(data.temperature) > 0.5)
-    effects = [
-        effect
-        for forms in EFFECTS.values()
-        for effect in forms
-        if ((effect.current is None and "current" not in effect.needs) or current_varies)
-        and ("temperature" not in effect.needs or warmth_varies)
-    ]
-    for effect in effects:
-        check_effect(effect)
-    several = len(data.dt) > 2
-    if several and data.past is not None:
-        effects += [carry_history(effect) for effect in effects if can_carry_history(effect)]
-    changes, falls = _current_history(data)
-    effects = [
-        effect
-        for effect in effects
-        if not _remembers_current(effect) or changes or (keeps_history(effect) and falls)
-    ]
-    return [EACH_RUN, *effects] if several else effects
-
-
-def _remembers_current(effect: Effect) -> bool:
-    return effect.current is not None and bool(effect.states)
-
-
-def _current_history(data: MeasuredRuns) -> tuple[bool, bool]:
-    """Whether the current changes within a run, and whether it falls from run to run.
-
-    Where it does neither, a memory of the current shows no more than a saturation does.
-    """
-    least = STEADY_CURRENT * float(np.max(np.abs(data.current)))
-    currents = [data.current[run] for run in data.runs]
-    changes = any(np.ptp(one) > least for one in currents)
-    before = np.zeros(len(currents)) if data.past is None else data.past.current
-    return changes, any(before - np.array([np.max(one) for one in currents]) > least)
 
 
 def sentence(note: str, names: Sequence[str]) -> str:

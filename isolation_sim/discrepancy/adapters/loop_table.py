@@ -18,7 +18,8 @@ from .. import inference
 from ..decisions import LOOP_ACCURACY, LOOP_CORRELATION, LOOP_RIVAL
 from ..device.intervals import linear_intervals
 from ..diagnosis import Cause, Errors, Trace
-from ..loops.model import FittedLoops, LoopSearch, rms
+from ..loops.effect_search import LoopSearch
+from ..loops.model import FittedLoops, rms
 from ..loops.table import LoopTable
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_loops, significant

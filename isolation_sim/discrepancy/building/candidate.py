@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .channels import GROUND
 from .model import BuildingModel
 
 Values = tuple[float, ...]
+Change = Callable[[BuildingModel, Values], BuildingModel]
+"""A model with a cause of some numbers in it."""
 TYPICAL_PERIOD = 2.0
 """s: of isolated buildings, for the orders of magnitude that fits start from."""
 
@@ -41,8 +45,7 @@ class Candidate:
     place: str  # Which storey or channel; empty where there is only one
     parameters: tuple[Parameter, ...]  # Fitted numbers
     starts: tuple[Values, ...]  # Values from which fits start
-    # ``apply(model, values)`` -> BuildingModel with the cause
-    apply: Callable[[BuildingModel, Values], BuildingModel]
+    apply: Change  # Puts it into a model, with the numbers given
     says: str  # Description for the report; names of its values in braces
     form: str = ""  # Variant of the cause
     # Fixed numbers to report beside the fitted ones: the storey's
@@ -64,3 +67,22 @@ class Candidate:
     def label(self) -> str:
         """Name and place, to print."""
         return f"{self.name} ({self.place})" if self.place else self.name
+
+
+def add_to(matrix: Literal["damping", "stiffness"], pattern: NDArray) -> Change:
+    """A cause that adds a multiple of a pattern (n, n) to a matrix of the structure."""
+
+    def apply(model: BuildingModel, values: Values) -> BuildingModel:
+        return model.changed(**{matrix: getattr(model.structure, matrix) + values[0] * pattern})
+
+    return apply
+
+
+def set_fields(*fields: str) -> Change:
+    """A cause whose numbers are fields of the model."""
+
+    def apply(model: BuildingModel, values: Values) -> BuildingModel:
+        numbers: dict[str, Any] = dict(zip(fields, values, strict=True))
+        return replace(model, **numbers)
+
+    return apply

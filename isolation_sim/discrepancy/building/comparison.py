@@ -185,24 +185,25 @@ class Comparison:
         again = compare_records(self.model, self.records, result, self.model_error, self.middle)
         return replace(again, _cache=self._cache)
 
+    def floor_of(self, record: BuildingRecord) -> NoiseFloor:
+        """Noise of a record."""
+        return self.floors[[one.name for one in self.records].index(record.name)]
+
     def expecting(self, model_error: float) -> Comparison:
         """Weight the same data by another expected model error."""
-        floors = {r.name: floor for r, floor in zip(self.records, self.floors, strict=True)}
-        fitted, held_out = (
-            tuple(
-                make_segment(s.record, s.samples, floors[s.record.name], model_error)
-                for s in segments
-            )
-            for segments in (self.fitted, self.held_out)
+        again = self._weighted(
+            lambda s, floor: make_segment(s.record, s.samples, floor, model_error)
         )
-        return replace(self, fitted=fitted, held_out=held_out, model_error=model_error)
+        return replace(again, model_error=model_error)
 
     def without_channel(self, name: str) -> Comparison:
         """Compare the same data beside an unknown signal in one channel."""
-        floors = {r.name: floor for r, floor in zip(self.records, self.floors, strict=True)}
         k = self.records[0].channels.index(name)
+        return self._weighted(lambda segment, floor: without_channel(segment, floor, k))
+
+    def _weighted(self, weight: Callable[[Segment, NoiseFloor], Segment]) -> Comparison:
         fitted, held_out = (
-            tuple(without_channel(s, floors[s.record.name], k) for s in segments)
+            tuple(weight(segment, self.floor_of(segment.record)) for segment in segments)
             for segments in (self.fitted, self.held_out)
         )
         return replace(self, fitted=fitted, held_out=held_out)

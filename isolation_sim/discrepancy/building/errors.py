@@ -44,22 +44,20 @@ def _pooled(errors: NDArray) -> float:
 
 def relative_noise(comparison: Comparison, held_out: bool) -> float:
     """Error that noise alone leaves, relative like the errors."""
-    floors = dict(zip((r.name for r in comparison.records), comparison.floors, strict=True))
     noise, measured = np.zeros((2, len(comparison.records[0].channels)))
     for segment in comparison.segments(held_out):
         n = len(range(*segment.samples.indices(len(segment.record))))
-        noise += n * floors[segment.record.name].total ** 2
+        noise += n * comparison.floor_of(segment.record).total ** 2
         measured += n * segment.rms**2
     return _pooled(np.sqrt(noise / measured)[comparison.seen])
 
 
 def excess_error(comparison: Comparison, outcome: FittedBuilding, held_out: bool = True) -> float:
     """Error that a model has beyond the noise, by default on data not fitted."""
-    floors = dict(zip((r.name for r in comparison.records), comparison.floors, strict=True))
     beyond, measured = np.zeros((2, len(comparison.records[0].channels)))
     for segment in comparison.segments(held_out):
         residual = comparison.residual(outcome.cause_values, segment.record)[segment.samples]
-        noise = len(residual) * floors[segment.record.name].total ** 2
+        noise = len(residual) * comparison.floor_of(segment.record).total ** 2
         beyond += (residual**2).sum(axis=0) - noise
         measured += len(residual) * segment.rms**2
     excess = (beyond / measured)[comparison.seen]

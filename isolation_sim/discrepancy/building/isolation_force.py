@@ -82,10 +82,9 @@ def effect_values(model: BuildingModel, result: CauseValues) -> NDArray:
 def _runs(comparison: Comparison, model: BuildingModel, result: CauseValues) -> LayerRuns:
     """Motion and force in the records that are fitted, in the device's scale."""
     share, length = total_force_scale(model), model.nominal.elements[0].device.length
-    floors = {r.name: f for r, f in zip(comparison.records, comparison.floors, strict=True)}
     parts, gains = [], {}
     for segment in comparison.fitted:
-        record, floor = segment.record, floors[segment.record.name]
+        record, floor = segment.record, comparison.floor_of(segment.record)
         run, residual = model.run(record), comparison.residual(result, record)
         lacking = _lacking(comparison, model, record, floor, run, residual)
         gains[record.name] = lacking.frequencies, lacking.gain * share

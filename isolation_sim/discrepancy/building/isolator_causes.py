@@ -12,7 +12,7 @@ import numpy as np
 from ...effects import Effect
 from ...effects.effect import in_sentence
 from ...identification.characteristic_scales import characteristic_scale
-from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values
+from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values, add_to, set_fields
 from .isolator_effects import IMPACT, ISOLATOR_EFFECTS, LAST_EFFECTS
 from .model import BuildingModel, force_scales, total_force_scale
 from .record import BuildingRecord
@@ -59,24 +59,15 @@ def _linear(model: BuildingModel) -> Iterator[Candidate]:
     shares = force_scales(model) / total_force_scale(model)
     pattern = sum(share * np.outer(row, row) for share, row in zip(shares, rows, strict=True))
     total, omega = model.structure.total_mass, 2 * np.pi / TYPICAL_PERIOD
-
-    def damped(model: BuildingModel, values: Values) -> BuildingModel:
-        damping = model.structure.damping + values[0] * pattern
-        return model.changed(damping=damping)
-
-    def held(model: BuildingModel, values: Values) -> BuildingModel:
-        stiffness = model.structure.stiffness + values[0] * pattern
-        return model.changed(stiffness=stiffness)
-
     yield Candidate(
         "extra_isolator_damping", "", (Parameter("coefficient", "N s/m", 0.0),),
-        ((0.06 * total * omega,),), damped,
+        ((0.06 * total * omega,),), add_to("damping", pattern),
         "the isolation layer has {coefficient:.3g} N s/m of damping more",
     )  # fmt: skip
     most = 10 * total * omega**2
     yield Candidate(
         "isolator_stiffness_error", "", (Parameter("stiffness", "N/m", -most, most),),
-        ((0.05 * total * omega**2,),), held,
+        ((0.05 * total * omega**2,),), add_to("stiffness", pattern),
         "the stiffness of the isolation layer differs by {stiffness:+.3g} N/m from the model's",
     )  # fmt: skip
 
@@ -266,32 +257,22 @@ _DELAYS = (0.001,), (0.005,), (0.05,), (0.2,)
 
 def _delays() -> Iterator[Candidate]:
     """The recorded command reaches the isolators late: after a dead time, or through a lag."""
-
-    def late(model: BuildingModel, values: Values) -> BuildingModel:
-        return replace(model, delay=values[0])
-
-    def sluggish(model: BuildingModel, values: Values) -> BuildingModel:
-        return replace(model, lag=values[0])
-
     yield Candidate(
         "actuation_delay", "", (Parameter("delay", "s", 0.0, 2.0),),
-        _DELAYS, late,
+        _DELAYS, set_fields("delay"),
         "the current acts {delay:.3g} s after it was recorded", form="dead_time",
     )  # fmt: skip
     yield Candidate(
         "actuation_delay", "", (Parameter("lag", "s", 1e-4, 2.0),),
-        _DELAYS, sluggish,
+        _DELAYS, set_fields("lag"),
         "the current acts through a lag of {lag:.3g} s", form="first_order",
     )  # fmt: skip
-
-    def both(model: BuildingModel, values: Values) -> BuildingModel:
-        return replace(model, delay=values[0], lag=values[1])
-
     # a sampled controller and a coil
     yield Candidate(
         "actuation_delay", "",
         (Parameter("delay", "s", 0.0, 2.0), Parameter("lag", "s", 1e-4, 2.0)),
-        tuple((share * d, (1 - share) * d) for (d,) in _DELAYS[1:3] for share in (0.7, 0.3)), both,
+        tuple((share * d, (1 - share) * d) for (d,) in _DELAYS[1:3] for share in (0.7, 0.3)),
+        set_fields("delay", "lag"),
         "the current acts {delay:.3g} s after it was recorded and through a lag of {lag:.3g} s",
         form="dead_time_and_lag",
     )  # fmt: skip
@@ -302,16 +283,9 @@ def _limits(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
     highest = max(float(r.current.max()) for r in records if r.current is not None)
     if highest <= 0:
         return
-
-    def clipped(model: BuildingModel, values: Values) -> BuildingModel:
-        return replace(model, supply_limit=values[0])
-
-    def slow(model: BuildingModel, values: Values) -> BuildingModel:
-        return replace(model, slew=values[0])
-
     yield Candidate(
         "current_supply_limit", "", (Parameter("limit", "A", 0.0, highest),),
-        tuple((share * highest,) for share in (0.99, 0.97, 0.8, 0.5)), clipped,
+        tuple((share * highest,) for share in (0.99, 0.97, 0.8, 0.5)), set_fields("supply_limit"),
         "the current stops at {limit:.3g} A", form="largest_current",
     )  # fmt: skip
     fastest = max(
@@ -321,6 +295,6 @@ def _limits(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
     yield Candidate(
         "current_supply_limit", "",
         (Parameter("slew", "A/s", 1e-3 * fastest, fastest, logarithmic=True),),
-        tuple((share * fastest,) for share in (0.98, 0.9, 0.7, 0.2, 0.05)), slow,
+        tuple((share * fastest,) for share in (0.98, 0.9, 0.7, 0.2, 0.05)), set_fields("slew"),
         "the current changes by {slew:.3g} A/s at most", form="slew",
     )  # fmt: skip

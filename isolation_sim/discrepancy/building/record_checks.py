@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ground_motions.units import STANDARD_GRAVITY
 
 from ...errors import InputError
-from ...identification.data_checks import clipped
+from ...identification.channel_checks import clipped
 from ...structures import Structure
 from .model import dofs_by_level
 from .record import BuildingRecord

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...structures import Structure
 from ...structures.yielding import storey_hysteresis
-from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values
+from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values, add_to
 from .channels import ROTATION
 from .model import BuildingModel, Soil, dofs_by_level, motion_of, shear_stiffness
 from .record import BuildingRecord
@@ -99,40 +99,27 @@ class _Frame(NamedTuple):
 
 def _softer(place: str, number: int, pattern: NDArray) -> Candidate:
     """A storey has lost a share of its stiffness ``pattern`` (n, n)."""
-
-    def apply(model: BuildingModel, values: Values) -> BuildingModel:
-        softer = model.structure.stiffness - values[0] * pattern
-        return model.changed(stiffness=softer)
-
     return Candidate(
-        "storey_stiffness_loss", place, (Parameter("loss", "1", 0.0, 0.95),), ((0.1,),), apply,
-        f"{place} has lost {{loss:.1%}} of its stiffness", numbers=(("storey", number),),
+        "storey_stiffness_loss", place, (Parameter("loss", "1", 0.0, 0.95),), ((0.1,),),
+        add_to("stiffness", -pattern), f"{place} has lost {{loss:.1%}} of its stiffness",
+        numbers=(("storey", number),),
     )  # fmt: skip
 
 
 def _stiffer(place: str, number: int, pattern: NDArray) -> Candidate:
     """A storey is stiffer: infill, cladding or partitions."""
-
-    def apply(model: BuildingModel, values: Values) -> BuildingModel:
-        stiffer = model.structure.stiffness + values[0] * pattern
-        return model.changed(stiffness=stiffer)
-
     return Candidate(
-        "storey_stiffness_gain", place, (Parameter("gain", "1", 0.0, 5.0),), ((0.1,),), apply,
-        f"{place} is {{gain:.1%}} stiffer than assumed", numbers=(("storey", number),),
+        "storey_stiffness_gain", place, (Parameter("gain", "1", 0.0, 5.0),), ((0.1,),),
+        add_to("stiffness", pattern), f"{place} is {{gain:.1%}} stiffer than assumed",
+        numbers=(("storey", number),),
     )  # fmt: skip
 
 
 def _damped(place: str, number: int, row: NDArray, critical: float) -> Candidate:
     """A damper stands in a storey, or it dissipates more than assumed."""
-
-    def apply(model: BuildingModel, values: Values) -> BuildingModel:
-        damping = model.structure.damping + values[0] * np.outer(row, row)
-        return model.changed(damping=damping)
-
     return Candidate(
         "extra_storey_damping", place, (Parameter("coefficient", "N s/m", 0.0),),
-        ((0.02 * critical,), (0.2 * critical,)), apply,
+        ((0.02 * critical,), (0.2 * critical,)), add_to("damping", np.outer(row, row)),
         f"{place} has {{coefficient:.3g}} N s/m of damping more", numbers=(("storey", number),),
     )  # fmt: skip
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...effects import Effect, EffectParameter
 from ...identification.characteristic_scales import characteristic_scale
-from ...identification.law_fit import LawModel
+from ...identification.law_model import LawModel
 from ...identification.least_squares import DETERMINED, Optimum, orthonormal, unit_columns
 from ...identification.measured_runs import MeasuredRuns
 from ..decisions import SEARCH_STEPS

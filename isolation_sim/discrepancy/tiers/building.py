@@ -19,27 +19,16 @@ from ...archive import law_of
 from ...effects.extend import ExtendedLaw
 from ...errors import Diverged
 from ...identification.characteristic_scales import characteristic_scale
-from ...identification.left_out import conditions
+from ...identification.cross_validation import folds_of
 from ...identification.measured_runs import MeasuredRuns
 from ...laws.current_dependence import CurrentDependence
 from ...laws.law import Law
 from ...structures import IsolatedStructure
 from ..adapters.building import BuildingRecords, extended_device, intervals, traces_of
 from ..building.candidate import Candidate, Parameter, Values
-from ..building.cause_search import adequacy, p_value
-from ..building.comparison import (
-    CauseValues,
-    Comparison,
-    FittedBuilding,
-    compare_records,
-    with_causes,
-)
-from ..building.errors import (
-    excess_error,
-    mean_error,
-    relative_noise,
-    squared_blocks,
-)
+from ..building.comparison import CauseValues, Comparison, FittedBuilding, with_causes
+from ..building.errors import excess_error, mean_error, relative_noise, squared_blocks
+from ..building.goodness_of_fit import adequacy, p_value
 from ..building.isolation_force import effect_values, layer_model
 from ..building.model import BuildingModel, total_force_scale
 from ..building.record import BuildingRecord
@@ -136,9 +125,8 @@ class BuildingTiers(Tiers[_Rung]):
         if rung is None:
             return None
         # as after every cause, the noise is estimated again
-        old, values = self.comparison, rung.outcome.cause_values
-        seen = compare_records(old.model, old.records, values, old.model_error, old.middle)
-        self._weigh(seen, self.causes.causes)
+        values = rung.outcome.cause_values
+        self._weigh(self.comparison.with_noise_beside(values), self.causes.causes)
         return replace(rung, outcome=self.comparison.fit((), values))
 
     def _chance(self, rung: _Rung) -> float:
@@ -150,7 +138,7 @@ class BuildingTiers(Tiers[_Rung]):
         """Terms beside some causes, along the isolators' motion, and the number of residuals."""
         layer = layer_model(self.comparison, causes)
         fitted = layer.data.fitted
-        folds = [mask[fitted] for _, mask in conditions(layer.data)]
+        folds = [mask[fitted] for _, mask in folds_of(layer.data)]
         values = effect_values(self.comparison.model, causes)
         return select(layer, values, folds, self.pool), int(fitted.sum())
 
@@ -220,7 +208,7 @@ class BuildingTiers(Tiers[_Rung]):
             terms = self._terms(below.chosen, below.text)
             fixed = terms.rows(values)
             force = force + data.record(terms.along(values, data))
-        folds = [mask for _, mask in conditions(data)]
+        folds = [mask for _, mask in folds_of(data)]
         term = learn(layer, force, np.stack([force] * len(folds)), folds, self.problem.seed)
         text = self._text(below.chosen, term.network)
         largest = float(np.max(np.abs(data.current))) or 1.0

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...archive import law_of
 from ...effects import extend
-from ...identification.left_out import conditions, fitted_without, of_parts
+from ...identification.cross_validation import fitted_without, folds_of, of_parts
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.noise import correlation_time
 from ...laws import Device
@@ -73,7 +73,7 @@ class DeviceTiers(Tiers[_Rung]):
         self.progress("leaving conditions out")
         full = problem.data
         self.data = full.thinned(TIER_SAMPLES).without_held_out()
-        self.masks = [mask for _, mask in conditions(self.data)]
+        self.masks = [mask for _, mask in folds_of(self.data)]
         self.law, self.causes = (
             _Rung(final, part, *self._without(part, [part.values] * len(self.masks)))
             for final in (problem.law, problem.final)
@@ -454,7 +454,7 @@ def _lost(after: NDArray, before: NDArray, data: MeasuredRuns, least: float) -> 
     """Conditions of the fitted samples on which a residual (N) is larger than the one before."""
     if not data.fitted.any():
         return
-    folds = conditions(data)
+    folds = folds_of(data)
     gains = [float(before[mask] @ before[mask] - after[mask] @ after[mask]) for _, mask in folds]
     # parts of one motion are no conditions of their own: what the other parts gain counts as well
     accepted = LOST * sum(max(gain, 0.0) for gain in gains) if of_parts(data) else 0.0

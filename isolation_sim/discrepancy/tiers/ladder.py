@@ -15,13 +15,7 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from ..decisions import (
-    DISSIPATIVE_GAIN,
-    EQUATION_GAIN,
-    EQUATION_PREFERRED,
-    IMITATION,
-    MUCH_LEFT,
-)
+from ..decisions import DISSIPATIVE_GAIN, EQUATION_GAIN, EQUATION_PREFERRED, IMITATION, MUCH_LEFT
 from ..device.generic_terms import OUTSIDE
 from ..diagnosis import Cause, Diagnosis
 from ..verdict import Verdict

@@ -276,8 +276,7 @@ def _tiers(diagnosis: Diagnosis) -> Iterator[Block]:
         note="Conditions left out: each condition is predicted by a model fitted without it."
         * any(np.isfinite(one.left_out) for one in diagnosis.ladder.rungs),
     )  # fmt: skip
-    if diagnosis.ladder.terms:
-        yield Table.of(equation_table(diagnosis.ladder))
+    yield from map(Table.of, equation_table(diagnosis.ladder))
     yield Prose(tuple(ladder_text(diagnosis.ladder)))
     if diagnosis.ladder.law_text:
         yield Listing("The extended law, as a Python file", diagnosis.ladder.law_text)

@@ -13,18 +13,7 @@ from ...written_names import capital
 from ..fit_tables import errors_table, parameters_table, runs_table
 from ..loops_fitted import LOOKS, loops
 from ..references import of_device
-from .page import (
-    Block,
-    Bullets,
-    Facts,
-    Gallery,
-    LineChoice,
-    Listing,
-    Page,
-    Prose,
-    Section,
-    Table,
-)
+from .page import Block, Bullets, Facts, Gallery, LineChoice, Listing, Page, Prose, Section, Table
 from .panels import panel_chart
 from .run_report import code_facts, versions
 

@@ -9,13 +9,7 @@ from ...sweeps.suites.result import SCENARIO
 from ...written_names import as_written, capital
 from ..style import BAND
 from ..suite_figures import spectra_key, spectra_panel
-from ..suite_tables import (
-    comparison_table,
-    motions_text,
-    records_table,
-    statistics_table,
-    verdict,
-)
+from ..suite_tables import comparison_table, motions_text, records_table, statistics_table, verdict
 from ..sweep_tables import heading
 from .page import Block, Cell, Facts, Key, Listing, Page, Prose, Row, Section, Table
 from .panels import panel_chart

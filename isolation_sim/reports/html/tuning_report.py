@@ -12,19 +12,7 @@ from ..chart import Panel
 from ..style import Look
 from ..tables import title_of
 from ..tuning_tables import gains_table, settings_table
-from .page import (
-    Block,
-    Chart,
-    Facts,
-    Gallery,
-    Key,
-    Listing,
-    Page,
-    Prose,
-    Section,
-    Table,
-    text_rows,
-)
+from .page import Block, Chart, Facts, Gallery, Key, Listing, Page, Prose, Section, Table, text_rows
 from .panels import panel_chart
 from .run_report import versions
 

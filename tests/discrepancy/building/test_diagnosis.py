@@ -22,7 +22,6 @@ from isolation_sim.discrepancy.building.cause_search import (
     _freed,
     _left_along,
     _near,
-    adequacy,
     candidates,
     search_causes,
 )
@@ -32,6 +31,7 @@ from isolation_sim.discrepancy.building.comparison import (
     with_causes,
 )
 from isolation_sim.discrepancy.building.errors import excess_error
+from isolation_sim.discrepancy.building.goodness_of_fit import adequacy
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
 from isolation_sim.discrepancy.building.record import BuildingRecord

@@ -8,12 +8,7 @@ from typing import NamedTuple
 from ground_motions.units import UNITS
 
 from ....errors import InputError
-from ....identification.raw_tests.channels import (
-    Heading,
-    columns_named,
-    find_channels,
-    listed,
-)
+from ....identification.raw_tests.channels import Heading, columns_named, find_channels, listed
 from ....identification.raw_tests.raw_table import RawTable
 from ..channels import AXES, ROTATION, Channel
 from .columns import Column, OpenColumn

@@ -8,11 +8,7 @@ from typing import NamedTuple
 
 from ground_motions.units import UNITS
 
-from ....identification.raw_tests.channels import (
-    NOT_MEASURED,
-    named_quantities,
-    unit_factor,
-)
+from ....identification.raw_tests.channels import NOT_MEASURED, named_quantities, unit_factor
 from ..channels import BASE, GROUND, ISOLATOR, ROTATION, Channel, in_any_unit
 
 ROOF = "roof"

@@ -1,4 +1,4 @@
-"""Conditions of measured runs that are left out of a fit in turn: cross-validation."""
+"""Cross-validation of laws: folds of measured runs that are left out of a fit in turn."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .law_fit import LawModel
+from .law_model import LawModel
 from .measured_runs import MeasuredRuns
 
 _GROUPS = 6
@@ -18,15 +18,15 @@ _SAME = 0.1
 
 
 def of_parts(data: MeasuredRuns) -> bool:
-    """Whether the conditions of the fitted samples are parts of one or two runs."""
+    """Whether the folds of the fitted samples are parts of one or two runs."""
     return sum(bool(data.fitted[run].any()) for run in data.runs) < 3
 
 
-def conditions(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
-    """Groups of fitted samples to leave out in turn, and their names."""
+def folds_of(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
+    """Folds of the fitted samples, groups of conditions: name and samples, (n_samples,) bool."""
     # Runs of nearly the same amplitude and velocity are one motion. Many motions are put together
     # by their size, so that what is left out is also an extrapolation. One or two runs are cut into
-    # parts of the same travelled path: the quiet end of an earthquake is no condition of its own.
+    # parts of the same travelled path: the quiet end of an earthquake is no fold of its own.
     number = np.zeros(len(data.x), dtype=int)
     if of_parts(data):
         inside = np.flatnonzero(data.fitted)
