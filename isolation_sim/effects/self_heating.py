@@ -95,9 +95,10 @@ def rates_absolute_power(signals: Signals, states: tuple, parameters: tuple) -> 
 
 
 def rates_coil(signals: Signals, states: tuple, parameters: tuple) -> tuple:
-    """Heat by the current, heat out."""
-    gain, cooling = parameters
-    return (gain * signals.current**2 - states[0] / cooling,)
+    """Heat by the work and by the current, heat out."""
+    gain, cooling, resistance = parameters
+    by_work = _rate(signals, states[0], exponential(signals, states, parameters), (gain, cooling))
+    return (by_work + gain * resistance * signals.current**2,)
 
 
 def dissipation(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -123,15 +124,14 @@ def _left(heat: Any) -> Any:
     return np.exp(-positive(heat))
 
 
-COOLING = EffectParameter(
-    "cooling", "s", "time constant of cooling", lower=1.0, upper=1e5, divides=True, starts=(5.0,
-    20.0, 100.0),
-)  # fmt: skip
 PARAMETERS = (
     EffectParameter(
         "gain", "1/J", "loss of force for work done", lower=0.0, magnitude=True, starts=(0.02, 0.1),
     ),
-    COOLING,
+    EffectParameter(
+        "cooling", "s", "time constant of cooling", lower=1.0, upper=1e5, divides=True, starts=(5.0,
+        20.0, 100.0),
+    ),
 )  # fmt: skip
 WARMTH = Quantity("warmth", "1", "temperature rise times sensitivity")
 
@@ -213,19 +213,19 @@ FORMS = (
     Effect(
         cause="self_heating",
         form="coil",
-        title="Self-heating by the coil",
+        title="Self-heating by the coil too",
         parameters=(
+            *PARAMETERS,
             EffectParameter(
-                "gain", "1/(A^2 s)", "loss of force for heat of the coil", lower=0.0,
-                magnitude=True, starts=(0.001, 0.005),
+                "resistance", "N m/(s A^2)", "resistance of the coil", lower=0.0,
+                starts=(1.0, 10.0), plain=(0.0,),
             ),
-            COOLING,
         ),
         states=(WARMTH,),
         rates=rates_coil,
         factor=exponential,
-        needs=frozenset({"current"}),
-        source="lumped heat balance by the resistance of the coil",
+        needs=frozenset({"force", "current"}),
+        source="lumped heat balance of the dissipation and of the coil's resistance",
         gradual=True,
     ),
 )  # fmt: skip

@@ -173,6 +173,31 @@ def test_a_model_is_completed_where_held_out_runs_agree(
 
 
 @pytest.mark.parametrize(
+    ("cost", "held_out", "noise", "taken"),
+    [
+        (1020, 3.0, False, True),
+        (1040, 3.0, False, False),  # the fitted runs tell it from the one found
+        (1020, 5.0, False, False),  # those held out do not ask for it
+        (1020, 3.0, True, False),  # they are left with noise already
+    ],
+)
+def test_held_out_runs_choose_among_what_fits_as_well(cost, held_out, noise, taken):
+    """The first effect leaves 1000 on the fitted runs, and 10 on those held out."""
+    best, other = fitted(1000, "kept"), fitted(cost, "fresh")
+    problem = ValidatedSearch.__new__(ValidatedSearch)
+    problem.space, problem.final = Space({(("kept",), 0): [other]}), best
+    problem.data = SimpleNamespace(fitted=np.array([True, False]), bounded=lambda force: force)
+    for model, left in ((best, 10.0), (other, held_out)):
+        model.force = left
+    problem.errors = SimpleNamespace(
+        validation_samples=None, is_noise=lambda *_: noise, misfit=lambda left: left
+    )
+    problem._extend = lambda model: setattr(problem, "final", model)
+    problem._holds = lambda: True
+    assert problem._of_equals(best) is problem.final is (other if taken else best)
+
+
+@pytest.mark.parametrize(
     ("cost", "held_out", "revised"),
     [(600, 6.0, True), (900, 6.0, False), (600, 8.0, False)],
 )

@@ -572,13 +572,18 @@ def test_an_asymmetry_follows_the_current(form, size, further):
         np.testing.assert_allclose(force, 1e4 * x + difference * np.abs(motion), atol=0.01)
 
 
-def test_the_coil_warms_the_device_whatever_the_motion():
-    gain, cooling, current, held = 0.01, 8.0, 2.0, 0.005
-    device = spring(("self_heating.coil", {"gain": gain, "cooling": cooling}))
+def test_the_coil_warms_the_device_without_motion():
+    numbers = {"gain": 1e-3, "cooling": 8.0, "resistance": 10.0}
+    current, held = 2.0, 0.005
+    device = spring(("self_heating.coil", numbers))
     t, x, v = still(20.0)
     force, _ = respond(device, t, x + held, v, np.full(t.size, current), np.zeros(1), 1e-9)
-    heat = gain * current**2 * cooling * (1 - np.exp(-t / cooling))
+    heat = 1e-3 * 10.0 * current**2 * 8.0 * (1 - np.exp(-t / 8.0))
     np.testing.assert_allclose(force, 1e4 * held * np.exp(-heat), rtol=1e-6)
+    # and by its motion as without the coil
+    coil, work = effect("self_heating", "coil"), effect("self_heating", "exponential")
+    moving = REST._replace(v=0.3, force=50.0)
+    assert coil.rates(moving, (0.1,), (1e-3, 8.0, 10.0)) == work.rates(moving, (0.1,), (1e-3, 8.0))
 
 
 def test_a_field_of_which_a_part_finds_another_way():

@@ -66,7 +66,7 @@ class ValidatedSearch:
             self._extend(best)
             if not best.effects or self._holds():
                 break
-        best = self._completed(best, result)
+        best = self._of_equals(self._completed(best, result))
         while best.effects and (least := self._superfluous(best)) is not None:
             title = best.effects[least.place].title
             self.negligible.append(f"{title} corrects {100 * least.size:.2g} % of the force")
@@ -129,6 +129,24 @@ class ValidatedSearch:
             tried = result.rounds[0].tried if result.rounds else ()
             yield from self.space.more_than_noise(base, tried, PROPOSED)
         yield base
+
+    def _of_equals(self, best: FittedModel) -> FittedModel:
+        """Of models that the fitted runs do not tell apart, one that the held-out runs ask for."""
+        # Such as two states of which one goes on from run to run: the runs that would tell may all
+        # be held out.
+        errors = self.errors
+        for place in range(len(best.effects) if not self.data.fitted.all() else 0):
+            for other in self.space.rivals(best, place)[1]:
+                if errors.is_noise(self.after, errors.validation_samples):
+                    return best
+                if other.cost > best.cost + SIGNIFICANT:
+                    continue
+                before, left = self.final, errors.misfit(self.after)
+                self._extend(other)
+                if errors.misfit(self.after) < COMPLETES * left and self._holds():
+                    return self._of_equals(other)
+                self.final = before
+        return best
 
     def _completed(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel:
         """Add a cause that explains most of what is left, on fitted and on held-out runs."""
