@@ -7,7 +7,11 @@ from scipy.signal import butter, lsim
 
 from isolation_sim.discrepancy.adapters.device_tests import sentence
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
-from isolation_sim.discrepancy.device.interference import interference
+from isolation_sim.discrepancy.device.interference import (
+    _own_frequency,
+    _strong_lines,
+    interference,
+)
 from isolation_sim.discrepancy.device.model import run_means
 from isolation_sim.discrepancy.diagnose import diagnose, kind_of
 from isolation_sim.discrepancy.loops.table import read_loop_table
@@ -161,6 +165,18 @@ def test_multiples_of_the_motion_are_no_line(varies):
         runs.append(TestRun(f"run{k}", time, motion, speed, force, still, velocity_measured=True))
     data = measured_runs(runs)
     assert interference(data, STIFFNESS * data.x) is None
+
+
+@pytest.mark.parametrize("cycles", [2.0, 2.5, 3.0])
+@pytest.mark.parametrize("triangles", [False, True])
+def test_a_slow_test_of_two_cycles_has_a_frequency(cycles, triangles):
+    """Its multiples are no interference."""
+    time = np.arange(2001) / 100
+    motion = np.sin(2 * np.pi * cycles / 20 * time)
+    if triangles:
+        motion = 2 / np.pi * np.arcsin(0.995 * motion)
+    frequency = _own_frequency(*_strong_lines(motion, 0.01), 20.01)
+    assert frequency == pytest.approx(cycles / 20, rel=0.1)
 
 
 def test_the_line_of_short_runs_holds_in_a_long_one():

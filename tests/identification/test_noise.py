@@ -5,6 +5,7 @@ import pytest
 from scipy.signal import butter, sosfilt
 
 from isolation_sim.identification.noise import (
+    _beside_steps,
     channel_noise,
     coloured_noise,
     cycles_of,
@@ -166,6 +167,23 @@ def test_steps_of_a_force_are_no_noise():
     noisy = [run + NOISE * random.standard_normal(TIME.size) for run in [*runs, steps * runs[1]]]
     assert white_noise(noisy[-1]) > 4 * NOISE
     np.testing.assert_allclose(channel_noise(noisy, [1 / RATE] * 5).deviation, NOISE, rtol=0.2)
+
+
+def test_steps_of_a_fast_force_are_no_noise():
+    time = np.arange(0, 10, 0.01)  # 25 samples a cycle
+    steps = 1 + np.floor(time / 1.43) % 3
+    random = np.random.default_rng(8)
+    runs = [steps * np.sin(2 * np.pi * 4 * time + one) for one in range(3)]
+    noisy = [run + 0.01 * random.standard_normal(time.size) for run in runs]
+    assert all(white_noise(one) > 0.02 for one in noisy)
+    np.testing.assert_allclose(channel_noise(noisy, [0.01] * 3).deviation, 0.01, rtol=0.4)
+
+
+@pytest.mark.parametrize("corner", [0.3, 0.6])
+def test_filtered_noise_is_not_underestimated_beside_steps(corner):
+    white = np.random.default_rng(9).standard_normal(TIME.size)
+    filtered = sosfilt(butter(2, corner, output="sos"), white)
+    assert _beside_steps(filtered) > white_noise(filtered)
 
 
 def test_a_coarse_converter_has_noise():

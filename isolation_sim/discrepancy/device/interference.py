@@ -148,10 +148,11 @@ def _strong_lines(x: NDArray, dt: float) -> tuple[NDArray, NDArray]:
 
 def _own_frequency(lines: NDArray, weights: NDArray, duration: float) -> float:
     """Frequency of a sinusoid or of one whose amplitude varies, Hz; 0 of any other motion."""
+    weights = weights * (lines > 0)  # half a cycle more leaves a mean behind the window
     strongest = float(lines[np.argmax(weights)])
-    near = np.abs(lines - strongest) < 0.5 * strongest
-    # Hann's window spreads a line over two places to each side
-    if np.sum(weights[near]) < 0.95 * np.sum(weights) or strongest < 2.0 / duration:
+    # Hann's window spreads a line over two places to each side, of few cycles beyond half of it
+    near = np.abs(lines - strongest) < max(0.5 * strongest, 2.01 / duration)
+    if np.sum(weights[near]) < 0.95 * np.sum(weights) or strongest < 1.99 / duration:
         return 0.0
     return float(np.sum((lines * weights)[near]) / np.sum(weights[near]))
 
