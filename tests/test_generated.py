@@ -17,9 +17,9 @@ import controllers.compiled
 from controllers import clipped_lqr
 from controllers.device_model import DeviceModel
 from isolation_sim import generated
-from isolation_sim.discrepancy.device import effect_evaluation
+from isolation_sim.discrepancy.device import effect_kernel_text
 from isolation_sim.effects import effect, followers, self_heating
-from isolation_sim.identification import sensitivities
+from isolation_sim.identification import device_kernel_text
 from isolation_sim.laws import LAWS, emit, standard_solid
 from isolation_sim.simulation.kernel import loading
 
@@ -32,8 +32,8 @@ GENERATORS = {
     "law": lambda: loading._load_law.__wrapped__(LAW, 1, 1, 1, 0),
     "tables": lambda: loading.load_tables.__wrapped__(1),
     "peaks": lambda: loading.load_peaks.__wrapped__(1, 1),
-    "device": lambda: sensitivities.compiled.__wrapped__(LAW),
-    "effect": lambda: effect_evaluation._compiled.__wrapped__(effect("current_lag")),
+    "device": lambda: device_kernel_text.compiled.__wrapped__(LAW),
+    "effect": lambda: effect_kernel_text.compiled.__wrapped__(effect("current_lag")),
     "decision": lambda: controllers.compiled._module.__wrapped__(
         clipped_lqr._decide, DeviceModel, (LAW,), 1, ""
     ),
@@ -44,10 +44,14 @@ WRITERS = {
         loading.integration_text, lambda: loading.integration_text(loading.OWN_SHAPE), "segments.py"
     ),
     "law": (loading.law_text, lambda: loading.law_text(LAW, 1, 1, 1, 0), "emit.py"),
-    "device": (sensitivities._text, lambda: sensitivities._text(LAW, False), "device_kernel.py"),
-    "stiff": (sensitivities._text, lambda: sensitivities._text(LAW, True), "device_kernel.py"),
+    "device": (
+        device_kernel_text._text, lambda: device_kernel_text._text(LAW, False), "device_kernel.py"
+    ),
+    "stiff": (
+        device_kernel_text._text, lambda: device_kernel_text._text(LAW, True), "device_kernel.py"
+    ),
     "effect": (
-        effect_evaluation._text, lambda: effect_evaluation._text(effect("self_heating")),
+        effect_kernel_text._text, lambda: effect_kernel_text._text(effect("self_heating")),
         "effect_kernel.py",
     ),
 }  # fmt: skip
@@ -96,7 +100,7 @@ def test_modules_loaded_without_their_text_are_named_by_every_byte_of_their_sour
     kind, name, monkeypatch
 ):
     before = name(kind)
-    writers = {"device": sensitivities._text, "effect": effect_evaluation._text}
+    writers = {"device": device_kernel_text._text, "effect": effect_kernel_text._text}
     writer = writers.get(kind, loading.integration_text)
     sources = generated.sources_of(writer)
     assert Path(emit.__file__) in sources

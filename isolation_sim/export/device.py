@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..identification.device_arguments import Workspace
-from ..identification.sensitivities import compiled
+from ..identification.device_kernel_text import compiled
 from ..laws.law import Law, Quantity
 from .c_text import CText
 from .part import Part, numbers

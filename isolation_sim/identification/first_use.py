@@ -8,7 +8,8 @@ from functools import partial
 
 from ..laws.registry import LAWS
 from ..workers import Task
-from .sensitivities import compile_law, is_compiled
+from .device_kernel_text import is_compiled
+from .sensitivities import compile_law
 
 
 def laws_to_compile(laws: Iterable[str] = LAWS) -> list[Task[None]]:

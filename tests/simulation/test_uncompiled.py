@@ -81,7 +81,7 @@ def trajectories():
     data, lag = measured_runs([RUN]), np.array([0.1])
     second = effect_evaluation.evaluate(SECOND_ORDER, data, RUN.force, lag)["current"]
     if not COMPILED:
-        effect_evaluation._compiled = lambda effect: effect_kernel
+        effect_evaluation.compiled = lambda effect: effect_kernel
     first = effect_evaluation.evaluate(FIRST_ORDER, data, RUN.force, lag)["current"]
     return [first, second], []
 

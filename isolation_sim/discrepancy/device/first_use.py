@@ -7,7 +7,8 @@ from functools import partial
 
 from ...effects import EFFECTS
 from ...workers import Task
-from .effect_evaluation import compile_effect, is_compiled
+from .effect_evaluation import compile_effect
+from .effect_kernel_text import is_compiled
 
 
 def effects_to_compile() -> list[Task[None]]:
