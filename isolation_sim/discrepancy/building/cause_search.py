@@ -202,9 +202,9 @@ class CauseSearch:
     def revise(self, taken: FittedBuilding) -> FittedBuilding:
         """Estimate the noise again with the cause in the model, and drop needless causes."""
         again = self.comparison.with_noise_beside(taken.cause_values)
-        self.comparison = again.with_best_sampling(taken.cause_values)
+        self.comparison, causes = again.with_best_sampling(taken.cause_values)
         self.before = self.comparison.evaluate(())
-        current = self.comparison.fit((), taken.cause_values)
+        current = self.comparison.fit((), causes)
         if not self.is_explained(current):
             current = self._exchange_causes(current)
         while len(current.cause_values) > 1:

@@ -166,32 +166,61 @@ class Comparison:
     def with_best_current(self) -> Comparison:
         """Compare again if a current that jumps and rests is nearer as it is held."""
         if all(record.current_steps for record in self.records):
-            return self._best_of(self._other_currents(self.model), ())
+            return self._best_of(self._other_currents(), ())[0]
         return self
 
-    def with_best_sampling(self, result: CauseValues = ()) -> Comparison:
-        """Compare again if ground or current between the samples follow another assumption."""
-        other = replace(self.model, band_limited=not self.model.band_limited)
-        best = self._best_of([other], result)
-        return best._best_of(self._other_currents(best.model), result)
+    def with_best_sampling(self, result: CauseValues = ()) -> tuple[Comparison, CauseValues]:
+        """Compare again if ground or current between the samples follow another assumption.
 
-    def _other_currents(self, model: BuildingModel) -> list[BuildingModel]:
+        The causes then have the numbers that they have beside it.
+        """
+        other = replace(self.model, band_limited=not self.model.band_limited)
+        best, result = self._best_of([other], result)
+        # where the model is as it was, a delay may yet be one of whole samples
+        same = [best.model] if any(_is_of_current(cause) for cause, _ in result) else []
+        return best._best_of([*best._other_currents(), *same], result)
+
+    def _other_currents(self) -> list[BuildingModel]:
         if any(record.current is None for record in self.records):
             return []
-        return [replace(model, jump=jump) for jump in (None, *JUMPS) if jump != model.jump]
+        return [replace(self.model, jump=j) for j in (None, *JUMPS) if j != self.model.jump]
 
-    def _best_of(self, models: Sequence[BuildingModel], result: CauseValues) -> Comparison:
+    def _best_of(
+        self, models: Sequence[BuildingModel], result: CauseValues
+    ) -> tuple[Comparison, CauseValues]:
         """Compare again with one of some models if it is nearer to the records than the present."""
         trials = [replace(self, model=one, _cache={}) for one in models]
-        # a current that is held comes half a sample later than a linear one
-        moved = tuple(one for one in result if one[0].name in CURRENT_CAUSES)
-        others = tuple(one for one in result if one not in moved)
-        fits = [trial.fit(others, moved, SCREENING_STEPS) for trial in trials]
+        fits = [trial._with_currents_fitted(result) for trial in trials]
         costs = [one.cost for one in fits]
         if not costs or min(costs) >= squared(self.fitted_residuals(result)):
-            return self
+            return self, result
         best = int(np.argmin(costs))
-        return trials[best].with_noise_beside(fits[best].cause_values)
+        values = dict(fits[best].cause_values)
+        result = tuple((cause, values[cause]) for cause, _ in result)
+        return trials[best].with_noise_beside(result), result
+
+    def _with_currents_fitted(self, result: CauseValues) -> FittedBuilding:
+        """Fit the causes of the current again: held, it is half a sample later than linear."""
+        moved = tuple(one for one in result if _is_of_current(one[0]))
+        others = tuple(one for one in result if not _is_of_current(one[0]))
+        # A step of the fit does not find the one moment at which a held current jumps at a sample.
+        starts = [moved, *(self._with_whole_delays(moved, to) for to in (np.floor, np.ceil))]
+        costs = [squared(self.fitted_residuals((*others, *start))) for start in starts]
+        return self.fit(others, starts[int(np.argmin(costs))], SCREENING_STEPS)
+
+    def _with_whole_delays(self, result: CauseValues, to: Callable[[float], float]) -> CauseValues:
+        """Causes whose delays are a whole number of samples."""
+        dt = self.records[0].dt
+        return tuple(
+            (
+                cause,
+                tuple(
+                    float(to(v / dt)) * dt if p.name == "delay" else v
+                    for p, v in zip(cause.parameters, values, strict=True)
+                ),
+            )
+            for cause, values in result
+        )
 
     def with_noise_beside(self, result: CauseValues) -> Comparison:
         """Estimate the noise again, with given causes in the model."""
@@ -371,6 +400,11 @@ def _quarters(record: BuildingRecord) -> tuple[int, int]:
         begins, ends = 0, len(record)
     quarter = (ends - begins) // 4
     return begins + quarter, ends - quarter
+
+
+def _is_of_current(cause: Candidate) -> bool:
+    """Whether a cause changes the current."""
+    return cause.name in CURRENT_CAUSES
 
 
 def with_causes(model: BuildingModel, result: Iterable[tuple[Candidate, Values]]) -> BuildingModel:
