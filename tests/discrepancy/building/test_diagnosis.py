@@ -256,7 +256,7 @@ def test_a_search_is_reopened_with_half_of_the_held_out_time(isolated):
     assert more.with_noise_beside(()).middle == first and several.fitting_less() is None
 
 
-@pytest.mark.parametrize("beside", [False, True])
+@pytest.mark.parametrize("beside", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_wall_that_only_the_last_and_strongest_record_reaches_is_named(
     isolated, monkeypatch, beside
 ):
