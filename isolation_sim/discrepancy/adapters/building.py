@@ -73,7 +73,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         self.first = compare_records(self._model, self.records).with_best_current()
         self.engineers = self.first.evaluate(())
         # beside something that is wrong, the better assumption between samples is no evidence
-        other = self.first.with_best_sampling()
+        other, _ = self.first.with_best_sampling()
         nominal = other.evaluate(())
         if is_quiet(other, nominal):
             self.first, self.engineers = other, nominal

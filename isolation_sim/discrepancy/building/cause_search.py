@@ -195,9 +195,9 @@ class CauseSearch:
     def revise(self, taken: FittedBuilding) -> FittedBuilding:
         """Estimate the noise again with the cause in the model, and drop needless causes."""
         again = self.comparison.with_noise_beside(taken.cause_values)
-        self.comparison = again.with_best_sampling(taken.cause_values)
+        self.comparison, causes = again.with_best_sampling(taken.cause_values)
         self.before = self.comparison.evaluate(())
-        current = self.comparison.fit((), taken.cause_values)
+        current = self.comparison.fit((), causes)
         if not self.is_explained(current):
             current = self._exchange_causes(current)
         while len(current.cause_values) > 1:
@@ -421,7 +421,7 @@ def search_causes(
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
-    """Search for causes, again with more or less of a lone record fitted if its parts disagree."""
+    """Search for causes, again with more or less of the last record fitted if parts disagree."""
     choices = candidates(comparison.model, comparison.records)
     before, late = comparison.evaluate(()), None
     missed, missed_fitted = (excess_error(comparison, before, part) for part in (True, False))
@@ -442,13 +442,17 @@ def search_causes(
         other = _search_as_expected(comparison, min(most_causes, 2), progress, others)
         if excess_error(other[0].comparison, other[1].best) < INSTEAD * left:
             return other
+    # what acts in strong motion alone is not seen where this is all fitted, or all held out
+    reopened = None
     if left < REMAINS < left_fitted:
-        # what acts in strong motion alone is not seen in its end, which is held out
         reopened = comparison.fitting_less()
-        if reopened is not None:
-            again = _search_as_expected(reopened, most_causes, progress, choices)
-            if largest_excess(again[0].comparison, again[1].best) < INSTEAD * left_fitted:
-                return again
+    elif best.cause_values and left_fitted < REMAINS < left:
+        reopened = comparison.fitting_more()
+    if reopened is not None:
+        again = _search_as_expected(reopened, most_causes, progress, choices)
+        remains = largest_excess(again[0].comparison, again[1].best)
+        if remains < INSTEAD * max(left, left_fitted):
+            return again
     if best.cause_values or late is not None:
         return space, result
     reopened = _reopened(space.comparison, best)
@@ -459,7 +463,7 @@ def search_causes(
 
 
 def _reopened(comparison: Comparison, best: FittedBuilding) -> Comparison | None:
-    """More of a lone record fitted where a model misses its held-out part; None where not."""
+    """More of the last record fitted where a model misses its held-out part; None where not."""
     missed = adequacy(comparison.held_out, best.held_out) < MISFIT_LEVEL
     return comparison.fitting_more() if missed else None
 

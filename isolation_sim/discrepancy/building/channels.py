@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from typing import NamedTuple
 
 from ground_motions.units import column_units
@@ -87,13 +88,27 @@ def accepted_units(one: Channel) -> dict[str, float]:
     return column_units(one.quantity)
 
 
-def required(axes: tuple[str, ...]) -> tuple[str, ...]:
-    """Columns beside the time that a record needs, whose directions are ``axes``."""
-    kinds = (
-        (GROUND, "acceleration"), (BASE, "acceleration"), ("floor1", "acceleration"),
-        (ISOLATOR, "displacement"),
-    )  # fmt: skip
-    return tuple(Channel(place, axis, what).name for place, what in kinds for axis in axes)
+def required(axes: tuple[str, ...], given: Collection[str] = ()) -> tuple[Channel, ...]:
+    """Channels that a record needs, whose directions are ``axes`` and whose keys are ``given``.
+
+    One floor along each direction is needed: any that is given, else the first.
+    """
+    floors = {
+        axis: next((f for key in sorted(given) if (f := _floor(key, axis))), "floor1")
+        for axis in axes
+    }
+    return (
+        *(Channel(place, axis, "acceleration") for place in (GROUND, BASE) for axis in axes),
+        *(Channel(floors[axis], axis, "acceleration") for axis in axes),
+        *(Channel(ISOLATOR, axis, "displacement") for axis in axes),
+    )
+
+
+def _floor(key: str, axis: str) -> str:
+    """Floor whose acceleration along a direction a key names; empty if it names none."""
+    place = key.split("_")[0]
+    is_of_floor = place.startswith("floor") and key == Channel(place, axis, "acceleration").key
+    return place if is_of_floor else ""
 
 
 def order(name: str) -> tuple[float, str]:

@@ -11,9 +11,16 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...identification.least_squares import Optimum, levenberg_marquardt
-from ..decisions import FITTED_ENERGY, LESS_FITTED_ENERGY, MOST_NOISE, QUIET_ENERGY
+from ..decisions import (
+    FITTED_ENERGY,
+    LESS_FITTED_ENERGY,
+    MOST_NOISE,
+    QUIET_ENERGY,
+    SCREENING_STEPS,
+)
 from ..inference import at_bound
 from .candidate import Candidate, Parameter, Values
+from .isolator_causes import CURRENT_CAUSES
 from .model import JUMPS, BuildingModel
 from .noise import NoiseFloor, noise_floor
 from .record import MINIMUM_SAMPLES, BuildingRecord
@@ -112,7 +119,8 @@ class Comparison:
     model_error : float
         Error to be expected of any model, as ``make_segment`` takes it.
     middle : int or None
-        Sample of a lone record from which it is held out.
+        Sample of the last record from which it is held out, 0 of several; None where records were
+        chosen to be held out.
     _cache : dict
         Simulations by record, last sample and causes.
     """
@@ -158,27 +166,61 @@ class Comparison:
     def with_best_current(self) -> Comparison:
         """Compare again if a current that jumps and rests is nearer as it is held."""
         if all(record.current_steps for record in self.records):
-            return self._best_of(self._other_currents(self.model), ())
+            return self._best_of(self._other_currents(), ())[0]
         return self
 
-    def with_best_sampling(self, result: CauseValues = ()) -> Comparison:
-        """Compare again if ground or current between the samples follow another assumption."""
-        other = replace(self.model, band_limited=not self.model.band_limited)
-        best = self._best_of([other], result)
-        return best._best_of(self._other_currents(best.model), result)
+    def with_best_sampling(self, result: CauseValues = ()) -> tuple[Comparison, CauseValues]:
+        """Compare again if ground or current between the samples follow another assumption.
 
-    def _other_currents(self, model: BuildingModel) -> list[BuildingModel]:
+        The causes then have the numbers that they have beside it.
+        """
+        other = replace(self.model, band_limited=not self.model.band_limited)
+        best, result = self._best_of([other], result)
+        # where the model is as it was, a delay may yet be one of whole samples
+        same = [best.model] if any(_is_of_current(cause) for cause, _ in result) else []
+        return best._best_of([*best._other_currents(), *same], result)
+
+    def _other_currents(self) -> list[BuildingModel]:
         if any(record.current is None for record in self.records):
             return []
-        return [replace(model, jump=jump) for jump in (None, *JUMPS) if jump != model.jump]
+        return [replace(self.model, jump=j) for j in (None, *JUMPS) if j != self.model.jump]
 
-    def _best_of(self, models: Sequence[BuildingModel], result: CauseValues) -> Comparison:
+    def _best_of(
+        self, models: Sequence[BuildingModel], result: CauseValues
+    ) -> tuple[Comparison, CauseValues]:
         """Compare again with one of some models if it is nearer to the records than the present."""
         trials = [replace(self, model=one, _cache={}) for one in models]
-        costs = [squared(trial.fitted_residuals(result)) for trial in trials]
+        fits = [trial._with_currents_fitted(result) for trial in trials]
+        costs = [one.cost for one in fits]
         if not costs or min(costs) >= squared(self.fitted_residuals(result)):
-            return self
-        return trials[int(np.argmin(costs))].with_noise_beside(result)
+            return self, result
+        best = int(np.argmin(costs))
+        values = dict(fits[best].cause_values)
+        result = tuple((cause, values[cause]) for cause, _ in result)
+        return trials[best].with_noise_beside(result), result
+
+    def _with_currents_fitted(self, result: CauseValues) -> FittedBuilding:
+        """Fit the causes of the current again: held, it is half a sample later than linear."""
+        moved = tuple(one for one in result if _is_of_current(one[0]))
+        others = tuple(one for one in result if not _is_of_current(one[0]))
+        # A step of the fit does not find the one moment at which a held current jumps at a sample.
+        starts = [moved, *(self._with_whole_delays(moved, to) for to in (np.floor, np.ceil))]
+        costs = [squared(self.fitted_residuals((*others, *start))) for start in starts]
+        return self.fit(others, starts[int(np.argmin(costs))], SCREENING_STEPS)
+
+    def _with_whole_delays(self, result: CauseValues, to: Callable[[float], float]) -> CauseValues:
+        """Causes whose delays are a whole number of samples."""
+        dt = self.records[0].dt
+        return tuple(
+            (
+                cause,
+                tuple(
+                    float(to(v / dt)) * dt if p.name == "delay" else v
+                    for p, v in zip(cause.parameters, values, strict=True)
+                ),
+            )
+            for cause, values in result
+        )
 
     def with_noise_beside(self, result: CauseValues) -> Comparison:
         """Estimate the noise again, with given causes in the model."""
@@ -209,23 +251,30 @@ class Comparison:
         return replace(self, fitted=fitted, held_out=held_out)
 
     def fitting_more(self) -> Comparison | None:
-        """Fit half of the held-out time of a lone record as well; None where that is no choice."""
+        """Fit more of the last record as well; None where that is no choice.
+
+        That is half of the held-out time of a lone record, and of several most of the motion.
+        """
         if self.middle is None:
             return None
-        return self._divided((self.middle + len(self.records[0])) // 2)
+        last = self.records[-1]
+        return self._divided(
+            (self.middle + len(last)) // 2 if self.middle else _middle_of_motion(last)
+        )
 
     def fitting_less(self) -> Comparison | None:
         """Hold out a part of a lone record's strong motion; None where that is no choice."""
-        if self.middle is None:
+        if self.middle is None or len(self.records) > 1:
             return None
         return self._divided(_middle(self.records[0], LESS_FITTED_ENERGY))
 
     def _divided(self, middle: int) -> Comparison | None:
-        (record,), (floor,) = self.records, self.floors
-        if min(middle, len(record) - middle) < MINIMUM_SAMPLES:
+        last, floor = self.records[-1], self.floors[-1]
+        if min(middle, len(last) - middle) < MINIMUM_SAMPLES:
             return None
-        fitted, held_out = _parts(record, floor, self.model_error, middle)
-        return replace(self, fitted=(fitted,), held_out=(held_out,), middle=middle)
+        fitted, held_out = _parts(last, floor, self.model_error, middle)
+        whole = tuple(one for one in self.fitted if one.record is not last)
+        return replace(self, fitted=(*whole, fitted), held_out=(held_out,), middle=middle)
 
     def fitted_residuals(self, result: CauseValues) -> tuple[NDArray, ...]:
         """Weigh the residuals of the fitted segments alone, with given causes in the model."""
@@ -273,7 +322,7 @@ class Comparison:
     def _weighted_residuals(
         self, result: CauseValues, segments: Sequence[Segment]
     ) -> tuple[NDArray, ...]:
-        # a lone record's later segment is not simulated while its earlier one is fitted
+        # a divided record's later segment is not simulated while its earlier one is fitted
         ends = {s.record.name: s.samples.indices(len(s.record))[1] for s in segments}
         residuals = {
             s.record.name: self.residual(result, s.record, ends[s.record.name]) for s in segments
@@ -305,21 +354,17 @@ def compare_records(
     floors = tuple(noise_floor(known, record) for record in records)
     fitted: list[Segment] = []
     held_out: list[Segment] = []
-    out = {record.name for record in records if record.hold_out}
-    if not out and len(records) > 1:
-        out = {records[-1].name}
-    if len(records) == 1 and middle is None:
-        middle = _middle(records[0], FITTED_ENERGY)
-        middle = int(np.clip(middle, *_quarters(records[0])))
+    if middle is None and not any(record.hold_out for record in records):
+        middle = 0 if len(records) > 1 else _middle_of_motion(records[0])
     for record, floor in zip(records, floors, strict=True):
-        n = len(record)
-        if middle is not None:
+        if record is records[-1] and middle:
             first, second = _parts(record, floor, model_error, middle)
             fitted.append(first)
             held_out.append(second)
         else:
-            (held_out if record.name in out else fitted).append(
-                make_segment(record, slice(0, n), floor, model_error)
+            out = record.hold_out if middle is None else record is records[-1]
+            (held_out if out else fitted).append(
+                make_segment(record, slice(0, len(record)), floor, model_error)
             )
     return Comparison(model, records, floors, tuple(fitted), tuple(held_out), model_error, middle)
 
@@ -327,7 +372,7 @@ def compare_records(
 def _parts(
     record: BuildingRecord, floor: NoiseFloor, model_error: float, middle: int
 ) -> tuple[Segment, Segment]:
-    """Fitted and held-out time of a lone record."""
+    """Fitted and held-out time of a record."""
     return (
         make_segment(record, slice(0, middle), floor, model_error),
         make_segment(record, slice(middle, len(record)), floor, model_error),
@@ -335,14 +380,19 @@ def _parts(
 
 
 def _middle(record: BuildingRecord, fitted_energy: float) -> int:
-    """Sample of a lone record before which it has a share of its energy."""
+    """Sample of a record before which it has a share of its energy."""
     values = record.values
     energy = np.cumsum(((values / values.std(axis=0)) ** 2).sum(axis=1))
     return int(np.searchsorted(energy, fitted_energy * energy[-1]))
 
 
+def _middle_of_motion(record: BuildingRecord) -> int:
+    """Sample before which a record has most of its energy, not too near to its ends."""
+    return int(np.clip(_middle(record, FITTED_ENERGY), *_quarters(record)))
+
+
 def _quarters(record: BuildingRecord) -> tuple[int, int]:
-    """Least and largest sample at which a lone record may be divided: a quarter from its ends.
+    """Least and largest sample at which a record may be divided: a quarter from its ends.
 
     A quarter of the time in motion, if the record is quiet for most of its own.
     """
@@ -351,6 +401,11 @@ def _quarters(record: BuildingRecord) -> tuple[int, int]:
         begins, ends = 0, len(record)
     quarter = (ends - begins) // 4
     return begins + quarter, ends - quarter
+
+
+def _is_of_current(cause: Candidate) -> bool:
+    """Whether a cause changes the current."""
+    return cause.name in CURRENT_CAUSES
 
 
 def with_causes(model: BuildingModel, result: Iterable[tuple[Candidate, Values]]) -> BuildingModel:

@@ -68,13 +68,13 @@ class BuildingRecord:
         n = len(self)
         if n < MINIMUM_SAMPLES:
             raise InputError(f"{self.name}: {n} samples; expected: {MINIMUM_SAMPLES} or more")
-        needed = required(self.axes)
+        needed = [one.name for one in required(self.axes) if one.place != GROUND]
         for name in self.response:
             one = channel(name)
             if one is None or one.place == GROUND or not _fits(one, self.axes):
                 raise InputError(
                     f"{self.name}: unknown channel {name!r}; expected: "
-                    f"{', '.join(_without_ground(needed))}, {_further(self.axes)}"
+                    f"{', '.join(needed)}, {_further(self.axes)}"
                 )
         for axis in self.axes:
             for one in (
@@ -211,9 +211,12 @@ def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRe
     dt = uniform_step(columns.pop(_TIME).tolist(), cells.lines[1:], f"{path}, column {_TIME}")
     name = Path(path).stem
     ground = tuple(
-        Record(columns.pop(column), dt, f"{name}, {axis}" if axis else name, source=str(path))
-        for column, axis in zip(required(axes), axes, strict=False)
-    )
+        Record(
+            columns.pop(Channel(GROUND, axis, "acceleration").name), dt,
+            f"{name}, {axis}" if axis else name, source=str(path),
+        )
+        for axis in axes
+    )  # fmt: skip
     current = columns.pop(_CURRENT, None)
     changes = {
         "converted to SI": [one for one, name in zip(headings, names, strict=True) if one != name],
@@ -251,7 +254,8 @@ def _axes(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def _check_names(names: list[str], axes: tuple[str, ...], place: str) -> None:
-    needed = (_TIME, *required(axes))
+    given = [one.key for one in map(channel, names) if one]
+    needed = (_TIME, *(one.name for one in required(axes, given)))
     known = (*needed, _CURRENT)
     for name in names:
         one = channel(name)
@@ -277,10 +281,6 @@ def _check_names(names: list[str], axes: tuple[str, ...], place: str) -> None:
 def _fits(one: Channel, axes: tuple[str, ...]) -> bool:
     """Whether a channel may stand in a record of some directions."""
     return one.axis in axes or (one.axis == ROTATION and len(axes) == 2)
-
-
-def _without_ground(names: Sequence[str]) -> list[str]:
-    return [name for name in names if not name.startswith(GROUND)]
 
 
 def _further(axes: tuple[str, ...]) -> str:

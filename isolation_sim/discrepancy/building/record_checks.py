@@ -191,7 +191,8 @@ def _unlike_others(record: BuildingRecord, axis: str, motion: NDArray) -> Iterat
 
 def unmeasured_floors(record: BuildingRecord, structure: Structure) -> tuple[str, ...]:
     """Say which floors a structure has above the last one that was measured."""
-    first, last = max(record.floors) + 1, len(dofs_by_level(structure, record.axes[0])) - 1
+    first = max(record.floors, default=0) + 1
+    last = len(dofs_by_level(structure, record.axes[0])) - 1
     if first > last:
         return ()
     which = f"floor {last}" if first == last else f"floors {first} to {last}"

@@ -170,6 +170,25 @@ def test_a_ramp_within_a_sample_is_not_named_beside_a_delay(isolated):
         assert space._between_samples(both, without) == place
 
 
+def test_a_delay_does_not_keep_a_held_current_linear(isolated):
+    """A linear current is half a sample early, which a delay makes up for."""
+    record = _held(5, "after")
+    record = replace(record, current=np.tile(np.repeat([0.0, 3.0], 5), N // 10))
+    model = building_model(isolated, [record])
+    late = replace(model, jump=0.0, delay=0.06).predict(record)
+    record = replace(record, response=dict(zip(record.channels, late.T, strict=True)))
+    space = compare_records(model, [record])
+    delay = next(c for c in candidates(model, [record]) if c.form == "dead_time")
+    fitted = space.fit((), ((delay, (0.05,)),))
+    assert fitted.cause_values[0][1] == pytest.approx((0.065,), abs=0.001)
+    again, causes = space.with_best_sampling(fitted.cause_values)
+    assert again.model.jump is not None
+    # the base moves at once: only a delay of whole samples jumps at the sample of its record
+    held = again.fit((), causes)
+    assert held.cause_values[0][1] == pytest.approx((0.06,), abs=1e-9)
+    assert held.variance < 1.0
+
+
 def test_a_dead_time_and_a_lag_are_one_delay(isolated):
     """A sampled controller and a coil; neither number alone follows both."""
     record = _held(20, "after", noise=0.0)

@@ -247,6 +247,38 @@ def test_a_search_is_reopened_with_half_of_the_held_out_time(isolated):
     other = replace(record, name="other")
     two = compare_records(comparison.model, [record, replace(other, hold_out=True)])
     assert two.fitting_more() is None and two.fitting_less() is None
+    # the last of several is divided unless records were chosen to be held out
+    several = compare_records(comparison.model, [record, other])
+    assert (several.middle, [s.record.name for s in several.held_out]) == (0, ["other"])
+    more = several.fitting_more()
+    assert [s.record.name for s in more.fitted] == ["quake", "other"]
+    assert more.held_out[0].samples.start == more.fitted[1].samples.stop == first
+    assert more.with_noise_beside(()).middle == first and several.fitting_less() is None
+
+
+@pytest.mark.parametrize("beside", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_a_wall_that_only_the_last_and_strongest_record_reaches_is_named(
+    isolated, monkeypatch, beside
+):
+    """It stands alone, or beside a mass that all records show."""
+    first = _record(isolated, _heavier(0.2) if beside else None, seed=1, name="weak", scale=0.2)
+    gap = 2 * np.abs(first.displacement("")).max()
+
+    def walled(model):
+        wall = (6e7, gap, 1.5, 0.0)
+        return _with(_heavier(0.2)(model) if beside else model, "moat_impact", "", wall)
+
+    last = _record(isolated, walled, seed=2, name="strong", scale=1.0)
+    names = {"base_mass_error", "moat_impact"}
+    every = candidates(building_model(isolated, [first, last]), [first, last])
+    few = [cause for cause in every if cause.name in names]
+    monkeypatch.setattr(cause_search, "candidates", lambda model, records: few)
+    comparison = compare_records(building_model(isolated, [first, last]), [first, last])
+    space, result = search_causes(comparison)
+    assert set(result.best.causes) == (names if beside else {"moat_impact"})
+    assert space.comparison.middle > 0
+    chosen = compare_records(comparison.model, [first, replace(last, hold_out=True)])
+    assert "moat_impact" not in search_causes(chosen)[1].best.causes
 
 
 @pytest.mark.usefixtures("few_causes")

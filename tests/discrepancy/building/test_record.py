@@ -9,6 +9,7 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import Record
+from isolation_sim.discrepancy.building.channels import required
 from isolation_sim.discrepancy.building.record import BuildingRecord, read_building_record
 from isolation_sim.discrepancy.building.record_checks import (
     check_quantities,
@@ -84,6 +85,24 @@ def test_few_missing_samples_are_interpolated(tmp_path):
     assert record.notes == (
         "1 sample is missing in the floor1_acceleration_m_s2, first at 0.07 s; interpolated",
     )
+
+
+def test_one_floor_of_any_number_is_enough(tmp_path):
+    used = [0, 1, 2, 4, 5]
+    path = tmp_path / "quake.csv"
+    record = read_building_record(_write(path, [NAMES[k] for k in used], _rows()[:, used]))
+    assert record.floors == (3,)
+    _write(path, NAMES[:3] + NAMES[5:], _rows()[:, [0, 1, 2, 5, 6]])
+    with pytest.raises(InputError, match="no column 'floor1_acceleration_m_s2'"):
+        read_building_record(path)
+
+
+def test_each_direction_needs_a_floor_of_its_own():
+    given = ["floor3_x_acceleration", "base_y_acceleration", "floor2_rotation_acceleration"]
+    keys = [one.key for one in required(("x", "y"), given)]
+    assert [key for key in keys if key.startswith("floor")] == [
+        "floor3_x_acceleration", "floor1_y_acceleration",
+    ]  # fmt: skip
 
 
 def test_floors_without_a_sensor_are_reported():

@@ -13,7 +13,7 @@ from ....errors import InputError
 from ....identification.raw_tests.channels import columns_named
 from ....identification.raw_tests.raw_table import RawTable
 from ....rendering import Printed, render
-from ..channels import BASE, GROUND, ISOLATOR, ROTATION, Channel, channel, required
+from ..channels import BASE, GROUND, ISOLATOR, ROTATION, Channel, required
 from .settings import TIME, RecordSettings
 
 MOST_SHOWN = 8
@@ -168,7 +168,7 @@ def lacking_channels(
         )
         keys |= {isolator} if {ground, base} <= keys else set()
     keys |= {one.key.replace("floorN", "floor1") for one in open_columns}
-    needed = [one.key for name in required(tuple(axes) or ("",)) if (one := channel(name))]
+    needed = [one.key for one in required(tuple(axes) or ("",), keys)]
     without_time = [TIME] if _without_time(tables, columns, settings) else []
     return [*without_time, *(key for key in needed if key not in keys)]
 
