@@ -32,13 +32,8 @@ def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
 
 def force_by_current(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Force of a spring that is stiffer in the field."""
-    k, by_current, _ = parameters
+    k, _, by_current = parameters
     return k * (1 + by_current * np.fabs(signals.current)) * states[0]
-
-
-def rates_by_current(signals: Signals, states: tuple, parameters: tuple) -> tuple:
-    """The spring's extension relaxes."""
-    return (signals.v - states[0] / parameters[2],)
 
 
 def stored_energy(x: Any, states: tuple, parameters: tuple) -> Any:
@@ -127,15 +122,15 @@ FORMS = (
         title="Extra relaxation that grows with the current",
         parameters=(
             STIFFNESS,
+            _time("time", "of relaxation", 0.05, 0.3, 2.0, 10.0),
             EffectParameter(
                 "by_current", "1/A", "growth of the stiffness with the current", lower=0.0,
                 starts=(1.0,), plain=(0.0,),
             ),
-            _time("time", "of relaxation", 0.05, 0.3, 2.0, 10.0),
         ),
         states=(Quantity("extension", "m", "of the arm's spring"),),
         force=force_by_current,
-        rates=rates_by_current,
+        rates=rates,
         needs=frozenset({"current"}),
         source="Maxwell (1867), with the modulus of a magnetorheological elastomer",
     ),

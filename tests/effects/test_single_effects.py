@@ -597,9 +597,9 @@ def test_a_field_of_which_a_part_finds_another_way():
 
 def test_an_arm_is_stiffer_in_the_field():
     arm = effect("extra_relaxation", "by_current")
-    force = arm.force(REST._replace(current=2.0), (0.01,), (1e4, 0.5, 0.3))
+    force = arm.force(REST._replace(current=2.0), (0.01,), (1e4, 0.3, 0.5))
     assert force == pytest.approx(200.0, rel=1e-12)
-    assert arm.rates(REST._replace(v=0.1), (0.03,), (1e4, 0.5, 0.3)) == (pytest.approx(0.0),)
+    assert arm.rates(REST._replace(v=0.1), (0.03,), (1e4, 0.3, 0.5)) == (pytest.approx(0.0),)
 
 
 def test_a_stop_gives_back_less_than_it_took():

@@ -204,9 +204,11 @@ class Comparison:
         moved = tuple(one for one in result if _is_of_current(one[0]))
         others = tuple(one for one in result if not _is_of_current(one[0]))
         # A step of the fit does not find the one moment at which a held current jumps at a sample.
-        starts = [moved, *(self._with_whole_delays(moved, to) for to in (np.floor, np.ceil))]
-        costs = [squared(self.fitted_residuals((*others, *start))) for start in starts]
-        return self.fit(others, starts[int(np.argmin(costs))], SCREENING_STEPS)
+        whole = (self._with_whole_delays(moved, to) for to in (np.floor, np.ceil))
+        # without a delay all three are one
+        starts = dict.fromkeys([moved, *whole])
+        nearest = min(starts, key=lambda one: squared(self.fitted_residuals((*others, *one))))
+        return self.fit(others, nearest, SCREENING_STEPS)
 
     def _with_whole_delays(self, result: CauseValues, to: Callable[[float], float]) -> CauseValues:
         """Causes whose delays are a whole number of samples."""

@@ -134,19 +134,24 @@ class ValidatedSearch:
         """Of models that the fitted runs do not tell apart, one that the held-out runs ask for."""
         # Such as two states of which one goes on from run to run: the runs that would tell may all
         # be held out.
-        errors = self.errors
-        for place in range(len(best.effects) if not self.data.fitted.all() else 0):
+        if not self._misses_held_out(best):
+            return best
+        before, left = self.final, self.errors.misfit(self.after)
+        for place in range(len(best.effects)):
             for other in self.space.rivals(best, place)[1]:
-                if errors.is_noise(self.after, errors.validation_samples):
-                    return best
                 if other.cost > best.cost + SIGNIFICANT:
                     continue
-                before, left = self.final, errors.misfit(self.after)
                 self._extend(other)
-                if errors.misfit(self.after) < COMPLETES * left and self._holds():
+                if self.errors.misfit(self.after) < COMPLETES * left and self._holds():
                     return self._of_equals(other)
                 self.final = before
         return best
+
+    def _misses_held_out(self, best: FittedModel) -> bool:
+        """Whether effects leave more than noise on the runs held out."""
+        if not best.effects or self.data.fitted.all():
+            return False
+        return not self.errors.is_noise(self.after, self.errors.validation_samples)
 
     def _completed(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel:
         """Add a cause that explains most of what is left, on fitted and on held-out runs."""
@@ -154,9 +159,7 @@ class ValidatedSearch:
         # is. That leaves most of the remainder, or follows other runs no better. A cause at a bound
         # has a form that is not quite right.
         errors = self.errors
-        if not best.effects or self.data.fitted.all():
-            return best
-        if errors.is_noise(self.after, errors.validation_samples):
+        if not self._misses_held_out(best):
             return best
         if any(any(values_at_bounds(best, place)) for place in range(len(best.effects))):
             return best
