@@ -5,6 +5,7 @@ Forms:
     smooth      level tanh(v / velocity)
     arctangent  level 2/pi arctan(v / velocity)                          slower to its full value
     magnetic    level (1 + growth I^2) tanh(v / velocity)                the magnet presses as B^2
+    stroke      level (1 + growth |x|) tanh(v / velocity)                a bent guide presses more
     stribeck    level (1 + rise exp(-(v / v_s)^2)) tanh(10 v / v_s)      more at low velocity
     dahl        level z,   z' = (v - |v| z) / length                     elastic before it slides
 """
@@ -34,6 +35,12 @@ def magnetic(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Friction under a normal force that grows with the field."""
     level, growth, velocity = parameters
     return level * (1 + growth * signals.current**2) * np.tanh(signals.v / velocity)
+
+
+def stroke(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Friction under a normal force that grows with the deformation."""
+    level, growth, velocity = parameters
+    return level * (1 + growth * np.fabs(signals.x)) * np.tanh(signals.v / velocity)
 
 
 def plan_smooth(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -141,5 +148,20 @@ FORMS = (
         force=magnetic,
         needs=frozenset({"current"}),
         source="Maxwell's stress in the gap, as the square of the field",
+    ),
+    Effect(
+        cause="coulomb_friction",
+        form="stroke",
+        title="Coulomb friction that grows with the stroke",
+        parameters=(
+            LEVEL,
+            EffectParameter(
+                "growth", "1/m", "growth of the friction with the deformation", lower=0.0,
+                starts=(1.0,),
+            ),
+            VELOCITY,
+        ),
+        force=stroke,
+        source="normal force of a guide that the load bends, in proportion to the stroke",
     ),
 )  # fmt: skip

@@ -12,7 +12,11 @@ Forms:
     core           1 / (1 + c W) of F - k x alone,    W' = (F - k x) v, of the force that is left:
                    the yield force falls, and the rubber of stiffness k beside it does not
     core_limited   the same with 1 - d (1 - exp(-W / W0))
+    cycles         1 - d (1 - exp(-N / N0)),     N' = |v| / (4 w cosh(x / w)^2)
+    cycles_logarithmic    1 / (1 + c ln(1 + N / N0))
 
+N counts cycles: half of one at each passage through the middle, whatever the amplitude, if this is
+larger than the width w. Cycles smaller than w count in proportion to their amplitude.
 Elastic work swings the W of dissipation and unlimited within a cycle and cancels over it, as it
 does the warmth of self-heating. The unlimited ones are self-heating that never cools: the data
 decide between both causes by the cooling, and not by what drives them.
@@ -24,24 +28,32 @@ import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Past, Signals
-from .followers import RUBBER, SECANT, of_core, positive, rates_secant, stored_energy
+from .followers import RUBBER, SECANT, TINY, of_core, positive, rates_secant, stored_energy
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
-    loss, scale = parameters
+    loss, scale, *_ = parameters
     return 1 + loss * np.expm1(-positive(states[0]) / scale)
 
 
 def logarithmic(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
-    loss, scale = parameters
+    loss, scale, *_ = parameters
     return 1 / (1 + loss * np.log1p(positive(states[0]) / scale))
 
 
 def rates_travel(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Way travelled."""
     return (np.fabs(signals.v),)
+
+
+def rates_cycles(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Cycles, half of one at each passage through the middle."""
+    width = parameters[-1]
+    # 1 / cosh^2 without overflow
+    fading = np.exp(-2 * np.fabs(signals.x) / width)
+    return (np.fabs(signals.v) * fading / (width * (1 + fading) ** 2),)
 
 
 def rates_work(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -57,6 +69,12 @@ def rates_dissipation(signals: Signals, states: tuple, parameters: tuple) -> tup
 def carried_travel(past: Past, parameters: tuple) -> tuple:
     """Way travelled in earlier tests."""
     return (past.travel,)
+
+
+def carried_cycles(past: Past, parameters: tuple) -> tuple:
+    """Cycles of earlier tests, as if all had their mean amplitude."""
+    amplitude = past.travel / (4 * past.cycles + TINY)
+    return (past.cycles * np.tanh(amplitude / parameters[-1]),)
 
 
 def carried_work(past: Past, parameters: tuple) -> tuple:
@@ -141,6 +159,7 @@ def _remaining_fraction(states: tuple, parameters: tuple) -> Any:
 
 
 TRAVEL = Quantity("travel", "m", "way travelled")
+CYCLES = Quantity("cycles", "1", "cycles so far")
 DISSIPATED = Quantity("dissipated", "J", "work done on the device and not given back")
 PER_ENERGY = EffectParameter(
     "loss", "1/J", "loss of force for energy dissipated", lower=0.0, magnitude=True, starts=(0.02,)
@@ -151,10 +170,23 @@ LOSS = EffectParameter(
 )  # fmt: skip
 
 
-def _scale(unit: str, meaning: str) -> EffectParameter:
-    return EffectParameter(
-        "scale", unit, meaning, lower=1e-6, divides=True, starts=(5.0, 30.0, 200.0)
-    )
+PER_E_FOLD = EffectParameter(
+    "loss", "1", "loss for an e-fold path length or number of cycles", lower=0.0, upper=10.0,
+    magnitude=True, starts=(0.1,),
+)  # fmt: skip
+WIDTH = EffectParameter(
+    "width", "m", "amplitude from which all cycles wear alike", lower=1e-6, divides=True,
+    starts=(0.1, 0.5),
+)  # fmt: skip
+
+
+def _scale(
+    unit: str, meaning: str, starts: tuple[float, ...] = (5.0, 30.0, 200.0)
+) -> EffectParameter:
+    return EffectParameter("scale", unit, meaning, lower=1e-6, divides=True, starts=starts)
+
+
+NUMBER = _scale("1", "number of cycles over which force is lost", (1.0, 5.0, 30.0))
 
 
 FORMS = (
@@ -175,10 +207,7 @@ FORMS = (
         form="logarithmic",
         title="Cyclic degradation, logarithmic",
         parameters=(
-            EffectParameter(
-                "loss", "1", "loss for an e-fold path length", lower=0.0, upper=10.0,
-                magnitude=True, starts=(0.1,),
-            ),
+            PER_E_FOLD,
             _scale("m", "path length after which it begins"),
         ),
         states=(TRAVEL,),
@@ -277,6 +306,30 @@ FORMS = (
         rates=rates_core_limited,
         needs=frozenset({"force"}),
         source="Baber & Noori (1985), with a strength that remains",
+        gradual=True,
+    ),
+    Effect(
+        cause="cyclic_degradation",
+        form="cycles",
+        title="Cyclic degradation by the number of cycles",
+        parameters=(LOSS, NUMBER, WIDTH),
+        states=(CYCLES,),
+        factor=exponential,
+        carried=carried_cycles,
+        rates=rates_cycles,
+        source="exponential decay towards a stable cycle",
+        gradual=True,
+    ),
+    Effect(
+        cause="cyclic_degradation",
+        form="cycles_logarithmic",
+        title="Cyclic degradation by the logarithm of the number of cycles",
+        parameters=(PER_E_FOLD, NUMBER, WIDTH),
+        states=(CYCLES,),
+        factor=logarithmic,
+        carried=carried_cycles,
+        rates=rates_cycles,
+        source="loss with the logarithm of the number of cycles",
         gradual=True,
     ),
 )  # fmt: skip

@@ -63,6 +63,8 @@ class Past(NamedTuple):
         Work done on the device, without the work that it gave back.
     dissipated : float, J
         Work done on the device, less the work that it gave back.
+    cycles : float, 1
+        Cycles, half of one at each passage through the middle.
     """
 
     deformation: Any
@@ -70,6 +72,7 @@ class Past(NamedTuple):
     current: Any
     work: Any
     dissipated: Any
+    cycles: Any
 
 
 @renamed_arguments(strength="magnitude")

@@ -8,6 +8,7 @@ Forms:
     mean_speed     the same with the moving mean square of v
     logarithmic    factor 1 + a ln(1 + (v / v0)^2) / 2
     thinning       adds a viscosity that thins with the rate, c v (1 + (v / v0)^2)^((n - 1) / 2)
+    thinning_by_current    the same with c (1 + m |I|)
 """
 
 from typing import Any
@@ -71,8 +72,14 @@ def logarithmic(signals: Signals, states: tuple, parameters: tuple) -> Any:
 
 def thinning(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Viscous force that grows with a small power of the velocity."""
-    viscosity, velocity, n = parameters
+    viscosity, velocity, n, *_ = parameters
     return viscosity * signals.v * (1 + (signals.v / velocity) ** 2) ** ((n - 1) / 2)
+
+
+def thinning_by_current(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Viscous force that is larger in the field."""
+    by_current = parameters[3]
+    return thinning(signals, states, parameters) * (1 + by_current * np.fabs(signals.current))
 
 
 VELOCITY = EffectParameter(
@@ -86,6 +93,20 @@ WINDOW = EffectParameter(
     starts=(0.3, 1.0), other=(_WHOLE_TEST,),
 )  # fmt: skip
 V_SQUARE = Quantity("v_square", "m^2/s^2", "moving mean square of the velocity")
+THINNING = (
+    EffectParameter(
+        "viscosity", "N s/m", "at low velocity", lower=0.0, magnitude=True, starts=(0.2,)
+    ),
+    # far above the fastest test nothing thins, and the effect is a dashpot
+    EffectParameter(
+        "velocity", "m/s", "velocity of the onset of thinning", lower=1e-6, divides=True,
+        starts=(0.01, 0.1), most=10.0, other=(np.inf,),
+    ),
+    # friction's own power is 0, and below 0.25 its smooth forms follow as well
+    EffectParameter(
+        "exponent", "1", "power of the velocity", lower=0.25, upper=0.8, starts=(0.3, 0.5)
+    ),
+)  # fmt: skip
 _K, _A = SPRING_POT.parameters
 
 FORMS = (
@@ -177,21 +198,23 @@ FORMS = (
         cause="weak_rate_dependence",
         form="thinning",
         title="Weak rate dependence, thinning viscosity",
-        parameters=(
-            EffectParameter(
-                "viscosity", "N s/m", "at low velocity", lower=0.0, magnitude=True, starts=(0.2,)
-            ),
-            # far above the fastest test nothing thins, and the effect is a dashpot
-            EffectParameter(
-                "velocity", "m/s", "velocity of the onset of thinning", lower=1e-6, divides=True,
-                starts=(0.01, 0.1), most=10.0, other=(np.inf,),
-            ),
-            # friction's own power is 0, and below 0.25 its smooth forms follow as well
-            EffectParameter(
-                "exponent", "1", "power of the velocity", lower=0.25, upper=0.8, starts=(0.3, 0.5)
-            ),
-        ),
+        parameters=THINNING,
         force=thinning,
         source="Carreau (1972)",
+    ),
+    Effect(
+        cause="weak_rate_dependence",
+        form="thinning_by_current",
+        title="Weak rate dependence, thinning viscosity that grows with the current",
+        parameters=(
+            *THINNING,
+            EffectParameter(
+                "by_current", "1/A", "growth of the viscosity with the current", lower=0.0,
+                starts=(1.0,), plain=(0.0,),
+            ),
+        ),
+        force=thinning_by_current,
+        needs=frozenset({"current"}),
+        source="Carreau (1972), of a magnetorheological elastomer",
     ),
 )  # fmt: skip

@@ -36,6 +36,8 @@ _JUMP = 0.05
 Convention, seen on clean campaigns with anti-aliasing filters."""
 _BESIDE_JUMP = 0.01
 """Factor on the weight of samples beside a jump of the current: next to none. Convention."""
+_MIDDLE = 0.1
+"""Part of the largest displacement that a half cycle must exceed: noise is no cycle. Convention."""
 _BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted", "beside_jump")
 
 
@@ -352,7 +354,14 @@ def _past(runs: Sequence[TestRun]) -> Past:
         current=before([float(np.max(run.current)) for run in runs], np.maximum.accumulate),
         work=before(integral([np.maximum(one, 0.0) for one in power]), np.cumsum),
         dissipated=before(integral(power), np.cumsum),
+        cycles=before([_cycles(run.displacement) for run in runs], np.cumsum),
     )
+
+
+def _cycles(x: NDArray) -> float:
+    """Cycles of a motion, half of one at each passage through the middle."""
+    ends = np.sign(x[np.abs(x) > _MIDDLE * float(np.max(np.abs(x)))])
+    return 0.5 * float(np.count_nonzero(np.diff(ends)))
 
 
 def hold_out_some(data: MeasuredRuns, runs: Sequence[TestRun]) -> MeasuredRuns:

@@ -56,6 +56,8 @@ def test_the_past_is_that_of_all_earlier_runs():
     ]
     assert past.dissipated[1:] == pytest.approx(np.cumsum(dissipated)[:-1], rel=0.05)
     assert np.all(past.work >= past.dissipated)
+    # 8 s at the frequencies of the runs
+    assert past.cycles == pytest.approx([0, 8, 12, 28, 52, 60, 64], abs=3)
     # runs that are held out have been made all the same
     fitted = data.without_held_out().past
     for some, every in zip(fitted, past, strict=True):
@@ -90,6 +92,28 @@ def test_wear_is_named_whether_the_specimen_is_the_same_or_new(keeps):
     assert [one.form for one in diagnosis.extended.law.effects] == [
         cause.form.removesuffix(", kept")
     ]
+
+
+def test_wear_by_cycles_is_told_from_wear_by_the_path():
+    """Amplitudes differ; the cycles are counted at the reversals, and in steps."""
+    rng = np.random.default_rng(5)
+    runs, cycles = [], 0.0
+    for k in range(10):
+        amplitude, frequency = rng.uniform(2e-3, 10e-3), rng.uniform(0.3, 3.0)
+        time = np.arange(0.0, 9.0 / frequency, 0.01)
+        x = amplitude * np.sin(2 * np.pi * frequency * time)
+        v = np.gradient(x, 0.01)
+        turns = np.concatenate([[False], np.diff(np.sign(v)) != 0])
+        count = cycles + 0.5 * np.cumsum(turns)
+        cycles = count[-1]
+        force = (K * x + C * v) / (1 + 0.1 * np.log(1 + count / 2))
+        force = force + 0.004 * np.std(force) * rng.standard_normal(len(x))
+        runs.append(TestRun(f"run_{k}", time, x, v, force, np.zeros_like(x), k in (3, 6)))
+    diagnosis = diagnose(Campaign("cycles", "made", tuple(runs)), "kelvin_voigt", tiers="causes")
+    (cause,) = diagnosis.causes
+    assert cause.name == "cyclic_degradation" and cause.form == "cycles_logarithmic, kept"
+    assert cause.parameters["loss"].value == pytest.approx(0.1, rel=0.1)
+    assert cause.parameters["width"].value < 4e-3
 
 
 def magnetised(remembers, keeps=True):

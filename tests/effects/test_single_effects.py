@@ -193,7 +193,7 @@ def test_plays_of_all_widths_leave_a_part_of_the_field():
     expected = [1.5, 1.5 - 0.5**2 / 4, 1.25, 0.5]
     assert fallen == pytest.approx(expected, abs=0.02)
     # the same is left for the next test
-    device = Past(0.0, 0.0, 2.0, 0.0, 0.0)
+    device = Past(0.0, 0.0, 2.0, 0.0, 0.0, 0.0)
     assert np.mean(one.carried(device, numbers)) == pytest.approx(fallen[-1])
 
 
@@ -495,6 +495,28 @@ def test_travel_and_work():
     )
 
 
+@pytest.mark.parametrize("amplitude", [2e-3, 2e-2])
+@pytest.mark.parametrize("form", ["cycles", "cycles_logarithmic"])
+def test_cycles_are_counted_whatever_their_amplitude(form, amplitude):
+    t, x, v = sine(amplitude, 1.0, 3, 2000)
+    device = spring((f"cyclic_degradation.{form}", {"loss": 0.3, "scale": 2.0, "width": 1e-4}))
+    force, (cycles,) = respond(device, t, x, v, 0.0, tolerance=1e-8)
+    # the first half of a passage at the beginning, five whole ones since
+    assert cycles[-501] == pytest.approx(2.75, rel=1e-3)
+    n = cycles[-501] / 2
+    left = 1 - 0.3 * (1 - np.exp(-n)) if form == "cycles" else 1 / (1 + 0.3 * np.log(1 + n))
+    assert force[-501] / x[-501] == pytest.approx(1e4 * left, rel=1e-9)
+    # of cycles far below the width the path counts
+    one = effect("cyclic_degradation", form)
+    (rate,) = one.rates(REST._replace(x=1e-3, v=-0.2), (0.0,), (0.3, 2.0, 1.0))
+    assert rate == pytest.approx(0.2 / 4, rel=1e-5)
+    # and earlier tests as in one of the same amplitude
+    past = Past(amplitude, 12 * amplitude, 0.0, 0.0, 0.0, 3.0)
+    assert one.carried(past, (0.3, 2.0, 1e-4)) == (pytest.approx(3.0),)
+    assert one.carried(past, (0.3, 2.0, 10.0))[0] == pytest.approx(0.3 * amplitude, rel=1e-3)
+    assert one.carried(Past(*[0.0] * 6), (0.3, 2.0, 1e-4)) == (0.0,)
+
+
 def test_stress_softening_has_the_shapes_of_amplitude_softening():
     """The memory alone tells these two causes apart."""
     for x in (1e-3, 4e-3, 20e-3):
@@ -600,6 +622,19 @@ def test_an_arm_is_stiffer_in_the_field():
     force = arm.force(REST._replace(current=2.0), (0.01,), (1e4, 0.3, 0.5))
     assert force == pytest.approx(200.0, rel=1e-12)
     assert arm.rates(REST._replace(v=0.1), (0.03,), (1e4, 0.3, 0.5)) == (pytest.approx(0.0),)
+
+
+def test_a_thinning_viscosity_grows_with_the_current():
+    plain, field = (effect("weak_rate_dependence", f) for f in ("thinning", "thinning_by_current"))
+    at, numbers = REST._replace(v=0.3, current=-2.0), (500.0, 0.1, 0.4)
+    assert plain.force(at, (), numbers) == pytest.approx(500 * 0.3 * 10**-0.3, rel=1e-12)
+    assert field.force(at, (), (*numbers, 0.5)) == 2 * plain.force(at, (), numbers)
+
+
+def test_friction_grows_with_the_stroke():
+    one = effect("coulomb_friction", "stroke")
+    at = REST._replace(x=np.array([-0.02, 0.0, 0.02]), v=1.0)
+    np.testing.assert_allclose(one.force(at, (), (100.0, 50.0, 0.01)), [200.0, 100.0, 200.0])
 
 
 def test_a_stop_gives_back_less_than_it_took():

@@ -118,7 +118,7 @@ def after_rests(
         moved = float(first[k, 0] + step)
         result[k] = np.clip(moved, 0.0, most)
         left = -float(np.log(max(factor[run][-1], 1e-300)))
-        own = Past(0.0, 0.0, 0.0, 0.0, data.force[run] @ data.v[run] * data.dt[k])
+        own = Past(0.0, 0.0, 0.0, 0.0, data.force[run] @ data.v[run] * data.dt[k], 0.0)
         if by is not None and slopes is not None:
             places = slice(by.own, by.own + len(p))
             of_time, of_before, of_own = np.zeros((3, len(by_most)))
