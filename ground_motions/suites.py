@@ -16,9 +16,9 @@ from ground_motions.argument_types import checked
 from ground_motions.component_names import Component, by_header, by_recording, is_vertical
 from ground_motions.errors import InputError, several, warn
 from ground_motions.readers import READERS, at2, read, smc, v2
-from ground_motions.readers.csv_file import acceleration_columns
+from ground_motions.readers.csv_file import acceleration_columns, columns_of
 from ground_motions.readers.geonet import directions_of
-from ground_motions.readers.lines import read_lines, table_cells
+from ground_motions.readers.lines import read_lines
 from ground_motions.record import Record
 
 _TEXT = {".txt", ".dat", ".acc"}
@@ -391,7 +391,7 @@ def _components(path: Path, unit: str | None, dt: float | None, column: Columns)
     if suffix == ".csv":
         present = dict.fromkeys(acceleration_columns(path), "")
         if not present:
-            header = table_cells(path)[0][1]
+            header = columns_of(path)
             columns = [each for each in columns if each in header] or [None]
             return [read(path, column=each, unit=unit) for each in columns]
     elif suffix in _COMPONENTS:
