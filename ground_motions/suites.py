@@ -91,7 +91,7 @@ def read_folder(
     column: Columns = None,
     on_unreadable: OnUnreadable = None,
 ) -> list[SuiteRecord]:
-    """Read every record in a folder; warnings name the files that are not used, and the pairs.
+    """Read every record in a folder; warnings name files not used, pairs, and boreholes.
 
     Parameters
     ----------
@@ -160,6 +160,13 @@ def read_folder(
             f"{_listed(places)}",
             UserWarning,
         )
+    deep = [path.name for _, paths in groups for path in paths if _is_borehole(path)]
+    if deep:
+        warn(
+            f"{folder}: not at the surface, as KiK-net's sensors 1 are in a borehole: "
+            f"{_listed(deep)}",
+            UserWarning,
+        )
     if vertical:
         alone = _listed([path.name for path in vertical])
         warn(f"{folder}: not used, vertical components alone: {alone}", UserWarning)
@@ -217,6 +224,12 @@ def read_files(
         name = name if len(together) == len(paths) else paths[0].stem
         groups.append((name, paths))
     return _unique(_readable(groups, unit, dt, column, on_unreadable))
+
+
+def _is_borehole(path: Path) -> bool:
+    """Whether a file is of the sensor of KiK-net below the surface."""
+    match = _KNET.fullmatch(path.suffix)
+    return match is not None and match["sensor"] == "1"
 
 
 def _readable(

@@ -30,7 +30,7 @@ PREFERRED_QUANTITY = "ground_acceleration"
 _SUFFIXES = {f"_{unit.replace('/', '_')}": unit for unit in ACCELERATION_UNITS}
 # "Acc[cm/s2]", "Beschleunigung [m/s²]", "Acceleration (g)"
 _BRACKETS = re.compile(r"(?P<quantity>.*?)\s*[\[(](?P<unit>[^\[\]()]+)[\])]")
-_TIME_UNITS = UNITS["time"] | dict.fromkeys(("sec", "second", "seconds"), 1.0) | {"msec": 1e-3}
+_TIME_UNITS = {**UNITS["time"], "sec": 1.0, "second": 1.0, "seconds": 1.0, "msec": 1e-3}
 """Spellings of units of time, and their factors to s."""
 _TIME_SUFFIXES = {f"time_{unit}": factor for unit, factor in UNITS["time"].items()}
 _EXAMPLES = "'time_s,ground_acceleration_m_s2' or 'Time [s],Acceleration [cm/s2]'"
