@@ -33,6 +33,10 @@ _BRACKETS = re.compile(r"(?P<quantity>.*?)\s*[\[(](?P<unit>[^\[\]()]+)[\])]")
 _TIME_UNITS = {**UNITS["time"], "sec": 1.0, "second": 1.0, "seconds": 1.0, "msec": 1e-3}
 """Spellings of units of time, and their factors to s."""
 _TIME_SUFFIXES = {f"time_{unit}": factor for unit, factor in UNITS["time"].items()}
+_MOTION_UNITS = [*UNITS["velocity"], *UNITS["displacement"]]
+_OTHER_UNITS = {
+    unit.lower() for quantity in UNITS if quantity != "acceleration" for unit in UNITS[quantity]
+}
 _EXAMPLES = "'time_s,ground_acceleration_m_s2' or 'Time [s],Acceleration [cm/s2]'"
 
 
@@ -242,7 +246,18 @@ def _with_unit(
             )
     if units and chosen in (None, *units):
         return units
-    return {each: name for each in names if each != time_column and chosen in (None, each)}
+    others = [each for each in names if each != time_column and chosen in (None, each)]
+    return {each: name for each in others if not _is_of_another_quantity(each)}
+
+
+def _is_of_another_quantity(column: str) -> bool:
+    """Whether a name has a unit, but of no acceleration, as ``Vel (cm/s)`` and ``disp_cm``."""
+    brackets = _BRACKETS.fullmatch(column)
+    if brackets:
+        return brackets["unit"].lower().replace("sec", "s") in _OTHER_UNITS
+    return unit_of(column) is None and any(
+        column.lower().endswith(f"_{unit.replace('/', '_')}") for unit in _MOTION_UNITS
+    )
 
 
 def _chosen_column(names: list[str], candidates: list[str], column: str | None, place: str) -> str:

@@ -106,6 +106,16 @@ def test_the_unit_of_a_column_without_one(csv, refused):
         read_csv(path, unit="gal")
 
 
+@pytest.mark.parametrize("name", ["Vel (cm/s)", "Vel [cm/sec]", "disp_cm", "v_m_s", "F [kN]"])
+def test_a_unit_makes_no_acceleration_of_another_quantity(csv, refused, name):
+    path = csv(f"time_s,{name}\n0,1\n0.5,3\n")
+    with refused(path, "an acceleration column"):
+        read_csv(path, unit="g")
+    with refused(path, f"column {name!r}"):
+        read_csv(path, name, "g")
+    assert read_csv(csv(f"time_s,{name},ns\n0,1,2\n0.5,3,4\n"), unit="gal").pga == 0.04
+
+
 def test_comments_blank_lines_quotes_and_line_ends(csv):
     record = read_csv(
         csv('\ufeff# a note\r\n"time_s", "x_g" \r\n\r\n0, 1\r\n# between\r\n0.5 ,2\r\n\r\n')
