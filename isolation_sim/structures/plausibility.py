@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..errors import InputError
-from .modes import modal_facts, translational_mode, undamped_modes
+from .modes import translational_period, undamped_modes
 
 FIXED_BASE_PERIODS = (0.03, 10.0)
 """Plausible first fixed-base periods, s: from a stiff single storey to a tall tower."""
@@ -76,9 +76,7 @@ def _fixed_base_period(isolated: Any) -> float:
     )
     if at_base and structure in _fixed_base_periods:
         return _fixed_base_periods[structure]
-    fixed = isolated.fixed_base()
-    modes = modal_facts(fixed, 0.0, translational=True)
-    period = float(modes.periods[translational_mode(fixed.structure, modes.shapes)])
+    period = translational_period(isolated.fixed_base())
     if at_base:
         _fixed_base_periods[structure] = period
     return period
