@@ -16,9 +16,9 @@ from ground_motions.argument_types import checked
 from ground_motions.component_names import Component, by_header, by_recording, is_vertical
 from ground_motions.errors import InputError, several, warn
 from ground_motions.readers import READERS, at2, read, smc, v2
-from ground_motions.readers.csv_file import acceleration_columns
+from ground_motions.readers.csv_file import acceleration_columns, columns_of
 from ground_motions.readers.geonet import directions_of
-from ground_motions.readers.lines import read_lines, table_cells
+from ground_motions.readers.lines import read_lines
 from ground_motions.record import Record
 
 _TEXT = {".txt", ".dat", ".acc"}
@@ -91,7 +91,7 @@ def read_folder(
     column: Columns = None,
     on_unreadable: OnUnreadable = None,
 ) -> list[SuiteRecord]:
-    """Read every record in a folder; warnings name the files that are not used, and the pairs.
+    """Read every record in a folder; warnings name files not used, pairs, and boreholes.
 
     Parameters
     ----------
@@ -160,6 +160,13 @@ def read_folder(
             f"{_listed(places)}",
             UserWarning,
         )
+    deep = [path.name for _, paths in groups for path in paths if _is_borehole(path)]
+    if deep:
+        warn(
+            f"{folder}: not at the surface, as KiK-net's sensors 1 are in a borehole: "
+            f"{_listed(deep)}",
+            UserWarning,
+        )
     if vertical:
         alone = _listed([path.name for path in vertical])
         warn(f"{folder}: not used, vertical components alone: {alone}", UserWarning)
@@ -217,6 +224,12 @@ def read_files(
         name = name if len(together) == len(paths) else paths[0].stem
         groups.append((name, paths))
     return _unique(_readable(groups, unit, dt, column, on_unreadable))
+
+
+def _is_borehole(path: Path) -> bool:
+    """Whether a file is of the sensor of KiK-net below the surface."""
+    match = _KNET.fullmatch(path.suffix)
+    return match is not None and match["sensor"] == "1"
 
 
 def _readable(
@@ -391,7 +404,7 @@ def _components(path: Path, unit: str | None, dt: float | None, column: Columns)
     if suffix == ".csv":
         present = dict.fromkeys(acceleration_columns(path), "")
         if not present:
-            header = table_cells(path)[0][1]
+            header = columns_of(path)
             columns = [each for each in columns if each in header] or [None]
             return [read(path, column=each, unit=unit) for each in columns]
     elif suffix in _COMPONENTS:

@@ -16,6 +16,7 @@ from .simulation.pieces import refined_outputs
 from .structures import IsolatedStructure
 from .structures.element import isolation_elements
 from .structures.isolation_loop import effective, isolation_loop
+from .structures.modes import translational_period
 from .written_names import number_text
 
 if TYPE_CHECKING:
@@ -173,6 +174,13 @@ def _force_text(force: float) -> str:
     return f"{number_text(1e-3 * force)} kN"
 
 
+def _beside(value: float, limit: float, digits: int = 3) -> str:
+    """A value with so many digits that it is seen on which side of its limit it is."""
+    texts = (f"{value:.{count}g}" for count in range(digits, 17))
+    return next((text for text in texts if np.sign(float(text) - limit) == np.sign(value - limit)),
+                f"{value:.17g}")  # fmt: skip
+
+
 def _effective_rows(
     isolated: IsolatedStructure, case: str, estimate: EffectiveProperties
 ) -> Iterator[CheckRow]:
@@ -182,26 +190,29 @@ def _effective_rows(
     )
     period = estimate.period
     yield CheckRow(
-        group, "effective period T_M", case, "17.4.1", f"{period:.3g} s",
+        group, "effective period T_M", case, "17.4.1", f"{_beside(period, LONGEST_PERIOD)} s",
         f"at most {LONGEST_PERIOD:g} s", period <= LONGEST_PERIOD,
     )  # fmt: skip
     if isolated.structure.superstructure:
-        fixed = float(isolated.fixed_base().periods()[0])
+        fixed = translational_period(isolated.fixed_base())
         yield CheckRow(
-            group, "T_M over the fixed-base period", case, "17.4.1", f"{period / fixed:.3g}",
+            group, "T_M over the fixed-base period", case, "17.4.1",
+            _beside(period / fixed, LEAST_LENGTHENING),
             f"above {LEAST_LENGTHENING:g}", period / fixed > LEAST_LENGTHENING,
         )  # fmt: skip
     yield CheckRow(
-        group, "effective damping", case, "17.4.1", f"{100 * estimate.damping:.3g} %",
+        group, "effective damping", case, "17.4.1",
+        f"{_beside(100 * estimate.damping, 100 * MOST_DAMPING)} %",
         f"at most {100 * MOST_DAMPING:g} %", estimate.damping <= MOST_DAMPING,
     )  # fmt: skip
     yield CheckRow(
-        group, "k at D_M over k at 0.2 D_M", case, "17.4.1", f"{estimate.softening:.3g}",
+        group, "k at D_M over k at 0.2 D_M", case, "17.4.1",
+        _beside(estimate.softening, 1 / 3),
         "above 1/3", estimate.softening > 1 / 3,
     )  # fmt: skip
     yield CheckRow(
         group, "recentring: F(D_M) - F(D_M / 2), of the weight", case, "17.2.4.4",
-        f"{estimate.restoring:.3g}", f"at least {LEAST_RESTORING:g}",
+        _beside(estimate.restoring, LEAST_RESTORING), f"at least {LEAST_RESTORING:g}",
         estimate.restoring >= LEAST_RESTORING,
     )  # fmt: skip
     yield CheckRow(group, "base shear V_b = k_M D_M", case, "17.5.4.1", _force_text(estimate.shear))
@@ -285,7 +296,8 @@ def _against_capacity(
 ) -> CheckRow:
     limit = "" if capacity is None else f"at most {1e3 * capacity:.4g} mm"
     passes = None if capacity is None else bool(value <= capacity)
-    return CheckRow(group, subject, case, clause, f"{1e3 * value:.4g} mm", limit, passes)
+    text = f"{1e3 * value:.4g}" if capacity is None else _beside(1e3 * value, 1e3 * capacity, 4)
+    return CheckRow(group, subject, case, clause, f"{text} mm", limit, passes)
 
 
 def base_motion(run: Run, parts: int = 1) -> NDArray:

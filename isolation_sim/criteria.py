@@ -98,6 +98,12 @@ QUANTITIES = (
 """Quantities of the criteria, one line each."""
 
 
+def standard_criteria() -> list[str]:
+    """Criteria and ratios that a table of runs may have without a selection."""
+    criteria = [f"{kind}_{each.name}" for kind in ("peak", "rms") for each in QUANTITIES]
+    return [*criteria, *sorted([*_RATIOS, "J6"])]
+
+
 @checked
 def criteria(run: Run, reference: Run | None = None) -> dict[str, float]:
     """Criteria of a run.

@@ -100,8 +100,8 @@ def test_quiet_says_where_the_results_are(plan, capsys):
 
 def test_a_failing_case_is_reported_and_ends_with_one(plan, capsys):
     plan.write_text(PLAN.format(last=1e4))
-    code, _, err = command(capsys, "sweep", "plan.toml", "--workers", "1")
-    assert code == 1
+    code, out, err = command(capsys, "sweep", "plan.toml", "--workers", "1", "--quiet")
+    assert (code, out) == (1, "results: results/plan\n")
     assert "4 of 12 runs failed:" in err and "case 4" in err and "diverged: the run" in err
 
 

@@ -12,6 +12,7 @@ from ground_motions import el_centro_1940
 from isolation_sim.cli import main
 from isolation_sim.code_check import (
     CheckRow,
+    _beside,
     commands_until,
     damping_coefficient,
     effective_properties,
@@ -171,6 +172,14 @@ def test_without_the_section_it_says_so(tmp_path, capsys):
     path.write_text("")
     assert ended(["check", str(path)]) == 2
     assert "no [check] section" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("value", "limit", "text"),
+    [(30.02, 30.0, "30.02"), (29.99, 30.0, "29.99"), (30.0, 30.0, "30"), (28.71, 30.0, "28.7")],
+)
+def test_a_value_beside_its_limit_shows_on_which_side_it_is(value, limit, text):
+    assert _beside(value, limit) == text
 
 
 def test_the_table_keeps_values_and_limits_in_one_line():

@@ -211,3 +211,10 @@ def test_units_of_single_columns_and_of_statistics():
         {"criterion": "peak_drift_mm", "mean": 10.0, "runs": 7},
         {"criterion": "J1", "mean": 0.5, "runs": 7},
     ]
+
+
+def test_csv_of_a_folder_that_has_csv_files_alone(tmp_path):
+    table = pandas.DataFrame({"motion": ["a", "b"], "peak_drift_m": [0.5, 0.25]})
+    table.to_csv(tmp_path / "runs.csv", index=False)
+    assert command("export", "csv", tmp_path) == 0
+    pandas.testing.assert_frame_equal(pandas.read_csv(tmp_path / "results_csv/runs.csv"), table)

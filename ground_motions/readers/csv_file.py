@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,23 +12,31 @@ from ground_motions.argument_types import checked
 from ground_motions.errors import InputError, wrong_choice
 from ground_motions.files import atomic_write
 from ground_motions.readers.lines import (
+    cells_of,
     counted,
     excerpt,
     is_number,
     parse_number,
     require_two,
-    table_cells,
+    separator_of,
+    table_lines,
     uniform_step,
 )
 from ground_motions.record import Record
-from ground_motions.units import ACCELERATION_UNITS, to_m_s2, unit_name
+from ground_motions.units import ACCELERATION_UNITS, UNITS, to_m_s2, unit_name
 
 TIME_COLUMN = "time_s"
 PREFERRED_QUANTITY = "ground_acceleration"
 _SUFFIXES = {f"_{unit.replace('/', '_')}": unit for unit in ACCELERATION_UNITS}
 # "Acc[cm/s2]", "Beschleunigung [m/s²]", "Acceleration (g)"
 _BRACKETS = re.compile(r"(?P<quantity>.*?)\s*[\[(](?P<unit>[^\[\]()]+)[\])]")
-_SECONDS = ("s", "sec", "second", "seconds")
+_TIME_UNITS = {**UNITS["time"], "sec": 1.0, "second": 1.0, "seconds": 1.0, "msec": 1e-3}
+"""Spellings of units of time, and their factors to s."""
+_TIME_SUFFIXES = {f"time_{unit}": factor for unit, factor in UNITS["time"].items()}
+_MOTION_UNITS = [*UNITS["velocity"], *UNITS["displacement"]]
+_OTHER_UNITS = {
+    unit.lower() for quantity in UNITS if quantity != "acceleration" for unit in UNITS[quantity]
+}
 _EXAMPLES = "'time_s,ground_acceleration_m_s2' or 'Time [s],Acceleration [cm/s2]'"
 
 
@@ -39,8 +48,10 @@ def read_csv(path: str | Path, column: str | None = None, unit: str | None = Non
     ----------
     path : str or Path
         Comma-separated text, UTF-8 or Latin-1: a line of column names, then numbers. Semicolons
-        or tabs may separate, too; commas are then decimal. Lines that start with ``#`` and blank
-        lines are skipped. A column ``time_s``, or one with ``[s]`` behind its name, gives the step.
+        or tabs may separate, too; commas are then decimal. Lines that start with ``#``, blank
+        lines and lines above the column names are skipped. The units may stand in a row below the
+        names. A column ``time_s``, or one with ``[s]`` behind its name, gives the step; so does
+        one with another unit of time, such as ``time_ms``.
     column : str, optional
         Name of the acceleration column, ending in its unit: ``_m_s2``, ``_cm_s2``, ``_mm_s2``,
         ``_ft_s2``, ``_in_s2``, ``_gal`` or ``_g``; or with a unit in brackets, such as
@@ -62,8 +73,7 @@ def read_csv(path: str | Path, column: str | None = None, unit: str | None = Non
         unknown or given twice; a cell is not a finite number; or the times do not increase
         uniformly.
     """
-    rows = table_cells(path)
-    header_line, names = rows[0]
+    header_line, names, rows = _table(path, unit)
     place = f"{path}, line {header_line}"
     if all(map(is_number, names)):
         raise InputError(place, "numbers", f"a heading such as {_EXAMPLES}")
@@ -73,11 +83,12 @@ def read_csv(path: str | Path, column: str | None = None, unit: str | None = Non
         to_m_s2(unit, f"{path}, unit")
         units = _with_unit(units, unit, names, time_column, column, place)
     column = _chosen_column(names, list(units), column, place)
-    require_two(len(rows) - 1, str(path))
+    require_two(len(rows), str(path))
 
     places = names.index(time_column), names.index(column)
+    seconds = _seconds_of(time_column) or 1.0
     times, values, line_numbers = [], [], []
-    for number, cells in rows[1:]:
+    for number, cells in rows:
         if len(cells) != len(names):
             raise InputError(
                 f"{path}, line {number}",
@@ -87,7 +98,7 @@ def read_csv(path: str | Path, column: str | None = None, unit: str | None = Non
         time, value = (
             parse_number(cells[i], f"{path}, line {number}, column {names[i]}") for i in places
         )
-        times.append(time)
+        times.append(time * seconds)
         values.append(value)
         line_numbers.append(number)
 
@@ -102,9 +113,71 @@ def read_csv(path: str | Path, column: str | None = None, unit: str | None = Non
     )
 
 
+def columns_of(path: str | Path) -> list[str]:
+    """Return the names of the columns of a CSV file."""
+    return _table(path, None)[1]
+
+
 def acceleration_columns(path: str | Path) -> list[str]:
     """Return the columns of a CSV file whose names have a unit of acceleration."""
-    return [name for name in table_cells(path)[0][1] if unit_of(name)]
+    return [name for name in columns_of(path) if unit_of(name)]
+
+
+class _Table(NamedTuple):
+    """A table in a text file."""
+
+    line: int  # Number of the line of the column names, from 1
+    names: list[str]  # Column names with their units
+    rows: list[tuple[int, list[str]]]  # Number and cells of each line below
+
+
+def _table(path: str | Path, unit: str | None) -> _Table:
+    """The table of a file: from the first heading with times and numbers below it."""
+    lines = table_lines(path)
+    start, used, names = 0, 1, None
+    for start, (_, line) in enumerate(lines):
+        for used in (1, 2):
+            names = names or _heading([text for _, text in lines[start:][: used + 1]], unit)
+            if names:
+                break
+        if names or all(map(is_number, cells_of(line, separator_of(line)))):
+            break
+    if names is None:
+        start, used = 0, 1
+    separator = separator_of(lines[start][1])
+    names = names or cells_of(lines[start][1], separator)
+    rows = [
+        (number, _without_empty_end(cells_of(line, separator, decimal=True), len(names)))
+        for number, line in lines[start + used :]
+    ]
+    return _Table(lines[start][0], names, [row for row in rows if any(row[1])])
+
+
+def _heading(lines: list[str], unit: str | None) -> list[str] | None:
+    """Column names above a line of numbers; with their units, if these are on a second line."""
+    if len(lines) < 2:
+        return None
+    separator = separator_of(lines[0])
+    names = _without_empty_end(cells_of(lines[0], separator))
+    if len(lines) == 3:
+        units = [cell.strip("[]() ") for cell in cells_of(lines[1], separator)]
+        units = _without_empty_end(units, len(names))
+        if len(units) != len(names):
+            return None
+        pairs = zip(names, units, strict=True)
+        names = [f"{name} [{unit}]" if unit else name for name, unit in pairs]
+    numbers = cells_of(lines[-1], separator, decimal=True)
+    times = _time_columns(names, unit)
+    if not times or len(numbers) < len(names):
+        return None
+    return names if is_number(numbers[names.index(times[0])]) else None
+
+
+def _without_empty_end(cells: list[str], least: int = 0) -> list[str]:
+    """Cells without the empty ones behind the last column, as Excel writes them."""
+    while len(cells) > least and not cells[-1]:
+        cells = cells[:-1]
+    return cells
 
 
 def _suffix_of(column: str) -> str:
@@ -122,24 +195,37 @@ def _quantity_of(column: str) -> str:
     return brackets["quantity"] if brackets else column[: len(column) - len(_suffix_of(column))]
 
 
+def _seconds_of(name: str) -> float | None:
+    """Seconds in the unit of time of a column's name; None if it has none."""
+    if name in _TIME_SUFFIXES:
+        return _TIME_SUFFIXES[name]
+    brackets = _BRACKETS.fullmatch(name)
+    return _TIME_UNITS.get(brackets["unit"].lower()) if brackets else None
+
+
+def _time_columns(names: list[str], unit: str | None) -> list[str]:
+    """Columns of times; their names need no unit where ``unit`` is given."""
+    if TIME_COLUMN in names:
+        return [TIME_COLUMN]
+    times = [name for name in names if _seconds_of(name)]
+    if unit is not None and not times:
+        times = [name for name in names if name.lower() in ("time", "t")]
+    return times
+
+
 def _time_column(names: list[str], place: str, unit: str | None) -> str:
-    """Return the column of times in seconds; its name needs no unit where ``unit`` is given."""
+    """Return the one column of times."""
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise InputError(place, f"column {twice[0]!r} twice", "different column names")
-    brackets = {name: _BRACKETS.fullmatch(name) for name in names}
-    seconds = [n for n, match in brackets.items() if match and match["unit"].lower() in _SECONDS]
-    if unit is not None and not seconds:
-        seconds = [name for name in names if name.lower() in ("time", "t")]
-    if TIME_COLUMN in names:
-        return TIME_COLUMN
-    if len(seconds) != 1:
+    times = _time_columns(names, unit)
+    if len(times) != 1:
         raise InputError(
             place,
             f"columns {excerpt(', '.join(names))}",
             f"a column {TIME_COLUMN} among them, or one with [s]: a heading such as {_EXAMPLES}",
         )
-    return seconds[0]
+    return times[0]
 
 
 def _with_unit(
@@ -160,7 +246,18 @@ def _with_unit(
             )
     if units and chosen in (None, *units):
         return units
-    return {each: name for each in names if each != time_column and chosen in (None, each)}
+    others = [each for each in names if each != time_column and chosen in (None, each)]
+    return {each: name for each in others if not _is_of_another_quantity(each)}
+
+
+def _is_of_another_quantity(column: str) -> bool:
+    """Whether a name has a unit, but of no acceleration, as ``Vel (cm/s)`` and ``disp_cm``."""
+    brackets = _BRACKETS.fullmatch(column)
+    if brackets:
+        return brackets["unit"].lower().replace("sec", "s") in _OTHER_UNITS
+    return unit_of(column) is None and any(
+        column.lower().endswith(f"_{unit.replace('/', '_')}") for unit in _MOTION_UNITS
+    )
 
 
 def _chosen_column(names: list[str], candidates: list[str], column: str | None, place: str) -> str:

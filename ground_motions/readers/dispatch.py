@@ -83,7 +83,8 @@ def read(
     name = reader or suffix.removeprefix(".")
     if READERS and reader is None and name not in (*READERS, *_REFUSED):
         known = ", ".join(f".{each}" for each in READERS)
-        raise InputError(str(path), f"suffix {suffix!r}", f"{known} (or name a reader)")
+        others = "; of other formats a CSV file of the accelerations, or a reader of your own"
+        raise InputError(str(path), f"suffix {suffix!r}", f"{known}{others}")
     chosen = _REFUSED.get(name) or READERS[name]
     accepted = inspect.signature(chosen).parameters
     options = {"column": column, "unit": unit, "dt": dt}

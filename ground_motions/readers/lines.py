@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from ground_motions.errors import InputError, warn
 
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_END_OF_FILE = "\x1a"  # of DOS, at the end of old files
 _AROUND_CELLS = re.compile(r'["\s]')
 FEW = 0.01
 """Share of the samples that may differ from the number in a header."""
@@ -34,6 +35,7 @@ def read_lines(path: str | Path) -> list[str]:
         text = raw.decode("utf-16" if raw[:2] in _UTF_16 else "utf-8-sig")
     except UnicodeDecodeError:
         text = raw.decode("latin-1")
+    text = text.rstrip(_END_OF_FILE)
     if "\0" in text:
         raise InputError(f"{path}, byte {raw.index(0)}", "binary content", accepted)
     if not text.strip():
@@ -55,22 +57,25 @@ def table_lines(path: str | Path) -> list[tuple[int, str]]:
 
 def table_cells(path: str | Path) -> list[tuple[int, list[str]]]:
     """Cells of a table's text file, line by line; the first line separates as all others do."""
-    # Semicolons and tabs stand where commas are decimal.
     rows = table_lines(path)
-    separator = next((one for one in ";\t" if one in rows[0][1]), ",")
-
-    def cells(line: str) -> list[str]:
-        if not _AROUND_CELLS.search(line):
-            return line.split(separator)
-        return [cell.strip().strip('"').strip() for cell in line.split(separator)]
-
-    if separator == ",":
-        return [(number, cells(line)) for number, line in rows]
-    first, *others = rows
+    separator = separator_of(rows[0][1])
     return [
-        (first[0], cells(first[1])),
-        *((number, cells(line.replace(",", "."))) for number, line in others),
+        (number, cells_of(line, separator, decimal=k > 0)) for k, (number, line) in enumerate(rows)
     ]
+
+
+def separator_of(line: str) -> str:
+    """The separator of a line of a table: a semicolon or a tab, else a comma."""
+    return next((one for one in ";\t" if one in line), ",")
+
+
+def cells_of(line: str, separator: str, *, decimal: bool = False) -> list[str]:
+    """Cells of a line of a table; ``decimal``: beside semicolons and tabs commas are decimal."""
+    if decimal and separator != ",":
+        line = line.replace(",", ".")
+    if not _AROUND_CELLS.search(line):
+        return line.split(separator)
+    return [cell.strip().strip('"').strip() for cell in line.split(separator)]
 
 
 def fixed_cells(line: str, width: int) -> list[str]:

@@ -54,6 +54,8 @@ def suite(
     quiet: Quiet = False,
 ) -> None:
     """Run all records of a suite with all controllers, and compute the statistics of codes."""
+    from ..criteria import standard_criteria
+    from ..criterion import selected_criteria
     from ..io.results_folder import file_name
     from ..reports.suite_tables import comparison_table, records_table, statistics_table, verdict
     from ..reports.tables import standard_console
@@ -62,6 +64,9 @@ def suite(
 
     check_exports(export, out)
     settings = Scenario.read(scenario)
+    # others, such as the force of a wall, depend on the structure and are known after the runs
+    selected = (one.name for one in selected_criteria(settings.simulation.criteria))
+    check_name("criterion", criterion, [*standard_criteria(), *selected])
     folder = out or Path("results") / file_name(settings.name)
     with resumable(folder, overwrite, resume, quiet, 1) as step:
         result = run_suite(

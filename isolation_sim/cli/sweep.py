@@ -185,7 +185,7 @@ def run_plan(
         print(json_text(_report(result, time.perf_counter() - start)))
     elif not quiet:
         standard_console().print(controllers_table(result))
-        _print_failures(result)
+    _print_failures(result)
     for warning in result.warnings():
         print_warning(warning)
     print_results(result.folder, as_json, quiet)

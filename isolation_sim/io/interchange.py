@@ -47,7 +47,8 @@ def export_results(
         columns, or a history's arrays with their axes and a struct ``units``. ``"xlsx"``: one sheet
         per table. A history has one sheet per first axis, and one column per index of the other
         axes. ``"csv"``: the tables of ``"xlsx"`` that are no CSV files yet, one file each, with ten
-        digits; the histories of a sweep's cases too.
+        digits; the histories of a sweep's cases too. If all are CSV files, as of a suite or a
+        tuning, they are written.
     out : str or pathlib.Path, optional
         File to write; ``results.mat`` or ``results.xlsx`` in the folder by default. For ``"csv"``
         a folder, ``results_csv`` by default. Existing files are replaced.
@@ -74,15 +75,16 @@ def export_results(
     def convert(part: Any) -> Any:
         return render("units:in_engineering_units", part) if engineering else part
 
-    patterns = ["table.npz", "*.nc"]
-    patterns += ["histories/*.nc"] * (form == CSV)
-    patterns += ["*.csv"] * (form != CSV or engineering)
-    paths = sorted(path for pattern in patterns for path in folder.glob(pattern))
+    def files(*patterns: str) -> list[Path]:
+        return sorted(path for pattern in patterns for path in folder.glob(pattern))
+
+    tables = files("*.csv")
+    paths = files("table.npz", "*.nc", *["histories/*.nc"] * (form == CSV))
+    if form != CSV or engineering or not paths:  # a suite or a tuning has CSV files alone
+        paths = sorted([*tables, *paths])
     if not paths:
         what = "holds no results" if folder.is_dir() else "no such folder"
-        kinds = (
-            "table.npz or netCDF files" if form == CSV else "CSV files, table.npz or netCDF files"
-        )
+        kinds = "CSV files, table.npz or netCDF files"
         raise InputError(f"{folder}: {what}; expected: a folder with {kinds}")
     place = export_place(folder, form) if out is None else Path(out)
     if form == CSV:

@@ -67,7 +67,8 @@ def base_and_roof(runs: Mapping[str, Run], direction: int) -> tuple[Panel, Panel
     displacement, acceleration = {}, {}
     for name, run in runs.items():
         structure = run.isolated.structure
-        dofs = np.flatnonzero(structure.above_foundation[:, direction])
+        levels = np.unique(level_dofs(structure))
+        dofs = levels[structure.above_foundation[levels, direction] != 0]
         moved = [d for d in structure.base if structure.influence[d, direction]]
         base, roof = structure.names[moved[0] if moved else dofs[0]], structure.names[dofs[-1]]
         displacement[name] = run.time, 1e3 * columns(run, [base], "displacement_m")[:, 0]

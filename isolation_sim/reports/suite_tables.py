@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -15,6 +16,8 @@ from .units import unit_of
 
 if TYPE_CHECKING:
     from ..sweeps.suites.result import Suite
+
+_NAMED = 8  # records in a sentence
 
 
 def comparison_table(suite: Suite) -> TextTable:
@@ -123,6 +126,7 @@ def verdict(suite: Suite) -> list[str]:
             f"isolated period of {period:.3g} s; it {met} the least mean of {rule.floor:g} "
             f"({rule.clause})."
         )
+        sentences += _at_limits(suite)
         if suite.index["inputs"]["section"]["isolated_period_s"] is None:
             sentences.append(
                 "The isolated period is that of small vibrations. For softening isolators set "
@@ -156,6 +160,27 @@ def verdict(suite: Suite) -> list[str]:
             "controllers have no design value."
         )
     return sentences
+
+
+def _at_limits(suite: Suite) -> list[str]:
+    """Records whose factors scale_limits hold back, so that their spectra miss the target."""
+    if suite.index["scaling"] != "amplitude":
+        return []
+    limits = suite.index["inputs"]["section"]["scale_limits"]
+    held = {
+        each["record"]: each["scale_factor"]
+        for each in suite.index["motions"]
+        if any(math.isclose(each["scale_factor"], limit) for limit in limits)
+    }
+    if not held:
+        return []
+    named = ", ".join(f"{name} {factor:.3g}" for name, factor in [*held.items()][:_NAMED])
+    more = f" and {len(held) - _NAMED} more" if len(held) > _NAMED else ""
+    return [
+        f"The factors of {len(held)} of {suite.index['n_records']} records are at a limit of "
+        f"scale_limits, {limits[0]:g} and {limits[1]:g}, and their spectra need not fit the "
+        f"target: {named}{more}."
+    ]
 
 
 def _contacts(suite: Suite) -> list[str]:

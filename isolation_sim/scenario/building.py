@@ -133,8 +133,8 @@ class MatricesFile(Section):
     file: Annotated[
         InputPath,
         Field(
-            description=".npz or .mat; optional arrays: influence, base, storey_heights_m, "
-            "isolator_positions_m"
+            description=".npz or .mat; optional arrays: influence, base, drift_rows, "
+            "storey_heights_m, isolator_positions_m"
         ),
     ]
     dof_names: Annotated[list[str] | None, Field(description="one per row of the matrices")] = None

@@ -138,8 +138,16 @@ def quantity_rows(isolated: IsolatedStructure, names: Sequence[str]) -> dict[str
 
 
 def level_dofs(structure: Structure) -> NDArray:
-    """Dofs of each level above the foundation in each direction of ground motion."""
-    return _by_direction(structure.above_foundation)
+    """Dofs of each level above the foundation in each direction of ground motion.
+
+    Levels are the base and the ends of the storeys. Without storeys all dofs are levels.
+    """
+    moved = structure.above_foundation
+    if structure.storeys:
+        ends = np.any(structure.drift_rows, axis=0)
+        ends[list(structure.base)] = True
+        moved[~ends] = 0.0
+    return _by_direction(moved)
 
 
 def storey_rows(structure: Structure) -> NDArray:

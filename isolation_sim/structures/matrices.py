@@ -19,7 +19,9 @@ from .plausibility import implausible_matrices
 from .structure import Structure
 
 _REQUIRED = ("M", "C", "K")
-_OPTIONAL = ("influence", "base")
+_OPTIONAL = ("influence", "base", "drift_rows")
+_CONNECTED = 1e-9
+"""Least stiffness between connected dofs, over the geometric mean of their own stiffnesses."""
 _GEOMETRY = {"storey_heights_m": "heights", "isolator_positions_m": "isolator_positions"}
 
 
@@ -57,7 +59,9 @@ def from_matrices(
         otherwise ``dof0``, ``dof1``, ….
     drift_rows : array_like, shape (n_storeys, n), optional
         ``drift_rows @ q`` are the storey drifts. By default the differences between neighbouring
-        floors, if the base has the first dofs and all floors have the same number; otherwise none.
+        floors that the stiffness connects, if the base has the first dofs and all floors have the
+        same number; otherwise none. Where there are storeys, a dof above the base that is in none
+        of them, such as that of a mass damper, is no floor: criteria of floors leave it out.
     storeys : sequence of str, optional
         Names of the storeys, one per drift row.
     directions : sequence of str, optional
@@ -82,8 +86,9 @@ def from_matrices(
     Warns
     -----
     PlausibilityWarning
-        If the first mode on a fixed base has a damping ratio above 1, as with C and K exchanged, or
-        if rigid motion has a stiffness or damping, as with a spring between base and ground.
+        If the first mode on a fixed base has a damping ratio above 1, as with C and K exchanged; if
+        rigid motion has a stiffness or damping, as with a spring between base and ground; or if
+        the stiffness does not connect neighbouring floors, so that they have no storey by default.
 
     Notes
     -----
@@ -105,8 +110,10 @@ def from_matrices(
     if directions is None:
         count = influence.shape[-1]
         directions = list("xyz")[:count] if count <= 3 else [f"d{j + 1}" for j in range(count)]
+    apart: list[tuple[int, int]] = []
     if drift_rows is None:
-        drift_rows, default_storeys = _neighbour_drifts(n, bases)
+        stiffness = matrix("stiffness", stiffness, (n, n))
+        drift_rows, default_storeys, apart = _neighbour_drifts(stiffness, bases)
     else:
         drift_rows = numbers("drift_rows", drift_rows)
         default_storeys = [f"storey{i + 1}" for i in range(len(drift_rows))]
@@ -128,6 +135,13 @@ def from_matrices(
         ),
         name=name,
     )
+    for lower, upper in apart:
+        warn(
+            f"{structure.name}: no stiffness between {structure.names[lower]} and "
+            f"{structure.names[upper]}, so that there is no storey; drift_rows give other storeys, "
+            "and dofs in none of them are no floors",
+            PlausibilityWarning,
+        )
     for line in implausible_matrices(structure):
         warn(line, PlausibilityWarning)
     return structure
@@ -230,12 +244,12 @@ def read_matrices(
     ----------
     path : str or pathlib.Path
         File with the arrays ``M`` (kg), ``C`` (N s/m) and ``K`` (N/m), each (n, n), and optionally
-        ``influence`` (n, n_directions), ``base`` (dof numbers), ``storey_heights_m`` (n_storeys)
-        and ``isolator_positions_m`` (n_isolators, 2); see ``from_matrices``. Other arrays are
-        ignored. A ``.mat`` file has the same variables (version 7.3 needs the extra ``hdf5``);
-        ``base`` counts dofs from 0 there, too.
+        ``influence`` (n, n_directions), ``base`` (dof numbers), ``drift_rows`` (n_storeys, n),
+        ``storey_heights_m`` (n_storeys) and ``isolator_positions_m`` (n_isolators, 2); see
+        ``from_matrices``. Other arrays are ignored. A ``.mat`` file has the same variables (version
+        7.3 needs the extra ``hdf5``); ``base`` counts dofs from 0 there, too.
     names, drift_rows, storeys, directions, heights, isolator_positions
-        As in `from_matrices`; heights and positions in place of the file's.
+        As in `from_matrices`; drift rows, heights and positions in place of the file's.
     name : str, optional
         Name to print; the file's by default.
 
@@ -262,13 +276,16 @@ def read_matrices(
             raise InputError(f"{path}: array {key!r} looks like {near!r} misspelt; rename it")
     optional: dict[str, Any] = {key: arrays[key] for key in _OPTIONAL if key in arrays}
     optional |= {label: arrays[key] for key, label in _GEOMETRY.items() if key in arrays}
-    for label, value in (("heights", heights), ("isolator_positions", isolator_positions)):
+    for label, value in (
+        ("drift_rows", drift_rows), ("heights", heights),
+        ("isolator_positions", isolator_positions),
+    ):  # fmt: skip
         if value is not None:
             optional[label] = value
     try:
         return from_matrices(
-            arrays["M"], arrays["C"], arrays["K"], names=names, drift_rows=drift_rows,
-            storeys=storeys, directions=directions, name=name or Path(path).stem, **optional,
+            arrays["M"], arrays["C"], arrays["K"], names=names, storeys=storeys,
+            directions=directions, name=name or Path(path).stem, **optional,
         )  # fmt: skip
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
@@ -308,11 +325,21 @@ def _size(mass: ArrayLike) -> int:
     return shape[0]
 
 
-def _neighbour_drifts(n: int, base: tuple[int, ...]) -> tuple[np.ndarray, list[str]]:
-    m = len(base)
+def _neighbour_drifts(
+    stiffness: np.ndarray, base: tuple[int, ...]
+) -> tuple[np.ndarray, list[str], list[tuple[int, int]]]:
+    """Rows and names of the storeys between neighbouring floors, and those not connected."""
+    n, m = len(stiffness), len(base)
     if base != tuple(range(m)) or m == 0 or n % m:
-        return np.zeros((0, n)), []
-    rows = np.eye(n)[m:] - np.eye(n)[:-m]
+        return np.zeros((0, n)), [], []
+    size = np.sqrt(np.abs(np.diag(stiffness)))
     axes = [""] if m == 1 else [f"_{'xyz'[j]}" if m <= 3 else f"_{j + 1}" for j in range(m)]
-    storeys = [f"storey{floor + 1}{axis}" for floor in range(n // m - 1) for axis in axes]
-    return rows, storeys
+    rows, storeys, apart = [], [], []
+    for upper in range(m, n):
+        lower = upper - m
+        if abs(stiffness[upper, lower]) <= _CONNECTED * size[upper] * size[lower]:
+            apart.append((lower, upper))
+            continue
+        rows.append(np.eye(n)[upper] - np.eye(n)[lower])
+        storeys.append(f"storey{upper // m}{axes[upper % m]}")
+    return np.reshape(rows, (-1, n)), storeys, apart

@@ -82,9 +82,11 @@ def modes_of(structure: Any) -> ModalFacts:
     try:
         omega, shapes = undamped_modes(structure.mass, structure.stiffness)
     except InputError:
+        turning = [structure.names[d] for d in structure.base if not structure.influence[d].any()]
+        hint = f"; {', '.join(turning)}: biaxial isolators (biaxial = true) with their positions"
         raise InputError(
             f"{structure.name}: a mode has no period, since no isolator resists it; expected: "
-            "elements with a stiffness in every motion"
+            f"elements with a stiffness in every motion{hint if turning else ''}"
         ) from None
     damping = np.einsum("ik,ij,jk->k", shapes, structure.damping, shapes)
     return ModalFacts(2 * np.pi / omega, damping / (2 * omega), shapes)

@@ -45,8 +45,8 @@ def from_opensees(
     base : int
         Tag of the base's node.
     floors : sequence of int, optional
-        Tags of one node per floor, upwards, for drifts and storey heights; without them the
-        structure has no storeys.
+        Tags of one node per floor, upwards, for drifts, storey heights and floor accelerations;
+        without them the structure has no storeys, and all nodes with mass count as floors.
     directions : str, default "x"
         Directions of ground motion and isolation, such as ``"x"`` or ``"xy"``. With two directions
         a base that can rotate about the vertical z is also isolated in rotation.

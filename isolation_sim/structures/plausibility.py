@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..errors import InputError
-from .modes import undamped_modes
+from .modes import translational_period, undamped_modes
 
 FIXED_BASE_PERIODS = (0.03, 10.0)
 """Plausible first fixed-base periods, s: from a stiff single storey to a tall tower."""
@@ -20,6 +20,9 @@ LEAST_ISOLATION = 1.1
 """Least ratio of the isolated to the fixed-base period of an isolated building."""
 FULL_STOREY, LIGHTEST_FLOOR = 2.5, 2000.0
 """Height of a storey at full scale, m, and the least mean mass of its floors, kg."""
+DAMPER_MASS, DAMPER_FREQUENCY = 0.2, 1.2
+"""Largest mass over that of a mean floor, and largest own frequency over the first one of the rest
+of the building on a fixed base, with which a last dof is taken for a mass damper."""
 LEAST_RIGID_DAMPING = 0.0628
 """Damping of rigid motion over the mass that is said, 1/s: a ratio of 1 % at a period of 2 s."""
 
@@ -61,7 +64,10 @@ def implausible_matrices(structure: Any) -> tuple[str, ...]:
 
 
 def _fixed_base_period(isolated: Any) -> float:
-    """First period on a fixed base, s; one per structure where all elements are at the base."""
+    """Period on a fixed base, s, of the first mode in which the building sways.
+
+    It is found once per structure where all elements are at the base.
+    """
     structure = isolated.structure
     below = [*structure.base, *structure.foundation]
     at_base = all(
@@ -70,7 +76,7 @@ def _fixed_base_period(isolated: Any) -> float:
     )
     if at_base and structure in _fixed_base_periods:
         return _fixed_base_periods[structure]
-    period = float(isolated.fixed_base().periods()[0])
+    period = translational_period(isolated.fixed_base())
     if at_base:
         _fixed_base_periods[structure] = period
     return period
@@ -115,7 +121,35 @@ def implausible(isolated: Any, isolated_period: float) -> tuple[str, ...]:
             f"fixed-base period of {fixed:.3g} s: check the units of masses (kg) and stiffnesses "
             "(N/m), and the isolators' scale",
         )
-    return light_floors(structure)
+    return (*light_floors(structure), *_mass_dampers(structure))
+
+
+def _mass_dampers(structure: Any) -> tuple[str, ...]:
+    """Warnings about mass dampers that count as floors: a light mass on a soft spring."""
+    lines = []
+    above = list(structure.superstructure)
+    ends = np.count_nonzero(structure.drift_rows, axis=0)
+    for moved in structure.above_foundation.T:
+        floors = [i for i in above if moved[i]]
+        for dof in floors:
+            others = [i for i in above if i != dof]
+            mean = np.mean([structure.mass[i, i] for i in floors if i != dof] or [0.0])
+            if ends[dof] != 1 or structure.mass[dof, dof] > DAMPER_MASS * mean:
+                continue
+            # the rest of the building, which this mass follows without a force
+            k, block = structure.stiffness, np.ix_(others, others)
+            rest = k[block] - np.outer(k[others, dof], k[dof, others]) / max(k[dof, dof], 1e-300)
+            with suppress(InputError):
+                first = undamped_modes(structure.mass[block], rest)[0][0]
+                own = np.sqrt(k[dof, dof] / structure.mass[dof, dof])
+                if own <= DAMPER_FREQUENCY * first:
+                    name = structure.names[dof]
+                    lines.append(
+                        f"{structure.name}: {name}, {structure.mass[dof, dof]:.3g} kg with a "
+                        f"period of {2 * np.pi / own:.3g} s of its own, counts as a floor, and its "
+                        "stroke as a drift; for a mass damper give drift_rows without it"
+                    )
+    return tuple(dict.fromkeys(lines))
 
 
 def light_floors(structure: Any) -> tuple[str, ...]:

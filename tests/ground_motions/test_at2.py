@@ -116,3 +116,9 @@ def test_a_few_samples_more_or_less_are_used_with_a_warning(at2, count):
     path = at2("\n".join(["0.1"] * count), npts=1000)
     with pytest.warns(UserWarning, match=rf"line 4: NPTS is 1000; {count} samples are there"):
         assert len(read_at2(path)) == count
+
+
+def test_the_end_of_file_mark_of_dos_is_no_number(at2):
+    path = at2("1 2\n3 4")
+    path.write_bytes(path.read_bytes() + b"\x1a")
+    assert len(read_at2(path)) == 4

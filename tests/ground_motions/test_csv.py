@@ -106,6 +106,16 @@ def test_the_unit_of_a_column_without_one(csv, refused):
         read_csv(path, unit="gal")
 
 
+@pytest.mark.parametrize("name", ["Vel (cm/s)", "Vel [cm/sec]", "disp_cm", "v_m_s", "F [kN]"])
+def test_a_unit_makes_no_acceleration_of_another_quantity(csv, refused, name):
+    path = csv(f"time_s,{name}\n0,1\n0.5,3\n")
+    with refused(path, "an acceleration column"):
+        read_csv(path, unit="g")
+    with refused(path, f"column {name!r}"):
+        read_csv(path, name, "g")
+    assert read_csv(csv(f"time_s,{name},ns\n0,1,2\n0.5,3,4\n"), unit="gal").pga == 0.04
+
+
 def test_comments_blank_lines_quotes_and_line_ends(csv):
     record = read_csv(
         csv('\ufeff# a note\r\n"time_s", "x_g" \r\n\r\n0, 1\r\n# between\r\n0.5 ,2\r\n\r\n')
@@ -235,3 +245,28 @@ def test_shake_table_records(shared_data, name, pga):
     assert record.dt == 0.005
     assert record.pga == pytest.approx(pga, abs=5e-4)
     assert math.isclose(record.time[-1], record.duration, rel_tol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Time,Acceleration\ns,g\n0,1\n0.5,-2\n",
+        "\ufeffZeit;Beschleunigung\r\n[s];[g]\r\n0,0;1,0\r\n0,5;-2,0\r\n",
+        "sep=;\nTime (s);Acc (g)\n0;1\n0.5;-2\n",
+        "Station: ABC\nEvent: 2020, M 6.1\n\nTime (s),Acc (g)\n0,1\n0.5,-2\n",
+        "Station;ABC\nDuration [s];0.5\nTime;Acc\nms;g\n0;1\n500;-2\n",
+        "time_ms,acc_g\n0,1\n500,-2\n",
+        "Time [msec],acc_g\n0,1\n500,-2\n",
+        "time_s,acc_g,,\n0,1,,\n0.5,-2,,\n,,,\n",
+        "time_s,acc_g\n0,1,\n0.5,-2,\n,,\n",
+    ],
+)
+def test_tables_as_spreadsheets_and_loggers_write_them(csv, text):
+    record = read_csv(csv(text))
+    np.testing.assert_allclose(record.acceleration / STANDARD_GRAVITY, [1, -2], rtol=1e-15)
+    assert (record.dt, record.file_unit) == (0.5, "g")
+
+
+def test_lines_are_counted_from_the_top_of_the_file(csv, refused):
+    with refused("line 6, column Acc [g]", "'x'", "a finite number"):
+        read_csv(csv("a station\n\nTime,Acc\ns,g\n0,1\n0.5,x\n"))

@@ -321,7 +321,9 @@ def test_components_of_kiknet_are_one_record(tmp_path):
     header = "\n".join(f"{name:18s}{values.get(name, '1')}" for name in names)
     for k, suffix in enumerate(("NS1", "EW1", "UD1", "NS2", "EW2", "UD2"), start=1):
         (tmp_path / f"X.{suffix}").write_text(f"{header}\n {k} {-k} {k} {-k}\n")
-    deep, surface = sorted(read_folder(tmp_path), key=lambda each: each.name)
+    with pytest.warns(UserWarning, match=r"in a borehole: X\.NS1, X\.EW1, X\.UD1$"):
+        records = read_folder(tmp_path)
+    deep, surface = sorted(records, key=lambda each: each.name)
     assert (deep.name, surface.name) == ("X_1", "X_2")
     assert [each.pga for each in (*deep.components, deep.vertical)] == [1.0, 2.0, 3.0]
     assert [each.pga for each in (*surface.components, surface.vertical)] == [4.0, 5.0, 6.0]

@@ -158,7 +158,7 @@ def test_an_error_in_a_reader_names_the_reader(text, tmp_path, refused):
 @pytest.mark.parametrize(
     ("name", "options", "parts"),
     [
-        ("a.xlsx", {}, ("suffix '.xlsx'", ".at2, .csv, .dat, .ew,")),
+        ("a.xlsx", {}, ("suffix '.xlsx'", ".at2, .csv, .dat, .ew,", "reader of your own")),
         ("a", {}, ("suffix ''", ".at2, .csv, .dat, .ew,")),
         ("a.vt2", {}, ("a .vt2 file", "units of g")),
         ("a.csv", {"dt": 0.1}, ("option dt", "0.1", "for .csv files: column, unit")),

@@ -99,6 +99,11 @@ def test_a_unit_stays_with_its_number(text):
     assert tied(f"It is {text}, so.") == f"It is {text.replace(' ', chr(160))}, so."
 
 
+@pytest.mark.parametrize("text", ["1.5", "0.45* ± 0.27", "-2e-3 (-3 to -1)", "± 1", "3.1*"])
+def test_a_number_is_one_with_words_or_a_mark_after_it(text):
+    assert page.is_number(text)
+
+
 def test_words_after_numbers_may_go_to_another_line():
     assert tied("5 motions and 3 Axes, 7 gaps") == "5 motions and 3 Axes, 7 gaps"
 

@@ -16,6 +16,7 @@ from isolation_sim.structures import (
     from_matrices,
     read_matrices,
     reference_isolators,
+    shear_building,
 )
 from isolation_sim.structures import reference_building as reference
 
@@ -247,3 +248,54 @@ def test_matlab_files_of_version_7_3(tmp_path):
     np.testing.assert_array_equal(tower.damping, C + skew)
     np.testing.assert_array_equal(tower.stiffness, K)
     assert tower.heights.tolist() == [3.0]
+
+
+def with_damper(floor):
+    """M, C, K of a base with three floors and a mass damper on one of them, the last dof."""
+    links = [(0, 1, 2e8), (1, 2, 2e8), (2, 3, 2e8), (floor, 4, 1.2e4 * np.pi**2)]
+    k = np.zeros((5, 5))
+    for i, j, spring in links:
+        k[np.ix_([i, j], [i, j])] += spring * np.array([[1, -1], [-1, 1]])
+    return np.diag([3e5] * 4 + [1.2e4]), 3e-3 * k, k
+
+
+THREE_STOREYS = np.eye(5)[1:4] - np.eye(5)[:3]
+
+
+def test_floors_that_no_stiffness_connects_have_no_storey():
+    with pytest.warns(PlausibilityWarning, match="no stiffness between floor3 and floor4"):
+        building = from_matrices(*with_damper(2))
+    np.testing.assert_array_equal(building.drift_rows, THREE_STOREYS)
+    assert building.storeys == ("storey1", "storey2", "storey3")
+
+
+def test_a_mass_damper_of_no_storey_is_no_floor(tmp_path):
+    np.savez(tmp_path / "s.npz", **dict(zip("MCK", with_damper(3), strict=True)),
+             drift_rows=THREE_STOREYS)  # fmt: skip
+    isolators = reference_isolators()
+    chain = from_matrices(*with_damper(3)).on(isolators, target_period_s=2.5)
+    building = read_matrices(tmp_path / "s.npz").on(isolators, target_period_s=2.5)
+    with pytest.warns(PlausibilityWarning, match="floor4, 1.2e.04 kg with a period of 2 s of its"):
+        wrong = simulate(chain, el_centro_1940())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", PlausibilityWarning)
+        run = simulate(building, el_centro_1940())
+    same, also = run.history["displacement"], wrong.history["displacement"]
+    np.testing.assert_allclose(same, also, atol=1e-9)
+    for quantity, floors in (("acceleration", ["base", "floor1", "floor2", "floor3"]),
+                             ("drift", building.structure.storeys)):  # fmt: skip
+        history = run.history[quantity]
+        peak = float(np.abs(history.sel({history.dims[1]: list(floors)})).max())
+        key = "peak_floor_acceleration_m_s2" if quantity == "acceleration" else "peak_drift_m"
+        assert run.criteria[key] == pytest.approx(peak, rel=2e-3)
+        assert wrong.criteria[key] > 1.2 * run.criteria[key]
+
+
+@pytest.mark.parametrize("floors", [1, 2, 3, 5, 10])
+def test_a_light_top_floor_is_no_mass_damper(floors):
+    stiff = 2e8 * np.ones(floors + 1)
+    stiff[-1] = 4e7
+    masses = [2e5] * floors + [2e4]
+    top = shear_building(masses, stiff, base_mass=2e5)
+    run = simulate(top.on(reference_isolators(), target_period_s=2.5), el_centro_1940())
+    assert not any("mass damper" in line for line in run.warnings())

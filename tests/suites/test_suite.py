@@ -232,6 +232,23 @@ def test_too_few_records_give_no_design_value(suite):
     assert "set isolated_period_s" in " ".join(verdict(other))
 
 
+def test_factors_at_a_limit_are_told(suite):
+    assert not any("scale_limits" in each for each in verdict(suite))
+    other = Suite(suite.folder)
+    factor = next(m["scale_factor"] for m in other.index["motions"] if m["record"] == "b")
+    other.index["inputs"]["section"]["scale_limits"] = [0.01, factor]
+    (sentence,) = (each for each in verdict(other) if "scale_limits" in each)
+    assert f"1 of 3 records are at a limit of scale_limits, 0.01 and {factor:g}" in sentence
+    assert sentence.endswith(f"target: b {factor:.3g}.")
+
+
+def test_a_misspelt_criterion_is_refused_before_the_runs(folder, tmp_path, capsys):
+    words = ("--out", tmp_path / "out", "--criterion", "peak_drft_m")
+    code, _, error = run(capsys, "suite", folder / "three.toml", *words)
+    assert code == 2 and "did you mean 'peak_drift_m'?" in error
+    assert not (tmp_path / "out").exists()
+
+
 def test_motions_that_touch_a_wall_are_counted(suite):
     other = Suite(suite.folder)
     first = suite.table["motion"] == suite.table["motion"].iloc[0]

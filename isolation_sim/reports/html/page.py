@@ -19,8 +19,8 @@ from ..style import Look
 from ..tables import TextTable
 from .charts import dashes, glyph
 
-# a number alone, or with words after it, as in 5.9 (5.7 to 6.1)
-_NUMBER = re.compile(r"[<>±+\-]? ?\d[\d.,e+\-]*( |$)")
+# a number alone, or with words or the mark of the best one after it, as in 5.9 (5.7 to 6.1)
+_NUMBER = re.compile(r"[<>±+\-]? ?\d[\d.,e+\-]*\*?( |$)")
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|m/s²|[mk]?m|m?s|[gtAVJNW]|k[NJ]|k?Hz|°C)(?!\w))")
 
 
