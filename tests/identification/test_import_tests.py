@@ -56,6 +56,11 @@ TEXTS = {
         + rows('"%.4f","%.6f","%.6f","%.2f"', TIME, 1e3 * X, FORCE / 1e3, CURRENT)
         .replace(".", ","), "utf-8",
     ),
+    "axial.txt": (
+        "Time\tCommand\tAxial Displacement\tAxial Force\tCoil Current\ns\tmm\tmm\tkN\tA\n"
+        + rows("%.4f\t%.6f\t%.6f\t%.6f\t%.2f", TIME, 1.01e3 * X, 1e3 * X, FORCE / 1e3, CURRENT),
+        "utf-8",
+    ),
     "more.csv": (
         "Clock,Time [s],Disp Command,Disp,Axial,Shear,Current,\n,,(mm),(mm),(kN),(kN),(A),\n"
         + rows("10:21:%05.2f,%.4f,%.5f,%.6f,%.3f,%.6f,%.2f,",
@@ -410,6 +415,7 @@ def test_a_reader_of_ones_own(tmp_path, monkeypatch):
         ("T [°C]", "°C", ("temperature",)),
         ("Force (mN)", "mN", ()),
         ("Force setpoint (N)", "N", ()),
+        ("Temp [deg_C]", "deg_C", ("temperature",)),
         ("Load Cell Temp (deg C)", "deg C", ("temperature",)),
     ],
 )

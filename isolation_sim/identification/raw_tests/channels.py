@@ -18,10 +18,10 @@ CHOSEN = (*NEEDED, "current")
 _SAME = {
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "sek": "s", "sekunden": "s",
     "msec": "ms", "mikrometer": "um", "micron": "um", "inch": "in", "inches": "in", "lbs": "lbf",
-    "kips": "kip", "amp": "A", "amps": "A", "ampere": "A", "degc": "C", "deg": "C", "celsius": "C",
-    "newton": "N", "newtons": "N", "kilonewton": "kN", "kilonewtons": "kN", "meter": "m",
-    "meters": "m", "millimeter": "mm", "millimeters": "mm", "amperes": "A", CLOCK_UNIT: "s",
-     "mm_s": "mm/s", "m_s": "m/s", "cm_s": "cm/s", "in_s": "in/s", "m_s2": "m/s2",
+    "kips": "kip", "amp": "A", "amps": "A", "ampere": "A", "degc": "C", "deg_c": "C", "deg": "C",
+    "celsius": "C", "newton": "N", "newtons": "N", "kilonewton": "kN", "kilonewtons": "kN",
+    "meter": "m", "meters": "m", "millimeter": "mm", "millimeters": "mm", "amperes": "A",
+    CLOCK_UNIT: "s", "mm_s": "mm/s", "m_s": "m/s", "cm_s": "cm/s", "in_s": "in/s", "m_s2": "m/s2",
     "mm_s2": "mm/s2", "cm_s2": "cm/s2",
 }  # fmt: skip
 _SPELLINGS = {"²": "2", "^": "", "°": "deg", "µ": "u", "μ": "u", "/sec": "/s", " ": ""}
@@ -118,11 +118,15 @@ def heading_of(text: str, unit_below: str = "") -> Heading:
     """Read a heading, and the unit in the row below it."""
     name, unit = _split(text, unit_below)
     named = named_quantities(name)
-    words = {word.lower() for word in _PARTS.findall(name)}
-    if words & NOT_MEASURED:
+    if _words(name) & NOT_MEASURED:
         return Heading(text, unit, (), False, name)
     fitting = tuple(q for q in named if not unit or unit_factor(q, unit) is not None)
-    return Heading(text, unit, fitting, bool(words & _OTHER_DIRECTION), name)
+    return Heading(text, unit, fitting, bool(_words(name) & _OTHER_DIRECTION), name)
+
+
+def _words(name: str) -> set[str]:
+    """Words of a heading's name."""
+    return {word.lower() for word in _PARTS.findall(name)}
 
 
 def find_channels(
@@ -266,7 +270,8 @@ def _recognised(
     # a unit tells if no name does
     alone = [
         k for k, heading in enumerate(headings) if usable[k] and quantity in CHOSEN
-        and heading.unit and not named_quantities(_split(heading.text, "")[0])
+        and heading.unit and not named_quantities(heading.name)
+        and not _words(heading.name) & NOT_MEASURED
         and unit_factor(quantity, heading.unit) is not None
     ]  # fmt: skip
     candidates = first or [*dict.fromkeys([*named, *alone])]
