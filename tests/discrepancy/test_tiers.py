@@ -253,6 +253,10 @@ def test_acceleration_is_taken_over_a_short_time(campaign):
     data = measured_runs(campaign.runs)
     terms = [term for term in library(data) if term.state_unit == "m/s"]
     assert [term.unit for term in terms] == ["N s^2/m", "N s^4/m^2", "N s^4/m^2"]
+    coefficient = Chosen(terms[0], (0, 1, 2))
+    assert [coefficient.unit(p) for p in coefficient.powers] == [
+        "N s^2/m", "N s^2/m/A", "N s^2/m/A^2"
+    ]  # fmt: skip
     omega, lag = 2 * np.pi * 1.6, terms[0].numbers[0].value
     run = data.runs[1]
     time = STEP * np.arange(N)

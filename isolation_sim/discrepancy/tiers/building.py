@@ -400,9 +400,8 @@ class _Terms:
 def _parameters(one: Chosen, place: int, force: float, length: float) -> Iterator[Parameter]:
     """Numbers of a term at some place of the equation, as they are fitted and reported."""
     for p in one.powers:
-        unit = one.term.unit + f"/A^{p}" * (p > 0)
         factor = _factor(one.term.unit, force, length)
-        yield Parameter(f"c_{place}_{p}", unit, factor=factor)
+        yield Parameter(f"c_{place}_{p}", one.unit(p), factor=factor)
     for n in one.term.numbers:
         factor, name = _factor(n.unit, force, length), f"{n.symbol}_{place}"
         if n.symbol == "b":

@@ -353,7 +353,7 @@ class DeviceTiers(Tiers[_Rung]):
             zip(rung.chosen, rung.stability, strict=False), start=first
         ):
             numbers = {}
-            units = [(f"c_{k}_{p}", one.term.unit + f"/A^{p}" * (p > 0)) for p in one.powers]
+            units = [(f"c_{k}_{p}", one.unit(p)) for p in one.powers]
             units += [(f"{n.symbol}_{k}", n.unit) for n in one.term.numbers]
             for name, unit in units:
                 value = float(final.values[at])

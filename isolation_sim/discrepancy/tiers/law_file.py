@@ -35,6 +35,10 @@ class Chosen:
     term: Term  # The term
     powers: tuple[int, ...]  # Powers of the current that its coefficient has
 
+    def unit(self, power: int) -> str:
+        """Unit of its coefficient at a power of the current."""
+        return self.term.unit + ("", "/A")[power > 0] + (f"^{power}" if power > 1 else "")
+
 
 @dataclass(frozen=True, eq=False)
 class Network:
