@@ -128,6 +128,19 @@ def test_the_deformation_of_an_isolator_in_plan_is_the_vector(shake):
     assert any(f"{1e3 * peaks:.0f} mm" in line for line in lines) == (peaks > tested)
 
 
+def test_isolators_alike_have_one_line_with_the_largest_deformation(shake):
+    corners = [(8.0, 5.0), (8.0, -5.0), (-8.0, 5.0), (-8.0, -5.0)]
+    structure = plan_building(
+        [3e5], [3e8], [3e8], base_mass=3e5, plan=(20.0, 12.0), isolator_positions=corners
+    )
+    plan = structure.on(iso.reference_isolators(), biaxial=True)
+    strong = shake.scaled(3.0)
+    lines, run = warnings_of(TestedRangeWarning, lambda: iso.simulate(plan, (strong, strong)))
+    (line,) = [line for line in lines if "deforms further" in line]
+    peak = 1e3 * run.test_comparison.deformation.max()
+    assert " (and 3 like it) deforms" in line and line.endswith(f"passive off {peak:.0f} mm")
+
+
 def test_many_runs_say_what_single_runs_say(shake, tmp_path):
     """Each kind is counted; a run that has a warning alone is among them."""
     building = iso.reference_building()

@@ -88,17 +88,23 @@ def _beyond_tests(runs: Mapping[str, Any]) -> Iterator[str]:
     """Deformations of devices and currents of coils beyond the tests."""
     peaks: dict[str, TestComparison] = {name: run.test_comparison for name, run in runs.items()}
     first, isolated = next(iter(peaks.values())), next(iter(runs.values())).isolated
+    alike: dict[float, list[tuple[str, int]]] = {}  # devices, by their tested deformation
     for name, (e, *_) in zip(isolated.device_names, isolated.groups, strict=True):
+        if any(each.deformation[e] > each.tested_deformation[e] for each in peaks.values()):
+            alike.setdefault(float(first.tested_deformation[e]), []).append((name, e))
+    for tested, devices in alike.items():
+        names, elements = zip(*devices, strict=True)
+        others = f" (and {len(names) - 1} like it)" if len(names) > 1 else ""
+        largest = {run: max(each.deformation[list(elements)]) for run, each in peaks.items()}
         beyond = [
-            f"{as_written(run)} {1e3 * each.deformation[e]:.0f} mm"
-            for run, each in peaks.items()
-            if each.deformation[e] > each.tested_deformation[e]
+            f"{as_written(run)} {1e3 * peak:.0f} mm"
+            for run, peak in largest.items()
+            if peak > tested
         ]
-        if beyond:
-            yield (
-                f"{name} deforms further than its law was tested, "
-                f"{1e3 * first.tested_deformation[e]:.0f} mm at this scale: {', '.join(beyond)}"
-            )
+        yield (
+            f"{names[0]}{others} deforms further than its law was tested, "
+            f"{1e3 * tested:.0f} mm at this scale: {', '.join(beyond)}"
+        )
     for c in range(isolated.n_channels):
         beyond = [
             f"{as_written(run)} {each.current[c]:.3g} A"
