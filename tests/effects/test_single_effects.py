@@ -100,6 +100,31 @@ def test_a_field_that_is_all_slow_has_one_lag():
     np.testing.assert_allclose(*both, atol=1e-6)
 
 
+def test_a_regulated_current_overshoots():
+    lag, damping = 0.06, 0.4
+    device = spring(("current_lag.overshooting", {"lag": lag, "damping": damping}), k=(0.0, 1e4))
+    t, x, v = still(0.6)
+    force, _ = respond(device, t, x + 0.005, v, np.full(t.size, 2.0), np.zeros(2), 1e-9)
+    pole, w = 2 * damping**2 / lag, 2 * damping * np.sqrt(1 - damping**2) / lag
+    left = np.exp(-pole * t) * (np.cos(w * t) + pole / w * np.sin(w * t))
+    np.testing.assert_allclose(force, 100 * (1 - left), atol=1e-3)
+    assert force.max() > 120
+
+
+def test_two_lags_in_a_loop_without_overshoot_are_two_in_series():
+    t, x, v = still(0.5)
+    both = [
+        respond(
+            spring((f"current_lag.{form}", numbers), k=(0.0, 1e4)),
+            t, x + 0.005, v, np.full(t.size, 2.0), np.zeros(2), 1e-9,
+        )[0]
+        for form, numbers in (
+            ("overshooting", {"lag": 0.1, "damping": 1.0}), ("second_order", {"lag": 0.1})
+        )
+    ]  # fmt: skip
+    np.testing.assert_allclose(*both, atol=1e-4)
+
+
 def test_an_arm_relaxes_quickly_from_a_large_force():
     k, time, length = 1e4, 0.4, 0.002
     numbers = {"stiffness": k, "time": time, "length": length}
