@@ -419,6 +419,18 @@ def test_friction_at_speed():
     np.testing.assert_allclose(force, 50 * bent, rtol=1e-12)
 
 
+def test_bristles_bend_up_to_a_friction_that_falls_with_the_speed():
+    length, rise, stribeck = 1e-4, 0.4, 0.02
+    numbers = {"level": 50.0, "length": length, "rise": rise, "velocity": stribeck}
+    device = spring(("coulomb_friction.lugre", numbers), k=0.0)
+    t = np.linspace(0, 1, 201)
+    for speed in (0.002, 0.02, 0.2):
+        most = 1 + rise * np.exp(-((speed / stribeck) ** 2))
+        force, _ = respond(device, t, speed * t, speed + 0 * t, 0.0, tolerance=1e-9)
+        expected = 50 * most * (1 - np.exp(-speed * t / (length * most)))
+        np.testing.assert_allclose(force, expected, atol=1e-4)
+
+
 def test_inertia_of_a_harmonic_motion():
     """With the law's filter of 2 ms, the force is m a to 3 % at 2 Hz."""
     device = spring(("inertia_force", {"mass": 12.0}), k=0.0)
