@@ -8,6 +8,7 @@ Forms:
     stroke      level (1 + growth |x|) tanh(v / velocity)                a bent guide presses more
     stribeck    level (1 + rise exp(-(v / v_s)^2)) tanh(10 v / v_s)      more at low velocity
     dahl        level z,   z' = (v - |v| z) / length                     elastic before it slides
+    lugre       level z,   z' = (v - |v| z / g) / length,   g = 1 + rise exp(-(v / v_s)^2)   both
 """
 
 from typing import Any
@@ -68,10 +69,16 @@ def rates_dahl(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     return ((signals.v - np.fabs(signals.v) * states[0]) / parameters[1],)
 
 
+def rates_lugre(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Bristles bend, up to a value that falls from static to sliding friction."""
+    _, length, rise, velocity = parameters
+    most = 1 + rise * np.exp(-((signals.v / velocity) ** 2))
+    return ((signals.v - np.fabs(signals.v) * states[0] / most) / length,)
+
+
 def stored_energy_dahl(x: Any, states: tuple, parameters: tuple) -> Any:
     """Energy of the bent bristles."""
-    level, length = parameters
-    return level * length * states[0] ** 2 / 2
+    return parameters[0] * parameters[1] * states[0] ** 2 / 2
 
 
 LEVEL = EffectParameter("level", "N", "sliding friction", lower=0.0, magnitude=True, starts=(0.1,))
@@ -79,6 +86,19 @@ VELOCITY = EffectParameter(
     "velocity", "m/s", "range over which friction develops", lower=1e-6, divides=True,
     starts=(0.002, 0.02, 0.2),
 )  # fmt: skip
+RISE = EffectParameter(
+    "rise", "1", "static over sliding friction, minus one", lower=0.0, upper=2.0, starts=(0.3,),
+    plain=(0.0,),
+)  # fmt: skip
+STRIBECK = EffectParameter(
+    "velocity", "m/s", "velocity range of the rise", lower=1e-5, divides=True,
+    starts=(0.01, 0.1, 0.5),
+)  # fmt: skip
+LENGTH = EffectParameter(
+    "length", "m", "range over which friction develops", lower=1e-6, divides=True,
+    starts=(0.002, 0.02, 0.1),
+)  # fmt: skip
+BENT = Quantity("bent", "1", "friction over its sliding value")
 
 FORMS = (
     Effect(
@@ -102,17 +122,7 @@ FORMS = (
         cause="coulomb_friction",
         form="stribeck",
         title="Coulomb friction with Stribeck's rise",
-        parameters=(
-            LEVEL,
-            EffectParameter(
-                "rise", "1", "static over sliding friction, minus one", lower=0.0, upper=2.0,
-                starts=(0.3,), plain=(0.0,),
-            ),
-            EffectParameter(
-                "velocity", "m/s", "velocity range of the rise", lower=1e-5, divides=True,
-                starts=(0.01, 0.1, 0.5),
-            ),
-        ),
+        parameters=(LEVEL, RISE, STRIBECK),
         force=stribeck,
         source="Stribeck (1902)",
     ),
@@ -120,18 +130,23 @@ FORMS = (
         cause="coulomb_friction",
         form="dahl",
         title="Coulomb friction with presliding",
-        parameters=(
-            LEVEL,
-            EffectParameter(
-                "length", "m", "range over which friction develops", lower=1e-6, divides=True,
-                starts=(0.002, 0.02, 0.1),
-            ),
-        ),
-        states=(Quantity("bent", "1", "friction over its sliding value"),),
+        parameters=(LEVEL, LENGTH),
+        states=(BENT,),
         force=dahl,
         rates=rates_dahl,
         stored_energy=stored_energy_dahl,
         source="Dahl (1968)",
+    ),
+    Effect(
+        cause="coulomb_friction",
+        form="lugre",
+        title="Coulomb friction with presliding and Stribeck's rise",
+        parameters=(LEVEL, LENGTH, RISE, STRIBECK),
+        states=(BENT,),
+        force=dahl,
+        rates=rates_lugre,
+        stored_energy=stored_energy_dahl,
+        source="Canudas de Wit, Olsson, Astrom and Lischinsky (1995), without damping of bristles",
     ),
     Effect(
         cause="coulomb_friction",

@@ -8,6 +8,8 @@ Forms:
     two_stages       a part of the field lags by lag, the slow part by lag + slower_by
     saturating       field' = (I - field) (1 + (s field)^2) / lag: the inductance falls as the steel
                      saturates
+    overshooting     two lags in a loop: field'' = (I - field - 2 damping T field') / T^2, with
+                     T = lag / (2 damping); a supply that regulates its current overshoots
     slew             the supply changes the current by 1 / per_ampere in a second at most
 
 Time constants below 0.3 ms approach 0.1 ms instead of 0.
@@ -82,6 +84,18 @@ def rates_saturating(signals: Signals, states: tuple, parameters: tuple) -> tupl
     (field,), (lag, saturation) = states, parameters
     quicker = 1 + (saturation * field) ** 2
     return ((signals.current - field) / time_constant(lag / quicker, SHORTEST),)
+
+
+def rates_overshooting(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Lag of second order; one state is the rate of the field times the period over 2 pi."""
+    (swing, field), (lag, damping) = states, parameters
+    period = time_constant(lag / (2 * damping), SHORTEST)
+    return (signals.current - field - 2 * damping * swing) / period, swing / period
+
+
+def start_overshooting(signals: Signals, parameters: tuple) -> tuple:
+    """The current has been on for long."""
+    return 0.0, signals.current
 
 
 def rates_slew(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -180,6 +194,24 @@ FORMS = (
         current=current,
         rates=rates_saturating,
         source="R-L coil with the differential inductance of saturating steel",
+    ),
+    Effect(
+        cause="current_lag",
+        form="overshooting",
+        title="Current lag of a supply that overshoots",
+        parameters=(
+            LAG,
+            EffectParameter(
+                # at 2 one lag is far longer than the other
+                "damping", "1", "damping ratio of the supply's control", lower=0.2, upper=2.0,
+                divides=True, starts=(0.5,), plain=(2.0,),
+            ),
+        ),
+        states=(Quantity("swing", "A", "rate of the field, per radian of its period"), FIELD),
+        start=start_overshooting,
+        current=current,
+        rates=rates_overshooting,
+        source="current control of MR dampers: Yang, Spencer, Carlson and Sain (2002)",
     ),
     Effect(
         cause="current_lag",

@@ -10,6 +10,8 @@ Forms:
     preisach   I' = I + share (P - I), P of Preisach's relays of equal weight up to twice `widest`:
                P = 2 <beyond(y, w)>, mean over plays y of half-widths w up to `widest`, which start
                as that of `play`. Nothing is left without current
+    hodgdon    I' = I + share (y - I),   dy = |dI| (I - y) / path: y nears the current along its
+               path, and begins where a current that rose from zero has brought it
     largest    I' = I + share (I_max - I)      I_max the largest current so far
     fading     the same, with I_max forgotten over a time (magnetic viscosity)
 
@@ -17,6 +19,8 @@ The states follow the current within a lag of 2 ms.
 """
 
 from typing import Any
+
+import numpy as np
 
 from ..laws.law import Quantity
 from .effect import Effect, EffectParameter, Past, Signals
@@ -82,6 +86,31 @@ def rates_plays(signals: Signals, states: tuple, parameters: tuple) -> tuple:
 def start_plays(signals: Signals, parameters: tuple) -> tuple:
     """The current has risen from zero."""
     return tuple(beyond(signals.current, part * parameters[1]) for part in PARTS)
+
+
+def current_hodgdon(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Between the current and the one that follows it along its path."""
+    return signals.current + parameters[0] * (states[1] - signals.current)
+
+
+def rates_hodgdon(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """The current, some milliseconds late, and what follows it by the change of its size."""
+    follow, kept = states
+    rate = (signals.current - follow) / RISE
+    return rate, np.fabs(rate) * (follow - kept) / parameters[1]
+
+
+def start_hodgdon(signals: Signals, parameters: tuple) -> tuple:
+    """The current has risen from zero."""
+    path, size = parameters[1], np.fabs(signals.current)
+    kept = size - path * (1 - np.exp(-size / path))
+    return signals.current, kept * np.sign(signals.current)
+
+
+def carried_hodgdon(past: Past, parameters: tuple) -> tuple:
+    """Without current since an earlier test."""
+    path = parameters[1]
+    return 0.0 * past.current, path * (1 - np.exp(-past.current / path)) ** 2
 
 
 def current_largest(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -174,6 +203,26 @@ FORMS = (
                 "Preisach (1935); relays of equal weight: Rayleigh (1887)",
             ),
         )
+    ),
+    Effect(
+        cause="magnetic_remanence",
+        form="hodgdon",
+        title="Magnetic remanence along the path of the current",
+        parameters=(
+            SHARE,
+            EffectParameter(
+                "path", "A", "path of the current along which the field nears it", lower=0.05,
+                upper=10.0, divides=True, starts=(0.2, 0.6),
+            ),
+        ),
+        states=(
+            Quantity("follow", "A", "current"), Quantity("kept", "A", "current that is neared"),
+        ),
+        start=start_hodgdon,
+        carried=carried_hodgdon,
+        current=current_hodgdon,
+        rates=rates_hodgdon,
+        source="Coleman & Hodgdon (1986); in magnetorheological actuators: An & Kwon (2003)",
     ),
     Effect(
         cause="magnetic_remanence",

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 _UPPER_BAND = 0.6
 """Part of the Nyquist frequency above which a device's response is taken to be negligible."""
+_BEYOND = 0.1, 16
+"""Part of a spectrum, at its upper end, that lies beyond the corner of a low-pass, and its least
+number of lines. A corner is often at 0.4 of the sampling rate, against aliasing."""
 _BAND = 2 ** (1 / 3), 8
 """Ratio of the ends of a band of a spectrum, and its least number of lines."""
 _ALIKE = 2.5
@@ -133,6 +136,8 @@ def sensor_noise(
     lines = _between_harmonics(power.size, cycles)
     power, motion, n = power[lines], int(np.searchsorted(lines, motion)), lines.size
     highest = _highest(power)
+    part, fewest = _BEYOND
+    beyond_corner = float(np.median(power[-max(int(part * n), fewest) :]) / np.log(2))
     ratio, least = _BAND
     ends = [max(motion, least)]
     while ends[-1] + least <= n:
@@ -147,11 +152,11 @@ def sensor_noise(
             if most > _ALIKE * levels[i:j].min():
                 break
             # the median of all lines is not above those of the bands
-            if ends[j] < widest * ends[i] or most <= limits.above * highest:
+            if ends[j] < widest * ends[i] or most <= limits.above * beyond_corner:
                 continue
             level = float(np.median(power[ends[i] : ends[j]]) / np.log(2))
             if (
-                level > limits.above * highest
+                level > limits.above * beyond_corner
                 and level * ends[j] < limits.small**2 * total
                 and _steady(signal, lines[ends[i] : ends[j]])
             ):

@@ -166,6 +166,30 @@ def test_a_size_of_zero_counts_where_nothing_is_left_of_the_effect(form, others,
     assert not may_be_zero(final, 0, {"lag": Interval(0.5, 0.0, np.inf, "s")})
 
 
+def test_a_loss_that_never_ends_is_not_zero_because_its_end_is_unknown():
+    rng = np.random.default_rng(4)
+    time = np.arange(0, 40, 1 / 32)
+    x, v = 5e-3 * np.sin(2 * np.pi * time), 5e-3 * 2 * np.pi * np.cos(2 * np.pi * time)
+    law, loss = np.array([STIFFNESS, 2000.0]), effect("cyclic_degradation", "exponential")
+
+    def fitted(path):
+        """A loss that reaches its end behind the path, with noise of the force."""
+        run = TestRun("run", time, x, v, STIFFNESS * x, 0 * time, velocity_measured=True)
+        campaign = Campaign("wear", "made", [run])
+        data = measured_runs(campaign.runs)
+        model = Model(data, parameterise(campaign, LAWS["kelvin_voigt"], data, 0))
+        values = np.array([*law, 0.2, path])
+        force = model.with_effects(loss).forces(values, False)[0]
+        noise = 0.01 * np.std(force) * rng.standard_normal(len(time))
+        model = replace(model, data=replace(data, force=force + noise))
+        return FittedModel.at(model.with_effects(loss), values)
+
+    # the force loses 1 % in both; an interval by noise of the motion may hold zero
+    numbers = {"loss": Interval(0.2, 0.0, 0.95, "1")}
+    assert not may_be_zero(fitted(20.0), 0, numbers)
+    assert may_be_zero(fitted(0.1), 0, numbers)
+
+
 def test_the_cause_leads_and_what_the_data_do_not_excite_is_left_out(bare, noise):
     listed = [
         effect("coulomb_friction"), effect("amplitude_softening", "instantaneous"),

@@ -100,6 +100,31 @@ def test_a_field_that_is_all_slow_has_one_lag():
     np.testing.assert_allclose(*both, atol=1e-6)
 
 
+def test_a_regulated_current_overshoots():
+    lag, damping = 0.06, 0.4
+    device = spring(("current_lag.overshooting", {"lag": lag, "damping": damping}), k=(0.0, 1e4))
+    t, x, v = still(0.6)
+    force, _ = respond(device, t, x + 0.005, v, np.full(t.size, 2.0), np.zeros(2), 1e-9)
+    pole, w = 2 * damping**2 / lag, 2 * damping * np.sqrt(1 - damping**2) / lag
+    left = np.exp(-pole * t) * (np.cos(w * t) + pole / w * np.sin(w * t))
+    np.testing.assert_allclose(force, 100 * (1 - left), atol=1e-3)
+    assert force.max() > 120
+
+
+def test_two_lags_in_a_loop_without_overshoot_are_two_in_series():
+    t, x, v = still(0.5)
+    both = [
+        respond(
+            spring((f"current_lag.{form}", numbers), k=(0.0, 1e4)),
+            t, x + 0.005, v, np.full(t.size, 2.0), np.zeros(2), 1e-9,
+        )[0]
+        for form, numbers in (
+            ("overshooting", {"lag": 0.1, "damping": 1.0}), ("second_order", {"lag": 0.1})
+        )
+    ]  # fmt: skip
+    np.testing.assert_allclose(*both, atol=1e-4)
+
+
 def test_an_arm_relaxes_quickly_from_a_large_force():
     k, time, length = 1e4, 0.4, 0.002
     numbers = {"stiffness": k, "time": time, "length": length}
@@ -195,6 +220,26 @@ def test_plays_of_all_widths_leave_a_part_of_the_field():
     # the same is left for the next test
     device = Past(0.0, 0.0, 2.0, 0.0, 0.0, 0.0)
     assert np.mean(one.carried(device, numbers)) == pytest.approx(fallen[-1])
+
+
+def test_remanence_along_the_path_of_the_current():
+    path, largest, held = 0.8, 2.0, 0.001
+    device = spring(("magnetic_remanence.hodgdon", {"share": 1.0, "path": path}), k=(0.0, 1e4))
+    t = np.linspace(0, 4, 801)
+    current = largest * np.where(t < 2, t, 4 - t) / 2
+    force, (_, kept) = respond(device, t, held + 0 * t, 0 * t, current, np.zeros(2), 1e-9)
+    late = current - 2e-3 * np.where(t < 2, 1, -1)  # a ramp of 1 A/s, 2 ms late
+    risen = late - path * (1 - np.exp(-late / path))
+    np.testing.assert_allclose(kept[20:380], risen[20:380], atol=1e-3)
+    np.testing.assert_allclose(force, 10 * kept, atol=1e-9)
+    # the same is left for the next test, and a run that begins with a current has risen to it
+    one, numbers = effect("magnetic_remanence", "hodgdon"), (1.0, path)
+    left = one.carried(Past(0.0, 0.0, largest, 0.0, 0.0), numbers)[1]
+    assert kept[-1] == pytest.approx(left, abs=3e-3)
+    begun = one.start(REST._replace(current=1.0), numbers)
+    assert begun[1] == pytest.approx(kept[200], abs=3e-3)
+    backwards = one.start(REST._replace(current=-1.0), numbers)
+    assert backwards == tuple(-each for each in begun)
 
 
 def test_remanence_after_the_largest_current():
@@ -372,6 +417,18 @@ def test_friction_at_speed():
     force, (bent,) = respond(device, t, 0.01 * t, 0.01 + 0 * t, 0.0, tolerance=1e-9)
     np.testing.assert_allclose(bent, 1 - np.exp(-0.01 * t / 1e-4), atol=1e-7)
     np.testing.assert_allclose(force, 50 * bent, rtol=1e-12)
+
+
+def test_bristles_bend_up_to_a_friction_that_falls_with_the_speed():
+    length, rise, stribeck = 1e-4, 0.4, 0.02
+    numbers = {"level": 50.0, "length": length, "rise": rise, "velocity": stribeck}
+    device = spring(("coulomb_friction.lugre", numbers), k=0.0)
+    t = np.linspace(0, 1, 201)
+    for speed in (0.002, 0.02, 0.2):
+        most = 1 + rise * np.exp(-((speed / stribeck) ** 2))
+        force, _ = respond(device, t, speed * t, speed + 0 * t, 0.0, tolerance=1e-9)
+        expected = 50 * most * (1 - np.exp(-speed * t / (length * most)))
+        np.testing.assert_allclose(force, expected, atol=1e-4)
 
 
 def test_inertia_of_a_harmonic_motion():

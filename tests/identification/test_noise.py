@@ -48,6 +48,19 @@ def test_noise_behind_a_low_pass_is_as_strong_as_the_white_noise_before_it(motio
     assert sensor_noise(x).deviation == pytest.approx(NOISE, rel=0.4)
 
 
+@pytest.mark.parametrize("order", [2, 4])
+def test_a_corner_at_two_fifths_of_the_sampling_rate_is_seen(order):
+    # the highest frequencies are then those of the noise, of its skirt and of what lies beyond
+    low_pass = butter(order, 0.4, fs=1.0, output="sos")
+    noise = [np.random.default_rng(k).standard_normal(TIME.size) for k in range(4)]
+    behind = [NOISE * sosfilt(low_pass, one) for one in noise]
+    channel = channel_noise(
+        [random_motion(k)[0] + one for k, one in enumerate(behind)], [1 / RATE] * 4
+    )
+    np.testing.assert_allclose(channel.deviation, np.std(behind), rtol=0.2)
+    assert channel.corner == pytest.approx(0.4 * RATE, rel=0.15)
+
+
 @pytest.mark.parametrize("motion", [sinusoid, random_motion])
 def test_white_noise_is_what_it_was(motion):
     x = motion()[0] + NOISE * np.random.default_rng(3).standard_normal(TIME.size)

@@ -31,8 +31,7 @@ def intervals(final: FittedModel, shifts: NDArray, seed: int = 0) -> list[dict[s
     # takes a part of the motion away, and what is left of the noise looks like motion. The interval
     # lies about what is left after the shift; the value remains the fitted one, which is the best
     # under motion measured like this.
-    memory = correlation_time(final.residual, _starts_of_fitted(final))
-    half = _half_widths(final.residual, final.jacobian, memory)
+    half = _by_force_noise(final)
     if not np.any(final.model.data.displacement_noise > 0):
         return _intervals(final.model, final.values, final.values, half)
     from scipy.special import stdtrit
@@ -56,6 +55,13 @@ def may_be_zero(final: FittedModel, place: int, numbers: Mapping[str, Interval])
     effect, at = final.effects[place], final.model.slices()[place]
     size = numbers[effect.parameters[effect.magnitude].name]
     if not (size.low <= 0.0 <= size.high and np.isfinite(size.high - size.low)):
+        return False
+    # the search has found that the force's noise does not stand for the effect: where it hides the
+    # size alone, another number makes up for that, such as the path over which a loss is reached
+    if (
+        final.values[at.start + effect.magnitude]
+        < _by_force_noise(final)[at.start + effect.magnitude]
+    ):
         return False
     # other numbers may keep an effect up: the slow part of a lag without its quick one
     nothing = final.values.copy()
@@ -94,6 +100,12 @@ def linear_intervals(
 ) -> list[dict[str, Interval]]:
     """95 % intervals of each effect's parameters by the residuals' derivatives."""
     return _intervals(model, values, values, _half_widths(residual, jacobian, memory))
+
+
+def _by_force_noise(final: FittedModel) -> NDArray:
+    """Half of the 95 % intervals of all values by the noise of the force alone."""
+    memory = correlation_time(final.residual, _starts_of_fitted(final))
+    return _half_widths(final.residual, final.jacobian, memory)
 
 
 def _half_widths(residual: NDArray, jacobian: NDArray, memory: float) -> NDArray:
