@@ -8,7 +8,7 @@ on data not fitted is then the floor, and the search is repeated with weights th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -420,9 +420,13 @@ def search_causes(
     comparison: Comparison,
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
+    places: Collection[str] | None = None,  # Of the causes that are tried; all by default
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Search for causes, again with more or less of the last record fitted if parts disagree."""
-    choices = candidates(comparison.model, comparison.records)
+    choices = [
+        cause for cause in candidates(comparison.model, comparison.records)
+        if places is None or cause.place in places
+    ]  # fmt: skip
     before, late = comparison.evaluate(()), None
     missed, missed_fitted = (excess_error(comparison, before, part) for part in (True, False))
     if missed_fitted < NEARLY_RIGHT * missed:

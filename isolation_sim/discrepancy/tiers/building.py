@@ -276,7 +276,7 @@ class BuildingTiers(Tiers[_Rung]):
 
     def terms(self, rung: _Rung) -> tuple[EquationTerm, ...]:
         """Terms of an equation with their 95 % intervals, of all isolators together."""
-        fitted = intervals(rung.outcome)[-1]
+        fitted = intervals(self.comparison, rung.outcome)[-1]
         result = []
         for k, (one, stable) in enumerate(
             zip(rung.chosen, rung.stability, strict=True), start=first_place(self.base)

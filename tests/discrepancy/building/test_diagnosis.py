@@ -715,10 +715,17 @@ def test_intervals_are_those_of_a_linear_fit(isolated):
         if c.name == "sensor_bias" and c.place == CHANNELS[3] and c.form == "constant"
     )  # fmt: skip
     outcome = comparison.fit((), ((bias, (0.01,)),))
-    cause_values = intervals(outcome)[0]["mean"]
+    cause_values = intervals(comparison, outcome)[0]["mean"]
     n = comparison.middle
     half = 1.96 * comparison.floors[0].sensors[3] / np.sqrt(n)
     assert (cause_values.high - cause_values.low) / 2 == pytest.approx(half, rel=0.25)
+    # noise need not be independent from sample to sample
+    together = np.zeros_like(comparison.floors[0].examples)
+    together[..., 3] = np.linspace(-1, 1, len(together))[:, np.newaxis]
+    floor = replace(comparison.floors[0], examples=together)
+    wider = intervals(replace(comparison, floors=(floor,)), outcome)[0]["mean"]
+    spread = together[:, 0, 3].std(ddof=1)
+    assert wider.high - wider.low == pytest.approx(2 * 2.04 * spread, rel=0.01)
 
 
 def test_a_very_stiff_soil_changes_nothing_and_a_soft_one_does(isolated):
