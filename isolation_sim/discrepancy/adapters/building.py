@@ -196,7 +196,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             Cause(
                 name=cause.name,
                 share=split[k],
-                p_value=p_value(self.without[k], best),
+                p_value=p_value(space.comparison, self.without[k], best),
                 parameters=numbers[k],
                 reason=self._reason(best, k, numbers[k]),
                 confusable_with=tuple(one.causes[-1] for one in space.rivals[cause.label]),
@@ -349,7 +349,7 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def trials_text(self, tried: Round[FittedBuilding]) -> Text:
         """Mean squares that each cause leaves, and its chance."""
-        best = tried.tried[0].causes[-1]
+        best, comparison = tried.tried[0].causes[-1], self.space.comparison
         sizes = sum(weighted.size for weighted in tried.base.held_out)
         return Text(
             f"{tried.taken.causes[-1]} is taken."
@@ -360,7 +360,8 @@ class BuildingRecords(Problem[FittedBuilding]):
             tuple(
                 (
                     one.causes[-1], one.cause_values[-1][0].form, f"{one.variance:.3f}",
-                    f"{one.held_out_cost / sizes:.3f}", f"{p_value(tried.base, one):.1e}",
+                    f"{one.held_out_cost / sizes:.3f}",
+                    f"{p_value(comparison, tried.base, one):.1e}",
                 )
                 for one in tried.tried
             ),
@@ -432,7 +433,7 @@ def intervals(comparison: Comparison, outcome: FittedBuilding) -> list[dict[str,
         half = inference.half_widths(
             outcome.optimum.jacobian,
             outcome.cost / outcome.n_independent,
-            comparison.fitted_noise(),
+            comparison.fitted_noise,
         )
     numbers, at = [], 0
     for cause, values in outcome.cause_values:

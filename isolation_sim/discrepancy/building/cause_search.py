@@ -202,7 +202,7 @@ class CauseSearch:
             current = self._exchange_causes(current)
         while len(current.cause_values) > 1:
             best = min(self._without_each(current), key=lambda outcome: outcome.cost)
-            if p_value(best, current) * self._n_tests < FALSE_ALARM:
+            if p_value(self.comparison, best, current) * self._n_tests < FALSE_ALARM:
                 break
             current = best
         return current
@@ -246,7 +246,7 @@ class CauseSearch:
 
     def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
         n = one.n_independent
-        stands_out = p_value(current, one) * self._n_tests < FALSE_ALARM
+        stands_out = p_value(self.comparison, current, one) * self._n_tests < FALSE_ALARM
         if not (stands_out and one.criterion(n) < current.criterion(n)):
             return False
         noise = [

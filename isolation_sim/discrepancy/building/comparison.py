@@ -282,6 +282,7 @@ class Comparison:
         """Weigh the residuals of the fitted segments alone, with given causes in the model."""
         return self._weighted_residuals(result, self.fitted)
 
+    @cached_property
     def fitted_noise(self) -> NDArray:
         """Weighted residuals of noise alone where it is fitted, (n_examples, n)."""
         parts = [segment.whiten_noise(self.floor_of(segment.record)) for segment in self.fitted]

@@ -183,7 +183,7 @@ class BuildingTiers(Tiers[_Rung]):
         return (
             np.isfinite(outcome.cost)
             and outcome.criterion(n) < without.criterion(n)
-            and p_value(without, outcome) * _TERMS_TRIED < FALSE_ALARM
+            and p_value(self.comparison, without, outcome) * _TERMS_TRIED < FALSE_ALARM
             and without.cost - outcome.cost > LEAST_BUILDING_SHARE * self.law.outcome.cost
         )
 
