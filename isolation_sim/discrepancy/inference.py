@@ -55,14 +55,24 @@ def rivals(name: str, others: Iterable[tuple[str, float]], allowance: float) -> 
     return tuple(one for one in dict.fromkeys(near) if one not in (name, OUTSIDE))
 
 
-def half_widths(jacobian: NDArray, variance: float) -> NDArray:
-    """Half of the 95 % intervals of fitted values, (n_values,), by the residuals' derivatives."""
+def half_widths(jacobian: NDArray, variance: float, noise: NDArray | None = None) -> NDArray:
+    """Half of the 95 % intervals of fitted values, (n_values,), by the residuals' derivatives.
+
+    ``noise`` holds residuals that noise alone would leave, (n_examples, n). An interval is no
+    narrower than the spread of the values by them, for residuals need not be independent.
+    """
+    from scipy.stats import t
+
     # Infinite for a value that the data do not determine.
     scaled, norm = unit_columns(jacobian)
     power, directions = np.linalg.eigh(scaled.T @ scaled)
     known = power > DETERMINED**2 * power[-1]
-    shares = directions**2
-    half = 1.96 * np.sqrt(shares[:, known] @ (variance / power[known])) / norm
+    shares, power = directions**2, power[known]
+    half = 1.96 * np.sqrt(shares[:, known] @ (variance / power)) / norm
+    if noise is not None:
+        along = directions[:, known]
+        moved = noise @ scaled @ along / power @ along.T / norm
+        half = np.maximum(half, t.ppf(0.975, len(noise) - 1) * moved.std(axis=0, ddof=1))
     open_ = shares[:, ~known].sum(axis=1) > UNDETERMINED
     return np.where(open_ | ~np.isfinite(half), np.inf, half)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, linregress
+from scipy.stats import chi2, linregress, t
 from scipy.stats import f as f_distribution
 
 from isolation_sim.discrepancy import decisions, inference
@@ -47,6 +47,16 @@ def test_half_widths_are_those_of_a_straight_line():
     jacobian = np.column_stack([np.ones_like(x), x])
     half = inference.half_widths(jacobian, float(residual @ residual) / (x.size - 2))
     assert half == pytest.approx([1.96 * line.intercept_stderr, 1.96 * line.stderr])
+
+
+def test_half_widths_are_no_narrower_than_the_spread_by_noise():
+    """Residuals that move together tell as little of a mean as a single one."""
+    rng = np.random.default_rng(0)
+    noise = np.repeat(rng.standard_normal((20, 1)), 100, axis=1)
+    mean = np.ones((100, 1))
+    expected = t.ppf(0.975, 19) * noise[:, 0].std(ddof=1)
+    assert inference.half_widths(mean, 1.0, noise) == pytest.approx([expected])
+    assert inference.half_widths(mean, 1e4, noise) == pytest.approx([19.6])
 
 
 def test_what_the_data_do_not_determine_has_no_interval():

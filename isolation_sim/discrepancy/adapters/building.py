@@ -82,25 +82,48 @@ class BuildingRecords(Problem[FittedBuilding]):
     def search(self, base: FittedBuilding) -> SearchResult[FittedBuilding]:
         """Search for causes, and fit the model again without each of them."""
         self.space, result = search_causes(self.first, self.most_causes, self.progress)
-        self.progress("measuring the gain")
         self.imitations: tuple[str, ...] = ()
-        chance = self._chance(result.best)
-        explained = self.space.explains(result.best, chance)
+        explained = self.space.explains(result.best, self._chance(result.best))
         self.switching = 0.0 if explained else self._switching()
         self.unknown: UnknownForce | None = None
         if self.switching > 0:
             result = replace(result, best=self.space.before)
-        elif not explained or chance < MISFIT_LEVEL:
-            # one that leaves far less than the causes, where these leave more than noise
-            self.unknown = unknown_force(
-                self.space.comparison, self.space.before, result.best.cause_values
-            )
+        else:
+            self.unknown = self._unknown_force(result.best)
+        if self.unknown is not None:
+            result = self._search_at(self.unknown, result)
+        self.progress("measuring the gain")
         if self.unknown is not None:
             best = self.space.comparison.fit((), self.unknown.beside)
             self.imitations = tuple(c for c in result.best.causes if c not in best.causes)
             result = replace(result, best=best)
         self.without = self.space.without_each(result.best) if result.best.cause_values else []
         return result
+
+    def _unknown_force(self, best: FittedBuilding) -> UnknownForce | None:
+        """An unknown force that leaves far less than causes which leave more than noise."""
+        chance = self._chance(best)
+        if chance >= MISFIT_LEVEL and self.space.explains(best, chance):
+            return None
+        return unknown_force(self.space.comparison, self.space.before, best.cause_values)
+
+    def _search_at(
+        self, unknown: UnknownForce, found: SearchResult[FittedBuilding]
+    ) -> SearchResult[FittedBuilding]:
+        """Search again among the causes of an unknown force's place, if others were found.
+
+        What was taken first may imitate two causes and keep both out.
+        """
+        beside = (cause.place for cause, _ in unknown.beside)
+        space, places = self.space, {"", *unknown.places, *beside}
+        if all(cause.place in places for cause, _ in found.best.cause_values):
+            return found
+        self.space, result = search_causes(self.first, self.most_causes, self.progress, places)
+        if result.best.cause_values and self._unknown_force(result.best) is None:
+            self.unknown = None
+            return result
+        self.space = space
+        return found
 
     def _chance(self, best: FittedBuilding) -> float:
         """Chance of what a model leaves under noise alone."""
@@ -168,12 +191,12 @@ class BuildingRecords(Problem[FittedBuilding]):
             [one.held_out_cost for one in self.without], best.held_out_cost,
             space.removed_share(best),
         ) if best.cause_values else []  # fmt: skip
-        numbers = intervals(best)
+        numbers = intervals(space.comparison, best)
         return [
             Cause(
                 name=cause.name,
                 share=split[k],
-                p_value=p_value(self.without[k], best),
+                p_value=p_value(space.comparison, self.without[k], best),
                 parameters=numbers[k],
                 reason=self._reason(best, k, numbers[k]),
                 confusable_with=tuple(one.causes[-1] for one in space.rivals[cause.label]),
@@ -326,7 +349,7 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def trials_text(self, tried: Round[FittedBuilding]) -> Text:
         """Mean squares that each cause leaves, and its chance."""
-        best = tried.tried[0].causes[-1]
+        best, comparison = tried.tried[0].causes[-1], self.space.comparison
         sizes = sum(weighted.size for weighted in tried.base.held_out)
         return Text(
             f"{tried.taken.causes[-1]} is taken."
@@ -337,7 +360,8 @@ class BuildingRecords(Problem[FittedBuilding]):
             tuple(
                 (
                     one.causes[-1], one.cause_values[-1][0].form, f"{one.variance:.3f}",
-                    f"{one.held_out_cost / sizes:.3f}", f"{p_value(tried.base, one):.1e}",
+                    f"{one.held_out_cost / sizes:.3f}",
+                    f"{p_value(comparison, tried.base, one):.1e}",
                 )
                 for one in tried.tried
             ),
@@ -401,12 +425,16 @@ def traces_of(comparison: Comparison, outcomes: Sequence[FittedBuilding]) -> tup
     )
 
 
-def intervals(outcome: FittedBuilding) -> list[dict[str, Interval]]:
+def intervals(comparison: Comparison, outcome: FittedBuilding) -> list[dict[str, Interval]]:
     """95 % intervals of all causes' numbers; the noise counts as far as it is independent."""
     half = np.zeros(outcome.n_parameters)
     if outcome.optimum is not None:
         # as many residuals as are independent carry the same sum of squares
-        half = inference.half_widths(outcome.optimum.jacobian, outcome.cost / outcome.n_independent)
+        half = inference.half_widths(
+            outcome.optimum.jacobian,
+            outcome.cost / outcome.n_independent,
+            comparison.fitted_noise,
+        )
     numbers, at = [], 0
     for cause, values in outcome.cause_values:
         x = coordinates(cause.parameters, values)

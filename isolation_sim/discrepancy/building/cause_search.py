@@ -8,7 +8,7 @@ on data not fitted is then the floor, and the search is repeated with weights th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -202,7 +202,7 @@ class CauseSearch:
             current = self._exchange_causes(current)
         while len(current.cause_values) > 1:
             best = min(self._without_each(current), key=lambda outcome: outcome.cost)
-            if p_value(best, current) * self._n_tests < FALSE_ALARM:
+            if p_value(self.comparison, best, current) * self._n_tests < FALSE_ALARM:
                 break
             current = best
         return current
@@ -246,7 +246,7 @@ class CauseSearch:
 
     def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
         n = one.n_independent
-        stands_out = p_value(current, one) * self._n_tests < FALSE_ALARM
+        stands_out = p_value(self.comparison, current, one) * self._n_tests < FALSE_ALARM
         if not (stands_out and one.criterion(n) < current.criterion(n)):
             return False
         noise = [
@@ -420,9 +420,13 @@ def search_causes(
     comparison: Comparison,
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
+    places: Collection[str] | None = None,  # Of the causes that are tried; all by default
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Search for causes, again with more or less of the last record fitted if parts disagree."""
-    choices = candidates(comparison.model, comparison.records)
+    choices = [
+        cause for cause in candidates(comparison.model, comparison.records)
+        if places is None or cause.place in places
+    ]  # fmt: skip
     before, late = comparison.evaluate(()), None
     missed, missed_fitted = (excess_error(comparison, before, part) for part in (True, False))
     if missed_fitted < NEARLY_RIGHT * missed:

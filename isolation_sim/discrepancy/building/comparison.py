@@ -282,6 +282,12 @@ class Comparison:
         """Weigh the residuals of the fitted segments alone, with given causes in the model."""
         return self._weighted_residuals(result, self.fitted)
 
+    @cached_property
+    def fitted_noise(self) -> NDArray:
+        """Weighted residuals of noise alone where it is fitted, (n_examples, n)."""
+        parts = [segment.whiten_noise(self.floor_of(segment.record)) for segment in self.fitted]
+        return np.concatenate([part.reshape(len(part), -1) for part in parts], axis=1)
+
     def evaluate(self, result: CauseValues, optimum: Optimum | None = None) -> FittedBuilding:
         """Weigh the residuals of all segments, with given causes in the model."""
         held_out = partial(self._weighted_residuals, result, self.held_out)

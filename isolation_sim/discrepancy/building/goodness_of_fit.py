@@ -7,16 +7,41 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ...identification.least_squares import orthonormal
 from ..decisions import QUIET
 from ..inference import f_chance
 from .comparison import Comparison, FittedBuilding
 from .segment import Segment, cell_means
 
 
-def p_value(smaller: FittedBuilding, larger: FittedBuilding) -> float:
+def p_value(comparison: Comparison, smaller: FittedBuilding, larger: FittedBuilding) -> float:
     """Chance of the improvement by more causes if they were absent (likelihood ratio)."""
+    if not larger.cost < smaller.cost:
+        return 1.0
     added = max(larger.n_parameters - smaller.n_parameters, 1)
-    return f_chance(smaller.cost, larger.cost, added, larger.n_independent)
+    gain = (smaller.cost - larger.cost) / _gain_by_noise(comparison, smaller, larger, added)
+    return f_chance(larger.cost + gain, larger.cost, added, larger.n_independent)
+
+
+def _gain_by_noise(
+    comparison: Comparison, smaller: FittedBuilding, larger: FittedBuilding, added: int
+) -> float:
+    """Decrease of the cost of noise alone by more causes, over that of independent residuals."""
+    # noise of the ground's sensors moves many residuals together, along what a cause changes
+    noise, small, large = comparison.fitted_noise, *_derivatives(smaller, larger)
+    along = [np.sum((noise @ orthonormal(one)) ** 2, axis=1) for one in (small, large)]
+    ratio = np.mean(along[1] - along[0]) / (added * np.mean(noise**2))
+    return max(float(ratio), 1.0)
+
+
+def _derivatives(smaller: FittedBuilding, larger: FittedBuilding) -> tuple[NDArray, NDArray]:
+    """Derivatives of the residuals by the numbers of two models, (n, n_parameters)."""
+    small, large = (
+        np.empty((one.n, 0)) if one.optimum is None else one.optimum.jacobian
+        for one in (smaller, larger)
+    )
+    # a first fit of one more cause holds the numbers of the others
+    return small, large if large.shape[1] == larger.n_parameters else np.hstack([small, large])
 
 
 def adequacy(segments: Sequence[Segment], whitened: Sequence[NDArray]) -> float:

@@ -119,9 +119,9 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     for form, numbers in _CONTACTS.items():
         if form != "elastic":  # the others are, where they do not dissipate
             yield _one_wall(scales, peaks, form, numbers, free)
-    for name, effect in LAST_EFFECTS.items():
+    for effect in LAST_EFFECTS:
         if effect.current is None or _has_current(model, records):
-            yield _around_the_law(name, effect, scales, last=True)
+            yield _around_the_law(effect.cause, effect, scales, last=True)
 
 
 class _Scales(NamedTuple):

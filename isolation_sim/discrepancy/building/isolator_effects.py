@@ -11,6 +11,7 @@ import numpy as np
 
 from ...effects import Effect, EffectInPlan, EffectParameter, Signals, effect
 from ...effects.followers import positive, raised
+from ...effects.stress_softening import LARGEST, carried, rates, start
 
 _SPEED = 0.1
 """m/s: velocity at which a damper's force is reported."""
@@ -105,6 +106,36 @@ IMPACT = Effect(
     plan=EffectInPlan(force=_plan_impact_force),
 )
 
+
+def _softened_rubber(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force that rubber has lost: half of it where the largest deformation is a length."""
+    stiffness, length = parameters
+    largest = positive(states[0])
+    return -stiffness * signals.x * largest / (largest + length)
+
+
+RUBBER = Effect(
+    cause="stress_softening",
+    form="rubber",
+    title="Stress softening (Mullins) of rubber beside lead or sliders",
+    parameters=(
+        EffectParameter(
+            "stiffness", "N/m", "stiffness that is lost beyond all deformations", lower=0.0,
+            magnitude=True, starts=(0.3,),
+        ),
+        EffectParameter(
+            "length", "m", "largest deformation at which half of it is lost", lower=1e-6,
+            upper=100.0, divides=True, starts=(0.3,),
+        ),
+    ),
+    states=(LARGEST,),
+    start=start,
+    carried=carried,
+    rates=rates,
+    force=_softened_rubber,
+    source="damage X / (X + s) of the largest deformation, of the rubber alone",
+)  # fmt: skip
+
 ISOLATOR_EFFECTS: dict[str, Effect] = {
     # by the mean square: smooth, so that a run costs little more than without
     "isolator_amplitude_softening": effect("amplitude_softening", "mean_square"),
@@ -115,21 +146,22 @@ ISOLATOR_EFFECTS: dict[str, Effect] = {
     "moat_impact": effect(f"{__name__}:IMPACT"),
 }
 """By the name of the cause in a building, in the order in which they act."""
-LAST_EFFECTS: dict[str, Effect] = {
-    "coulomb_friction": effect("coulomb_friction", "dahl"),
-    "stress_softening": effect("stress_softening", "hill"),
-    "cyclic_degradation": effect("cyclic_degradation"),
-    "self_heating": effect("self_heating"),
-    "weak_rate_dependence": effect("weak_rate_dependence", "thinning"),
-    "magnetic_remanence": effect("magnetic_remanence"),
-}
+LAST_EFFECTS: tuple[Effect, ...] = (
+    effect("coulomb_friction", "dahl"),
+    effect(f"{__name__}:RUBBER"),
+    effect("stress_softening", "hill"),
+    effect("cyclic_degradation"),
+    effect("self_heating"),
+    effect("weak_rate_dependence", "thinning"),
+    effect("magnetic_remanence"),
+)
 """Those that are tried last: other forms, and effects whose states take time to integrate."""
 
 
 def around_the_law(present: Collection[Effect]) -> tuple[Effect, ...]:
     """The effects of the law that has some of them, those that are absent included."""
-    last = LAST_EFFECTS if any(one in LAST_EFFECTS.values() for one in present) else {}
-    every = (*ISOLATOR_EFFECTS.values(), *last.values(), *present)
+    last = LAST_EFFECTS if any(one in LAST_EFFECTS for one in present) else ()
+    every = (*ISOLATOR_EFFECTS.values(), *last, *present)
     # a law has one form of each
     return tuple({one.cause: one for one in every}.values())
 

@@ -50,6 +50,7 @@ class UnknownForce(NamedTuple):
     left_by_causes: float  # The same with all causes in its stead
 
     channel: str = ""  # Channel that could alone show it as a signal; empty for a force
+    places: tuple[str, ...] = ()  # All places and channels in which the data do not tell it apart
 
     @property
     def complexity(self) -> int:
@@ -114,7 +115,11 @@ def unknown_force(
         if (one.beside, one.complexity) == (best.beside, best.complexity)
         and (one.left <= noise or best.left > noise)
     ]  # fmt: skip
-    return best._replace(place=_places_in_words(alike), channel=_channels_in_words(alike))
+    return best._replace(
+        place=_places_in_words(alike),
+        channel=_channels_in_words(alike),
+        places=tuple(one.channel or one.place for one in alike),
+    )
 
 
 def _needed(near: Sequence[UnknownForce]) -> list[UnknownForce]:

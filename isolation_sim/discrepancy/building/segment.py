@@ -38,6 +38,10 @@ class Segment:
         """
         return _whiten(residual[self.samples], self.whitening)
 
+    def whiten_noise(self, floor: NoiseFloor) -> NDArray:
+        """Weight residuals of noise alone, (n_examples, n_frequencies, n_residuals, 2)."""
+        return np.array([self.whiten(example) for example in floor.examples])
+
     def halves(self, whitened: NDArray) -> NDArray:
         """Mean square of a weighted residual before and after half of the measured energy, (2,)."""
         measured = self.record.values[self.samples] / self.rms

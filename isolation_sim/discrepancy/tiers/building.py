@@ -183,7 +183,7 @@ class BuildingTiers(Tiers[_Rung]):
         return (
             np.isfinite(outcome.cost)
             and outcome.criterion(n) < without.criterion(n)
-            and p_value(without, outcome) * _TERMS_TRIED < FALSE_ALARM
+            and p_value(self.comparison, without, outcome) * _TERMS_TRIED < FALSE_ALARM
             and without.cost - outcome.cost > LEAST_BUILDING_SHARE * self.law.outcome.cost
         )
 
@@ -276,7 +276,7 @@ class BuildingTiers(Tiers[_Rung]):
 
     def terms(self, rung: _Rung) -> tuple[EquationTerm, ...]:
         """Terms of an equation with their 95 % intervals, of all isolators together."""
-        fitted = intervals(rung.outcome)[-1]
+        fitted = intervals(self.comparison, rung.outcome)[-1]
         result = []
         for k, (one, stable) in enumerate(
             zip(rung.chosen, rung.stability, strict=True), start=first_place(self.base)

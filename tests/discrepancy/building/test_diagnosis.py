@@ -31,7 +31,7 @@ from isolation_sim.discrepancy.building.comparison import (
     with_causes,
 )
 from isolation_sim.discrepancy.building.errors import excess_error
-from isolation_sim.discrepancy.building.goodness_of_fit import adequacy
+from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, p_value
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
 from isolation_sim.discrepancy.building.record import BuildingRecord
@@ -715,10 +715,36 @@ def test_intervals_are_those_of_a_linear_fit(isolated):
         if c.name == "sensor_bias" and c.place == CHANNELS[3] and c.form == "constant"
     )  # fmt: skip
     outcome = comparison.fit((), ((bias, (0.01,)),))
-    cause_values = intervals(outcome)[0]["mean"]
+    cause_values = intervals(comparison, outcome)[0]["mean"]
     n = comparison.middle
     half = 1.96 * comparison.floors[0].sensors[3] / np.sqrt(n)
     assert (cause_values.high - cause_values.low) / 2 == pytest.approx(half, rel=0.25)
+    # noise need not be independent from sample to sample
+    spread = _with_common_noise(comparison).floors[0].examples[:, 0, 3].std(ddof=1)
+    wider = intervals(_with_common_noise(comparison), outcome)[0]["mean"]
+    assert wider.high - wider.low == pytest.approx(2 * 2.04 * spread, rel=0.01)
+
+
+def _with_common_noise(comparison):
+    """A comparison whose noise is one offset of channel 3 in the whole record."""
+    (floor,) = comparison.floors
+    examples = np.zeros_like(floor.examples)
+    examples[..., 3] = np.linspace(-1, 1, len(examples))[:, np.newaxis]
+    return replace(comparison, floors=(replace(floor, examples=examples),))
+
+
+def test_an_offset_is_no_evidence_where_the_noise_is_one(isolated):
+    record = _record(isolated, seed=4)
+    shown = record.response[CHANNELS[3]]
+    record = replace(record, response={**record.response, CHANNELS[3]: shown + 0.01 * shown.std()})
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    bias = next(
+        c for c in candidates(comparison.model, [record])
+        if c.name == "sensor_bias" and c.place == CHANNELS[3] and c.form == "constant"
+    )  # fmt: skip
+    before, outcome = comparison.evaluate(()), comparison.fit((), ((bias, (0.01,)),))
+    assert p_value(comparison, before, outcome) < 1e-9
+    assert p_value(_with_common_noise(comparison), before, outcome) > 0.05
 
 
 def test_a_very_stiff_soil_changes_nothing_and_a_soft_one_does(isolated):

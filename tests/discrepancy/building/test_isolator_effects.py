@@ -25,7 +25,8 @@ CHANNELS = (
     *(f"floor{k}_acceleration_m_s2" for k in range(1, 6)),
     "isolator_displacement_m",
 )
-SMOOTH, DAHL = (table["coulomb_friction"] for table in (ISOLATOR_EFFECTS, LAST_EFFECTS))
+LATE = {(one.cause, one.form): one for one in LAST_EFFECTS}
+SMOOTH, DAHL = ISOLATOR_EFFECTS["coulomb_friction"], LATE["coulomb_friction", "dahl"]
 
 
 def _isolated(by_current=0.0):
@@ -52,12 +53,14 @@ def _late(isolated, record):
 
 
 def test_a_law_has_one_form_of_each_effect():
+    every = (*ISOLATOR_EFFECTS.values(), *LAST_EFFECTS)
     assert around_the_law([]) == tuple(ISOLATOR_EFFECTS.values())
     assert around_the_law([SMOOTH]) == tuple(ISOLATOR_EFFECTS.values())
-    for present in ([DAHL], [LAST_EFFECTS["self_heating"], SMOOTH]):
+    heating, rubber = LATE["self_heating", "exponential"], LATE["stress_softening", "rubber"]
+    for present in ([DAHL], [heating, SMOOTH], [rubber]):
         around = around_the_law(present)
         causes = [one.cause for one in around]
-        assert len(set(causes)) == len(causes) == len({*ISOLATOR_EFFECTS, *LAST_EFFECTS})
+        assert len(set(causes)) == len(causes) == len({one.cause for one in every})
         assert set(present) <= set(around)
 
 
@@ -120,4 +123,20 @@ def test_friction_with_presliding_is_named_with_its_length():
     (cause,) = diagnosis.causes
     assert (cause.name, cause.form) == ("coulomb_friction", "dahl")
     assert cause.parameters["length"].value == pytest.approx(4e-3, rel=0.2)
+    assert diagnosis.verdict == "explained"
+
+
+@pytest.mark.slow
+def test_rubber_that_softens_beside_a_damper_is_named_with_its_length():
+    """A softening of the whole force would take a share of the damper's, too."""
+    isolated, random = _isolated(), np.random.default_rng(2)
+    model, late = _late(isolated, _blank())
+    true = with_causes(model, ((late["stress_softening", "rubber"], (5e6, 0.04)),))
+    values = true.predict(_blank())
+    values += 0.003 * np.sqrt(np.mean(values**2, axis=0)) * random.standard_normal(values.shape)
+    record = replace(_blank(), response=dict(zip(CHANNELS, values.T, strict=True)))
+    diagnosis = diagnose_building(record, isolated, tiers="causes")
+    (cause,) = diagnosis.causes
+    assert (cause.name, cause.form) == ("stress_softening", "rubber")
+    assert cause.parameters["length"].value == pytest.approx(0.04, rel=0.2)
     assert diagnosis.verdict == "explained"

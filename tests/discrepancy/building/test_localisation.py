@@ -197,3 +197,20 @@ def test_a_tuned_mass_is_blamed_on_its_floor_and_on_no_cause(isolated):
     assert diagnosis.verdict == "unexplained" and diagnosis.causes == ()
     assert diagnosis.depends_on[0].startswith("an unknown force at floor5")
     assert "only imitate it" in diagnosis.steps[-1].text
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_causes")
+def test_two_causes_that_a_third_imitates_are_found_where_the_force_is(isolated):
+    """All floors seem heavier, which keeps the softer storey and the smaller force out."""
+    causes = (
+        _cause(isolated, "storey_stiffness_loss", "storey2", (0.4,)),
+        _cause(isolated, "isolator_force_error", "", (-0.12,)),
+    )
+    record = _record(with_causes(building_model(isolated, [_blank()]), causes))
+    diagnosis = diagnose_building(record, isolated, tiers="causes")
+    assert diagnosis.verdict == "explained"
+    found = {(one.name, one.place): one.parameters for one in diagnosis.causes}
+    assert found.keys() == {("storey_stiffness_loss", "storey2"), ("isolator_force_error", "")}
+    loss = found["storey_stiffness_loss", "storey2"]["loss"]
+    assert loss.value == pytest.approx(0.4, rel=0.02)
