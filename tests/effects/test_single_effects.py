@@ -10,6 +10,7 @@ from isolation_sim.laws import law
 from .conftest import respond
 
 REST = Signals(0.0, 0.0, 0.0, 0.0, 0.0, 20.0)
+NEW = Past(*[0.0] * 6)  # of a device that nobody has tested
 
 
 def spring(*applied, k=1e4):
@@ -218,7 +219,7 @@ def test_plays_of_all_widths_leave_a_part_of_the_field():
     expected = [1.5, 1.5 - 0.5**2 / 4, 1.25, 0.5]
     assert fallen == pytest.approx(expected, abs=0.02)
     # the same is left for the next test
-    device = Past(0.0, 0.0, 2.0, 0.0, 0.0, 0.0)
+    device = NEW._replace(current=2.0)
     assert np.mean(one.carried(device, numbers)) == pytest.approx(fallen[-1])
 
 
@@ -234,7 +235,7 @@ def test_remanence_along_the_path_of_the_current():
     np.testing.assert_allclose(force, 10 * kept, atol=1e-9)
     # the same is left for the next test, and a run that begins with a current has risen to it
     one, numbers = effect("magnetic_remanence", "hodgdon"), (1.0, path)
-    left = one.carried(Past(0.0, 0.0, largest, 0.0, 0.0), numbers)[1]
+    left = one.carried(NEW._replace(current=largest), numbers)[1]
     assert kept[-1] == pytest.approx(left, abs=3e-3)
     begun = one.start(REST._replace(current=1.0), numbers)
     assert begun[1] == pytest.approx(kept[200], abs=3e-3)
@@ -568,10 +569,10 @@ def test_cycles_are_counted_whatever_their_amplitude(form, amplitude):
     (rate,) = one.rates(REST._replace(x=1e-3, v=-0.2), (0.0,), (0.3, 2.0, 1.0))
     assert rate == pytest.approx(0.2 / 4, rel=1e-5)
     # and earlier tests as in one of the same amplitude
-    past = Past(amplitude, 12 * amplitude, 0.0, 0.0, 0.0, 3.0)
+    past = NEW._replace(deformation=amplitude, travel=12 * amplitude, cycles=3.0)
     assert one.carried(past, (0.3, 2.0, 1e-4)) == (pytest.approx(3.0),)
     assert one.carried(past, (0.3, 2.0, 10.0))[0] == pytest.approx(0.3 * amplitude, rel=1e-3)
-    assert one.carried(Past(*[0.0] * 6), (0.3, 2.0, 1e-4)) == (0.0,)
+    assert one.carried(NEW, (0.3, 2.0, 1e-4)) == (0.0,)
 
 
 def test_stress_softening_has_the_shapes_of_amplitude_softening():

@@ -58,14 +58,12 @@ def may_be_zero(final: FittedModel, place: int, numbers: Mapping[str, Interval])
         return False
     # the search has found that the force's noise does not stand for the effect: where it hides the
     # size alone, another number makes up for that, such as the path over which a loss is reached
-    if (
-        final.values[at.start + effect.magnitude]
-        < _by_force_noise(final)[at.start + effect.magnitude]
-    ):
+    its_size = at.start + effect.magnitude
+    if final.values[its_size] < _by_force_noise(final)[its_size]:
         return False
     # other numbers may keep an effect up: the slow part of a lag without its quick one
     nothing = final.values.copy()
-    nothing[at.start + effect.magnitude] = 0.0
+    nothing[its_size] = 0.0
     others = final.values_without(place)
     without = final.model.without(place).forces(others, False)[0]
     left = np.linalg.norm(final.model.forces(nothing, False)[0] - without)
