@@ -253,5 +253,5 @@ def scale_suite(
     raise InputError(
         "scale factors",
         f"a mean {lack:.3g} times too low at the upper limit {limits[1]:g}",
-        "a higher limit, or records that are stronger there",
+        "a higher limit (scale_limits in [ground]), or records that are stronger there",
     )

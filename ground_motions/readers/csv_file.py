@@ -247,10 +247,10 @@ def _with_unit(
     if units and chosen in (None, *units):
         return units
     others = [each for each in names if each != time_column and chosen in (None, each)]
-    return {each: name for each in others if not _is_of_another_quantity(each)}
+    return {each: name for each in others if not is_of_another_quantity(each)}
 
 
-def _is_of_another_quantity(column: str) -> bool:
+def is_of_another_quantity(column: str) -> bool:
     """Whether a name has a unit, but of no acceleration, as ``Vel (cm/s)`` and ``disp_cm``."""
     brackets = _BRACKETS.fullmatch(column)
     if brackets:

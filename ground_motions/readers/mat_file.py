@@ -11,7 +11,7 @@ import numpy as np
 from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, positive
 from ground_motions.errors import InputError, wrong_choice
-from ground_motions.readers.csv_file import unit_of
+from ground_motions.readers.csv_file import is_of_another_quantity, unit_of
 from ground_motions.readers.lines import uniform_step
 from ground_motions.readers.mat_variables import mat_variables
 from ground_motions.record import Record
@@ -66,6 +66,16 @@ def read_mat(
         for name, value in values.items()
         if (array := _series(value)) is not None and _short(name) not in _TIMES
     }
+    motions = [
+        name
+        for name in series
+        if is_of_another_quantity(_short(name)) and not _is_acceleration(name)
+    ]
+    if column in motions:
+        expected = "an acceleration, as its name has the unit of another quantity"
+        raise InputError(f"{path}, column", repr(column), expected)
+    for name in motions:
+        del series[name]
     chosen = _chosen(series, values, column, path)
     place, array = f"{path}, variable {chosen}", series[chosen]
     bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
@@ -120,6 +130,14 @@ def _unit_in(name: str) -> str | None:
     return unit if unit != "g" or "acc" in name.lower() else None
 
 
+def _is_acceleration(name: str) -> bool:
+    """Whether a name begins like that of an acceleration, or is its symbol."""
+    short = _short(name)
+    return any(
+        short.startswith(each) if len(each) > 2 else short == each for each in _ACCELERATIONS
+    )
+
+
 def _chosen(
     series: Mapping[str, FloatArray],
     values: Mapping[str, Any],
@@ -131,14 +149,7 @@ def _chosen(
         if column not in series:
             raise wrong_choice(f"{path}, column", column, series)
         return column
-    accelerations = [
-        name
-        for name in series
-        if any(
-            _short(name).startswith(each) if len(each) > 2 else _short(name) == each
-            for each in _ACCELERATIONS
-        )
-    ]
+    accelerations = [name for name in series if _is_acceleration(name)]
     with_unit = [name for name in series if _unit_in(name)]
     for candidates in (list(series), with_unit, accelerations):
         if len(candidates) == 1:

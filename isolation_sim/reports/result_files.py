@@ -59,6 +59,9 @@ def _write_figures(comparison: Comparison, folder: Path) -> None:
     kinds += ["loops_in_plan"] * any(len(group) > 1 for group in isolated.groups)
     for kind in kinds:
         save(comparison.plot(kind), folder, kind)
+    for direction in isolated.structure.horizontal[1:]:
+        kind = "time_histories"
+        save(comparison.plot(kind, direction=direction), folder, f"{kind}_{direction}")
     save(structure_drawing(isolated), folder, "structure")
 
 

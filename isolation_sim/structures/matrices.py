@@ -274,6 +274,9 @@ def read_matrices(
         near = near_name(key, accepted, surely=True)
         if near and near not in arrays:
             raise InputError(f"{path}: array {key!r} looks like {near!r} misspelt; rename it")
+    for key, label in _GEOMETRY.items():
+        if label in arrays and key not in arrays:
+            raise InputError(f"{path}: array {label!r}; expected: {key!r}, in m; rename it")
     optional: dict[str, Any] = {key: arrays[key] for key in _OPTIONAL if key in arrays}
     optional |= {label: arrays[key] for key, label in _GEOMETRY.items() if key in arrays}
     for label, value in (

@@ -18,6 +18,9 @@ T = 0.02 * np.arange(50)
         ({"fs": 50.0, "a_g": A[:, None], "unit": "m/s2"}, {}, 1.0),
         ({"record": np.column_stack((T, A))}, {"unit": "g"}, STANDARD_GRAVITY),
         ({"gm": {"time": T, "acc": A, "units": "gal"}, "other": {"time": T[:9]}}, {}, 0.01),
+        ({"t": T, "accel": A, "v_m_s": A}, {"unit": "m/s2"}, 1.0),
+        ({"t": T, "Ch1": A, "vel_cm_s": A, "disp_mm": A}, {"unit": "g"}, STANDARD_GRAVITY),
+        ({"t": T, "acc_in": A}, {"unit": "m/s2"}, 1.0),
         ({"x": A, "y": 2 * A}, {"column": "x", "dt": 0.02, "unit": "m/s2"}, 1.0),
     ],
 )
@@ -39,6 +42,8 @@ def test_variables_are_recognised(tmp_path, variables, options, factor):
         ({"dt": 0.02, "acc_g": A}, {"unit": "gal"}, ("unit", "'gal'", "g, as in the file")),
         ({"dt": 0.02, "acc": A, "unit": "yd"}, {}, ("unit", "'yd'", "gal")),
         ({"dt": 0.02, "acc_g": A * np.nan}, {}, ("acc_g, sample 1", "finite")),
+        ({"dt": 0.02, "vel_m_s": A}, {"unit": "g"}, ("variables dt, vel_m_s", "a vector of acc")),
+        ({"dt": 0.02, "vel_m_s": A}, {"unit": "g", "column": "vel_m_s"}, ("another quantity",)),
         ({"dt": 0.02, "m": np.ones((9, 9))}, {}, ("variables dt, m", "a vector of acc")),
     ],
 )

@@ -15,10 +15,12 @@ from matplotlib.image import imread
 
 import isolation_sim as iso
 from ground_motions import Record
+from isolation_sim.comparison import Comparison
 from isolation_sim.reports import figures
 from isolation_sim.reports.drawing import drawing_title, structure_drawing
 from isolation_sim.reports.loops_fitted import fitted_loops, strong_end
 from isolation_sim.reports.references import of_scenarios
+from isolation_sim.reports.result_files import write_comparison
 from isolation_sim.reports.style import (
     DOUBLE_COLUMN,
     contour_lines,
@@ -139,6 +141,13 @@ def test_two_directions_without_coils(passive_biaxial):
     assert names == ["Ground\nacc. y (m/s²)", "Base\ndisp. y (mm)", "Roof\nacc. y (m/s²)"]
     with pytest.raises(iso.InputError, match="no run has a coil"):
         figures.currents(passive_biaxial)
+
+
+@pytest.mark.usefixtures("no_drawing")
+def test_a_folder_of_results_has_the_time_histories_of_both_directions(passive_biaxial, tmp_path):
+    write_comparison(Comparison({"off": passive_biaxial}), tmp_path)
+    histories = {path.stem for path in (tmp_path / "figures").glob("time_histories*")}
+    assert histories == {"time_histories", "time_histories_y"}
 
 
 class StubRun(SimpleNamespace):

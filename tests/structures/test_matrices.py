@@ -149,6 +149,7 @@ def test_bad_files(tmp_path):
     cases = [
         ({"M": M, "K": K}, "tower.npz: array 'C' is missing"),
         ({"M": M, "C": C, "K": K, "influense": np.ones(2)}, "looks like 'influence'"),
+        ({"M": M, "C": C, "K": K, "heights": [3.0]}, "'heights'; expected: 'storey_heights_m', in"),
         ({"M": -M, "C": C, "K": K}, "tower.npz: mass of 'base' is -2 kg"),
         ({"M": np.array([{}], dtype=object), "C": C, "K": K}, "tower.npz: not a NumPy"),
     ]

@@ -1,6 +1,7 @@
 """Several controllers under several records from Python objects: the suite of a loop of compare."""
 
 import gc
+import warnings
 
 import numpy as np
 import pandas as pd
@@ -127,6 +128,18 @@ def test_records_are_scaled_to_a_target_and_read_from_a_folder(plant, tmp_path):
     run = iso.simulate(plant, RECORDS["early"].scaled(factor))
     expected = run.criteria["peak_drift_m"]
     assert comparison[1].table["peak_drift_m"][0] == pytest.approx(expected, rel=1e-9)
+
+
+def test_single_components_beside_pairs_are_told(plant):
+    target = {"kind": "en1998_1_2004", "a_g_m_s2": 1.0, "ground": "B"}
+    records = {"early": RECORDS["early"], "pair": (RECORDS["early"], RECORDS["early"])}
+    ground = {"target": target, "isolated_period_s": 1.0, "rule": "en1998_2_2005"}
+    with pytest.warns(UserWarning, match="1 of 2 records have one component.* SRSS.*: early;"):
+        iso.compare_records(plant, records, ["passive_off"], ground=ground)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message=".*have one component")
+        ground["rule"] = "en1998_1_2004"
+        iso.compare_records(plant, records, ["passive_off"], ground=ground)
 
 
 @pytest.mark.parametrize(

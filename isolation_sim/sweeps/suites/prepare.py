@@ -24,7 +24,7 @@ from ground_motions import (
 )
 from ground_motions.component_names import component_end
 
-from ...errors import InputError, several
+from ...errors import InputError, several, warn
 from ...io.files import json_text, write_text
 from ...io.results_folder import file_name
 from ...scenario.suite import RecordSuite
@@ -67,6 +67,8 @@ def prepare(
     period = section.isolated_period_s or translational_period(isolated)
     step("reading records")
     unscaled, left_out = section.records() if records is None else (records, [])
+    if section.target is not None:
+        _warn_of_single_components(unscaled, rule)
     records, changes = _scale(section, rule, period, unscaled, step, workers)
     records = [_pad(record, section.quiet_after_s) for record in records]
     motions = []
@@ -116,6 +118,19 @@ def _inputs(section: RecordSuite, isolated: IsolatedStructure) -> dict[str, Any]
         "files": digests,
         "software": f"isolation-sim {__version__}",
     }
+
+
+def _warn_of_single_components(records: list[SuiteRecord], rule: SuiteRule) -> None:
+    """Warn of records with one component beside pairs, whose combined spectra are larger."""
+    single = [record.name for record in records if len(record.components) == 1]
+    if single and len(single) < len(records) and rule.combination != "mean":
+        combined = "SRSS" if rule.combination == "srss" else rule.combination.upper()
+        warn(
+            f"{len(single)} of {len(records)} records have one component, whose own spectrum is "
+            f"used beside the {combined} spectrum of pairs, which is larger: {', '.join(single)}; "
+            "scale records of one component and pairs in separate suites",
+            UserWarning,
+        )
 
 
 def _scale(
