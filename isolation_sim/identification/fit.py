@@ -144,8 +144,13 @@ def _first(notes: Iterable[str]) -> list[str]:
 def _result(campaign: Campaign, model: LawModel, best: Optimum) -> Fit:
     """Assemble the result."""
     p, runs = model.parameterisation, campaign.fitted
-    high = max(float(run.current.max()) for run in runs)
-    low = from_off(min(float(run.current.min()) for run in runs), high)
+    # as fitted: noise on a steady current is no wider range, in which no bounds were kept
+    currents = np.concatenate([
+        model.data.current[at]
+        for run, at in zip(campaign.runs, model.data.runs, strict=True) if not run.hold_out
+    ])  # fmt: skip
+    high = float(currents.max())
+    low = from_off(float(currents.min()), high)
     device = Device(
         law=p.law,
         current=p.dependence(best.x),

@@ -428,3 +428,20 @@ def test_an_end_that_diverges_on_all_samples_gives_way_to_the_next(campaign_of, 
     assert len(refined) == 2
     assert not np.array_equal(*refined)
     assert np.isfinite(result.cost)
+
+
+def test_noise_of_a_steady_current_widens_no_range():
+    """A parameter that falls to its bound at the highest current would leave it in the noise."""
+    time, draw = 0.01 * np.arange(800), np.random.default_rng(1)
+    x, v = np.sin(3 * time), 3 * np.cos(3 * time)
+    runs = [
+        TestRun(
+            f"{current:g} A", time, x, v, 100.0 * x + c * v + 0.1 * draw.standard_normal(800),
+            current + 0.01 * draw.standard_normal(800),
+        )
+        for current, c in ((0.0, 20.0), (1.0, -1.0))
+    ]  # fmt: skip
+    device = fit(Campaign("noisy", "made", runs), "kelvin_voigt", current_degree=1).device
+    assert device.parameters_at(device.current_range[1])[1] == pytest.approx(0.0, abs=1e-9)
+    assert device.current_range == pytest.approx((0.0, 1.0), abs=2e-3)
+    assert device.tested_current == device.current_range[1]
