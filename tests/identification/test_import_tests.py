@@ -423,6 +423,14 @@ def test_headings(heading, unit, quantities):
     assert heading_of(heading)[1:3] == (unit, quantities)
 
 
+@pytest.mark.parametrize("of_other", ["Vertical load", "Vertikallast", "Axialkraft", "Normalkraft"])
+def test_a_force_along_another_axis_is_secondary(of_other):
+    for name, secondary in ((of_other, True), ("Last", False), ("Prüfkraft", False)):
+        heading = heading_of(f"{name} (kN)")
+        assert heading.quantities == ("force",)
+        assert heading.secondary == secondary
+
+
 def test_a_unit_may_be_a_multiple(tmp_path):
     volts, turned = 6 * CURRENT, -FORCE / 1e3
     table = np.column_stack([TIME, 1e3 * X, turned, volts])

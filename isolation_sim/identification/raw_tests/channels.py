@@ -38,7 +38,10 @@ _WORDS = {
         {"displacement", "displ", "disp", "position", "pos", "stroke", "lvdt", "extension", "weg",
          "hub", "verschiebung", "verformung", "deformation"}, ("weg", "verschiebung"),
     ),
-    "force": ({"force", "load", "loadcell", "shear", "kraft"}, ("kraft",)),
+    "force": (
+        {"force", "load", "loadcell", "shear", "kraft", "last", "vertikallast", "axiallast",
+         "normallast"}, ("kraft",),
+    ),
     "current": ({"current", "curr", "strom"}, ("strom",)),
     "velocity": ({"velocity", "vel", "speed", "geschwindigkeit"}, ("geschwindigkeit",)),
     "acceleration": ({"acceleration", "accel", "acc", "beschleunigung"}, ("beschleunigung",)),
@@ -47,7 +50,8 @@ _WORDS = {
 _LETTERS = {"t": ("time", "temperature"), "x": ("displacement",), "f": ("force",),
             "i": ("current",), "v": ("velocity",)}  # fmt: skip
 # such a column is used only if no other may have the quantity
-_OTHER_DIRECTION = {"vertical", "vert", "vertikal", "axial", "normal"}
+_OTHER_DIRECTION = {"vertical", "vert", "vertikal", "axial", "normal", "normalkraft", "normallast"}
+_OF_OTHER_DIRECTION = ("vertikal", "axial")  # beginnings of compound words
 NOT_MEASURED = {
     "set", "setpoint", "command", "cmd", "demand", "target", "soll", "sollwert", "sollweg",
     "reference", "ref", "error", "max", "min", "peak", "mean", "pump", "motor",
@@ -121,7 +125,9 @@ def heading_of(text: str, unit_below: str = "") -> Heading:
     if _words(name) & NOT_MEASURED:
         return Heading(text, unit, (), False, name)
     fitting = tuple(q for q in named if not unit or unit_factor(q, unit) is not None)
-    return Heading(text, unit, fitting, bool(_words(name) & _OTHER_DIRECTION), name)
+    words = _words(name)
+    secondary = words & _OTHER_DIRECTION or any(w.startswith(_OF_OTHER_DIRECTION) for w in words)
+    return Heading(text, unit, fitting, bool(secondary), name)
 
 
 def _words(name: str) -> set[str]:
