@@ -281,6 +281,9 @@ MOST_REFINED = 8
 SIMULATED, LATE_SIMULATED = 16, 4
 """Causes, of those that need a simulation, that are fitted: those that follow the residual best to
 first order; of those that are only tried late, fewer. Effort."""
+ALONG_MOTION, PROPOSALS, PROPOSED_FORMS = 24, 4, 2
+"""Forms of effects that are fitted along the isolators' motion, of those that follow their force
+best to first order; how many are then tried in the building, and of one cause. Effort."""
 FORMS_TRIED = 6
 """Forms of one cause among those that are fitted. Effort."""
 SCREENING_STEPS, REFINED = 4, 4

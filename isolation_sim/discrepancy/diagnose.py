@@ -123,8 +123,9 @@ def diagnose_building(
 ) -> BuildingDiagnosis:
     """Find the errors of a building's simulation, and name their causes."""
     from .adapters.building import BuildingRecords
+    from .building.isolation_force import unsupported
     from .building.record import BuildingRecord
-    from .tiers.building import BuildingTiers, unsupported
+    from .tiers.building import BuildingTiers
 
     _check_tiers(tiers)
     several = (records,) if isinstance(records, BuildingRecord) else tuple(records)

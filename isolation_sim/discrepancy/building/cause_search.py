@@ -48,6 +48,8 @@ from .comparison import CauseValues, Comparison, FittedBuilding, squared, with_c
 from .errors import excess_error, largest_excess, mean_error, relative_errors, relative_noise
 from .goodness_of_fit import adequacy, is_quiet, p_value
 from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
+from .isolator_effects import LAYER_CAUSES
+from .layer_effects import proposed_effects
 from .model import BuildingModel
 from .record import BuildingRecord
 from .sensor_causes import sensor_causes
@@ -69,6 +71,7 @@ class CauseSearch:
         most_causes: int = MOST_BUILDING_CAUSES,
         progress: Callable[[str], None] = lambda text: None,
         choices: Sequence[Candidate] | None = None,  # Causes that are tried; all by default
+        barred: tuple[str, str] | None = None,  # Key of a cause that is not among them
     ):
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
         self.before = comparison.evaluate(())
@@ -78,7 +81,9 @@ class CauseSearch:
         self._choices = (
             candidates(comparison.model, comparison.records) if choices is None else choices
         )
-        self._n_tests = len({choice.key for choice in self._choices})
+        self._barred = barred
+        keys = {choice.key for choice in self._choices} | {(name, "") for name in LAYER_CAUSES}
+        self._n_tests = len(keys)
 
     def is_explained(self, current: FittedBuilding) -> bool:
         """Whether the residuals are as likely as those of noise alone."""
@@ -91,13 +96,15 @@ class CauseSearch:
         """
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
-        first = [cause for cause in self._choices if not (cause.late or cause.last)]
+        first = [cause for cause in self._choices if not cause.late]
         best = self._refined(current, self._fits(current, first, SIMULATED))
         if best and self.is_explained(best[0]) and not best[0].at_bound:
             return best
         late = [cause for cause in self._choices if cause.late]
         best = _rank(best + self._refined(current, self._fits(current, late, LATE_SIMULATED)))
-        last = self._fits(current, [c for c in self._choices if c.last], LATE_SIMULATED)
+        proposed = proposed_effects(self.comparison, current.cause_values)
+        proposed = [cause for cause in proposed if cause.key != self._barred]
+        last = self._fits(current, proposed, LATE_SIMULATED)
         if best:  # flexible causes imitate simple ones
             last = [one for one in last if _is_nearer(one, best[0], -STRONG_EVIDENCE)]
         last = self._refined(current, last)
@@ -113,7 +120,9 @@ class CauseSearch:
         that of the held-out data too, which both predict.
         """
         left_by_last, left = (largest_excess(self.comparison, one) for one in (last, best))
-        if left_by_last < INSTEAD * left:
+        # weighted, the channels that show it count more than their mean
+        weighted = zip(self._above_noise(last), self._above_noise(best), strict=True)
+        if left_by_last < INSTEAD * left or all(a < INSTEAD**2 * b for a, b in weighted):
             return True
         n = last.n_independent
         predicted = n * sum(part.size for part in last.held_out) / last.n
@@ -249,19 +258,14 @@ class CauseSearch:
         stands_out = p_value(self.comparison, current, one) * self._n_tests < FALSE_ALARM
         if not (stands_out and one.criterion(n) < current.criterion(n)):
             return False
-        noise = [
-            sum(s.noise_cost for s in segments)
-            for segments in (self.comparison.fitted, self.comparison.held_out)
-        ]
         gain, gain_held_out = current.cost - one.cost, current.held_out_cost - one.held_out_cost
-        completes = min(
-            gain - COMPLETES * (current.cost - noise[0]),
-            gain_held_out - COMPLETES * (current.held_out_cost - noise[1]),
-        ) > 0  # fmt: skip
+        left, left_held_out = self._above_noise(current)
+        completes = min(gain - COMPLETES * left, gain_held_out - COMPLETES * left_held_out) > 0
         # what grows shows little of itself in the fitted data
+        misfit, misfit_held_out = self._above_noise(self.before)
         share = max(
-            gain - LEAST_BUILDING_SHARE * (self.before.cost - noise[0]),
-            gain_held_out - LEAST_BUILDING_SHARE * (self.before.held_out_cost - noise[1]),
+            gain - LEAST_BUILDING_SHARE * misfit,
+            gain_held_out - LEAST_BUILDING_SHARE * misfit_held_out,
         )
         return (
             gain_held_out > 0
@@ -273,6 +277,14 @@ class CauseSearch:
                 )
             )
         )
+
+    def _above_noise(self, one: FittedBuilding) -> tuple[float, float]:
+        """Costs of a model on fitted and held-out data, less those of noise alone."""
+        fitted, held_out = (
+            sum(segment.noise_cost for segment in segments)
+            for segments in (self.comparison.fitted, self.comparison.held_out)
+        )
+        return one.cost - fitted, one.held_out_cost - held_out
 
     def _without_each(self, current: FittedBuilding) -> list[FittedBuilding]:
         result = current.cause_values
@@ -384,7 +396,7 @@ class CauseSearch:
             fewer = [
                 cause for cause in self._choices
                 if len(cause.parameters) < len(many.parameters)
-                and not (cause.of_sensor or cause.late or cause.last)
+                and not (cause.of_sensor or cause.late)
             ]  # fmt: skip
             without = self.comparison.fit((), (*before, *after))
             for other, starts in self._screened(without, fewer, RIVALS_TRIED):
@@ -407,7 +419,7 @@ class CauseSearch:
         for k in range(len(current.cause_values)):
             before, (cause, _), after = _around(current, k)
             for other in self._choices:
-                if other.key == cause.key and other is not cause and not other.last:
+                if other.key == cause.key and other is not cause:
                     starts = [(*before, (other, start), *after) for start in other.starts]
                     costs = [squared(self.comparison.fitted_residuals(one)) for one in starts]
                     trial = self.comparison.fit((), starts[int(np.argmin(costs))])
@@ -443,7 +455,7 @@ def search_causes(
         # a cause that imitates two others, taken first, may keep both out
         first = best.cause_values[0][0].key
         others = [cause for cause in choices if cause.key != first]
-        other = _search_as_expected(comparison, min(most_causes, 2), progress, others)
+        other = _search_as_expected(comparison, min(most_causes, 2), progress, others, first)
         if excess_error(other[0].comparison, other[1].best) < INSTEAD * left:
             return other
     # what acts in strong motion alone is not seen where this is all fitted, or all held out
@@ -477,11 +489,12 @@ def _search_as_expected(
     most_causes: int,
     progress: Callable[[str], None],
     choices: Sequence[Candidate],
+    barred: tuple[str, str] | None = None,
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Repeat the search until the best model leaves no more than the expected model error."""
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     while True:
-        space = CauseSearch(comparison.expecting(expected), most_causes, progress, choices)
+        space = CauseSearch(comparison.expecting(expected), most_causes, progress, choices, barred)
         result = search(space, space.before)
         left = excess_error(space.comparison, result.best)
         if left < max(2 * expected, relative_noise(space.comparison, True)):

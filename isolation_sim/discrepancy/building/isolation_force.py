@@ -7,17 +7,20 @@ of their noise, and the measured displacement prescribes the isolators' motion.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...effects.effect import REFERENCE_TEMPERATURE
+from ...effects.extend import ExtendedLaw
 from ...identification.measured_runs import MeasuredRuns
 from ...identification.parameterisation import Parameterisation
 from ...simulation.result import Run
+from ...structures import IsolatedStructure
 from ..decisions import LEAST_SENSOR_ERROR
 from ..device.model import Model
 from .channels import ISOLATOR, Channel
@@ -42,6 +45,12 @@ class LayerRuns(MeasuredRuns):
 
     # By run: frequencies (Hz) and one over the standard deviation of a force there, 1/N
     gains: Mapping[str, tuple[NDArray, NDArray]]
+    rms_force: float  # Of the law in the simulation, N; forces themselves are weighted
+
+    @cached_property
+    def sizes(self) -> tuple[float, float, float, float]:
+        """RMS force (N), peak displacement (m), a time (s) and the highest current (A), or 1."""
+        return (self.rms_force, *super().sizes[1:])
 
     def record(self, force: NDArray) -> NDArray:
         """Forces, (n_samples, ...), weighted so that noise has unit variance in the band."""
@@ -56,6 +65,19 @@ class LayerRuns(MeasuredRuns):
             shape = (-1, *(1,) * (force.ndim - 1))
             parts.append(np.fft.irfft(spectrum * gain.reshape(shape), 2 * n, axis=0)[:n])
         return np.concatenate(parts)
+
+
+def unsupported(isolated: IsolatedStructure, records: Sequence[BuildingRecord]) -> str:
+    """Why the isolation layer of a building is no device test; empty where it is one."""
+    model = BuildingModel(isolated, isolated.structure)
+    device, holding = model.device, isolated.holding[list(model.isolators), 0]
+    if len(records[0].axes) > 1:
+        return "records of two directions"
+    if isinstance(device.law, ExtendedLaw) or device.law.unit:
+        return f"isolators with the law {device.law.name}"
+    if len(device.current.coefficients) > 1:
+        return "parameters given piecewise in the current"
+    return "" if np.ptp(holding) == 0 else "isolators that act in several directions"
 
 
 def layer_model(comparison: Comparison, result: CauseValues) -> Model:
@@ -112,6 +134,7 @@ def _runs(comparison: Comparison, model: BuildingModel, result: CauseValues) -> 
         velocity_measured=np.zeros(len(names), dtype=bool), has_temperature=False,
         averaging=nothing, periods=nothing, return_times=nothing[:, np.newaxis],
         n_steps=np.ones(len(names), np.int64), stiff=np.zeros(len(names), bool), gains=gains,
+        rms_force=float(np.sqrt(np.mean(force**2))),
     )  # fmt: skip
     return replace(data, force=lacks + data.record(force))
 

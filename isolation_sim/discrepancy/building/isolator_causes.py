@@ -13,7 +13,7 @@ from ...effects import Effect
 from ...effects.effect import in_sentence
 from ...identification.characteristic_scales import characteristic_scale
 from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values, add_to, set_fields
-from .isolator_effects import IMPACT, ISOLATOR_EFFECTS, LAST_EFFECTS
+from .isolator_effects import IMPACT, ISOLATOR_EFFECTS
 from .model import BuildingModel, force_scales, total_force_scale
 from .record import BuildingRecord
 
@@ -31,6 +31,15 @@ def layer_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Ite
     if all(law.directions < 3 for law in model.nominal.group_laws):
         # no effect has a form under a vertical load that changes
         yield from _effects(model, records)
+
+
+def layer_effect(model: BuildingModel, effect: Effect, start: Values) -> Candidate:
+    """An effect that is tried last, fitted from numbers in the device's scale."""
+    factors = total_force_scale(model), model.nominal.elements[0].device.length
+    names = {one.cause: name for name, one in ISOLATOR_EFFECTS.items()}
+    name = names.get(effect.cause, effect.cause)
+    candidate = _around_the_law(name, effect, _Scales(1.0, 1.0, 1.0, *factors))
+    return replace(candidate, starts=(start,), last=True)
 
 
 def current_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
@@ -119,9 +128,6 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     for form, numbers in _CONTACTS.items():
         if form != "elastic":  # the others are, where they do not dissipate
             yield _one_wall(scales, peaks, form, numbers, free)
-    for effect in LAST_EFFECTS:
-        if effect.current is None or _has_current(model, records):
-            yield _around_the_law(effect.cause, effect, scales, last=True)
 
 
 class _Scales(NamedTuple):
@@ -217,7 +223,6 @@ def _around_the_law(
     name: str,
     effect: Effect,
     scales: _Scales,
-    last: bool = False,
     form: str = "",
     fixed: Mapping[str, float] = MappingProxyType({}),
 ) -> Candidate:
@@ -247,7 +252,6 @@ def _around_the_law(
     return Candidate(
         name, "", tuple(parameters), starts, apply,
         f"{in_sentence(effect.title)} in the isolation layer ({says})", form=form or effect.form,
-        last=last,
     )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """Effects that the law of an isolation layer may lack.
 
-All of them stand around the law at once, those that are absent with magnitude zero: one law to
-compile, whatever combination is tried. Another law has the effects that are tried last, too.
+Those that are tried first stand around the law at once, the absent ones with magnitude zero: one
+law to compile, whatever combination is tried. Each that is tried last makes another law.
 """
 
 from collections.abc import Collection
@@ -146,24 +146,21 @@ ISOLATOR_EFFECTS: dict[str, Effect] = {
     "moat_impact": effect(f"{__name__}:IMPACT"),
 }
 """By the name of the cause in a building, in the order in which they act."""
-LAST_EFFECTS: tuple[Effect, ...] = (
-    effect("coulomb_friction", "dahl"),
-    effect(f"{__name__}:RUBBER"),
-    effect("stress_softening", "hill"),
-    effect("cyclic_degradation"),
-    effect("self_heating"),
-    effect("weak_rate_dependence", "thinning"),
-    effect("magnetic_remanence"),
-)
-"""Those that are tried last: other forms, and effects whose states take time to integrate."""
+LAYER_CAUSES = (
+    "amplitude_softening", "coulomb_friction", "cyclic_degradation", "extra_relaxation",
+    "field_gap_coupling", "field_saturation", "magnetic_remanence", "self_heating",
+    "stress_softening", "weak_rate_dependence",
+)  # fmt: skip
+"""Causes of device tests that are tried last, in the form that is nearest to the layer's force:
+those that are not of a sensor, and that a building has no cause of its own for."""
+FURTHER_FORMS = (effect(f"{__name__}:RUBBER"),)
+"""Forms beside those of the catalogue of device tests."""
 
 
 def around_the_law(present: Collection[Effect]) -> tuple[Effect, ...]:
     """The effects of the law that has some of them, those that are absent included."""
-    last = LAST_EFFECTS if any(one in LAST_EFFECTS for one in present) else ()
-    every = (*ISOLATOR_EFFECTS.values(), *last, *present)
     # a law has one form of each
-    return tuple({one.cause: one for one in every}.values())
+    return tuple({one.cause: one for one in (*ISOLATOR_EFFECTS.values(), *present)}.values())
 
 
 def absent(one: Effect, size: float) -> dict[str, float]:

@@ -16,14 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...archive import law_of
-from ...effects.extend import ExtendedLaw
 from ...errors import Diverged
 from ...identification.characteristic_scales import characteristic_scale
 from ...identification.cross_validation import folds_of
 from ...identification.measured_runs import MeasuredRuns
 from ...laws.current_dependence import CurrentDependence
 from ...laws.law import Law
-from ...structures import IsolatedStructure
 from ..adapters.building import BuildingRecords, extended_device, intervals, traces_of
 from ..building.candidate import Candidate, Parameter, Values
 from ..building.comparison import CauseValues, Comparison, FittedBuilding, with_causes
@@ -74,19 +72,6 @@ class _Rung:
         """Causes in it, without terms."""
         values = self.outcome.cause_values
         return tuple(one for one in values if one[0].name not in (EQUATION, LEARNED))
-
-
-def unsupported(isolated: IsolatedStructure, records: Sequence[BuildingRecord]) -> str:
-    """Why the isolators' law of a building takes no terms; empty where it does."""
-    model = BuildingModel(isolated, isolated.structure)
-    device, holding = model.device, isolated.holding[list(model.isolators), 0]
-    if len(records[0].axes) > 1:
-        return "records of two directions"
-    if isinstance(device.law, ExtendedLaw) or device.law.unit:
-        return f"isolators with the law {device.law.name}"
-    if len(device.current.coefficients) > 1:
-        return "parameters given piecewise in the current"
-    return "" if np.ptp(holding) == 0 else "isolators that act in several directions"
 
 
 class BuildingTiers(Tiers[_Rung]):

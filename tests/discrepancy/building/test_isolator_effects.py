@@ -1,4 +1,4 @@
-"""Effects of the isolators in a building: which stand around the law, and which are tried late."""
+"""Effects of the isolators in a building: which stand around the law, and which are proposed."""
 
 from __future__ import annotations
 
@@ -11,22 +11,27 @@ import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.building.cause_search import candidates
 from isolation_sim.discrepancy.building.comparison import compare_records, with_causes
+from isolation_sim.discrepancy.building.isolator_causes import layer_effect
 from isolation_sim.discrepancy.building.isolator_effects import (
+    FURTHER_FORMS,
     ISOLATOR_EFFECTS,
-    LAST_EFFECTS,
+    LAYER_CAUSES,
     around_the_law,
 )
+from isolation_sim.discrepancy.building.layer_effects import proposed_effects
 from isolation_sim.discrepancy.building.model import building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.diagnose import diagnose_building
+from isolation_sim.effects import EFFECTS, effect
 
 CHANNELS = (
     "base_acceleration_m_s2",
     *(f"floor{k}_acceleration_m_s2" for k in range(1, 6)),
     "isolator_displacement_m",
 )
-LATE = {(one.cause, one.form): one for one in LAST_EFFECTS}
-SMOOTH, DAHL = ISOLATOR_EFFECTS["coulomb_friction"], LATE["coulomb_friction", "dahl"]
+SMOOTH, DAHL = ISOLATOR_EFFECTS["coulomb_friction"], effect("coulomb_friction", "dahl")
+HEATING = effect("self_heating", "exponential")
+(RUBBER,) = FURTHER_FORMS
 
 
 def _isolated(by_current=0.0):
@@ -46,22 +51,42 @@ def _blank(current=False):
     )
 
 
-def _late(isolated, record):
+def _recorded(isolated, one, numbers, seed=2, current=False):
+    """A record of a building whose isolators have one more effect, with noise."""
+    record, random = _blank(current), np.random.default_rng(seed)
     model = building_model(isolated, [record])
-    listed = [one for one in candidates(model, [record]) if one.last]
-    return model, {(one.name, one.form): one for one in listed}
+    values = with_causes(model, ((layer_effect(model, one, numbers), numbers),)).predict(record)
+    values += 0.003 * np.sqrt(np.mean(values**2, axis=0)) * random.standard_normal(values.shape)
+    return replace(record, response=dict(zip(CHANNELS, values.T, strict=True)))
 
 
 def test_a_law_has_one_form_of_each_effect():
-    every = (*ISOLATOR_EFFECTS.values(), *LAST_EFFECTS)
     assert around_the_law([]) == tuple(ISOLATOR_EFFECTS.values())
     assert around_the_law([SMOOTH]) == tuple(ISOLATOR_EFFECTS.values())
-    heating, rubber = LATE["self_heating", "exponential"], LATE["stress_softening", "rubber"]
-    for present in ([DAHL], [heating, SMOOTH], [rubber]):
+    for present in ([DAHL], [HEATING, SMOOTH], [RUBBER]):
         around = around_the_law(present)
         causes = [one.cause for one in around]
-        assert len(set(causes)) == len(causes) == len({one.cause for one in every})
+        assert len(set(causes)) == len(causes) == len({*causes, *(e.cause for e in present)})
         assert set(present) <= set(around)
+
+
+def test_causes_that_are_proposed_are_of_the_catalogue():
+    assert set(LAYER_CAUSES) <= set(EFFECTS)
+    assert {one.cause for one in FURTHER_FORMS} <= set(LAYER_CAUSES)
+
+
+@pytest.mark.parametrize(
+    ("one", "numbers"),
+    [(effect("weak_rate_dependence", "logarithmic"), (0.05, 0.01)), (RUBBER, (5e6, 0.04))],
+    ids=["of the catalogue", "of buildings"],
+)
+def test_the_motion_of_the_isolators_proposes_what_they_lack(one, numbers):
+    isolated = _isolated()
+    record = _recorded(isolated, one, numbers)
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    first = proposed_effects(comparison, ())[0]
+    assert (first.name, first.form, first.last) == (one.cause, one.form, True)
+    assert first.starts[0] == pytest.approx(numbers, rel=0.3)
 
 
 def test_a_wall_is_beyond_most_of_the_motion():
@@ -86,24 +111,39 @@ def test_a_wall_is_beyond_most_of_the_motion():
                 assert numbers["gap"] == pytest.approx(rms)
 
 
-def test_remanence_needs_a_current():
-    assert ("magnetic_remanence", "play") not in _late(_isolated(), _blank())[1]
-    assert ("magnetic_remanence", "play") not in _late(_isolated(4e6), _blank())[1]
-    assert ("magnetic_remanence", "play") in _late(_isolated(4e6), _blank(current=True))[1]
+@pytest.mark.parametrize("current", [False, True])
+def test_remanence_needs_a_current(current):
+    one, isolated = effect("magnetic_remanence", "play"), _isolated(4e6)
+    record = _recorded(isolated, one, (0.6, 0.5), current=True)
+    if not current:
+        record = replace(record, current=None)
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    names = [one.name for one in proposed_effects(comparison, ())]
+    assert ("magnetic_remanence" in names) == current
+
+
+def test_none_is_proposed_where_the_layer_is_no_device_test():
+    record, isolated = _blank(), _isolated()
+    device = isolated.elements[0].device
+    several = isolated.structure.with_element(device, "base", name="isolator")
+    several = several.with_element(device, -several.elements[0].direction, name="other")
+    comparison = compare_records(building_model(several, [record]), [record])
+    assert proposed_effects(comparison, ()) == []
 
 
 def test_numbers_are_of_all_isolators_together():
     device = iso.law("kelvin_voigt", {"k": 1.2e6, "c": 1.0e5}).scaled(length=2.0, force=10.0)
-    _, late = _late(iso.reference_building().on(device), _blank())
-    factors = {p.name: p.factor for p in late["self_heating", "exponential"].parameters}
+    model = building_model(iso.reference_building().on(device), [_blank()])
+    heating = layer_effect(model, HEATING, (1e-8, 20.0))
+    factors = {p.name: p.factor for p in heating.parameters}
     # a joule in the device is 20 in the building
     assert factors == pytest.approx({"gain": 1 / 20, "cooling": 1.0})
 
 
 def test_a_number_at_its_bound_is_reported():
     record = _blank()
-    model, late = _late(_isolated(), record)
-    heating = late["self_heating", "exponential"]
+    model = building_model(_isolated(), [record])
+    heating = layer_effect(model, HEATING, (1e-8, 20.0))
     comparison = compare_records(model, [record])
     ends = [comparison.evaluate(((heating, (1e-8, cooling)),)).at_bound for cooling in (20.0, 1e5)]
     assert ends == [False, True]
@@ -113,12 +153,8 @@ def test_a_number_at_its_bound_is_reported():
 @pytest.mark.slow
 def test_friction_with_presliding_is_named_with_its_length():
     """Without a velocity scale: the smooth form does not follow it down to the noise."""
-    isolated, random = _isolated(), np.random.default_rng(2)
-    model, late = _late(isolated, _blank())
-    true = with_causes(model, ((late["coulomb_friction", "dahl"], (3e5, 4e-3)),))
-    values = true.predict(_blank())
-    values += 0.003 * np.sqrt(np.mean(values**2, axis=0)) * random.standard_normal(values.shape)
-    record = replace(_blank(), response=dict(zip(CHANNELS, values.T, strict=True)))
+    isolated = _isolated()
+    record = _recorded(isolated, DAHL, (3e5, 4e-3))
     diagnosis = diagnose_building(record, isolated, tiers="causes")
     (cause,) = diagnosis.causes
     assert (cause.name, cause.form) == ("coulomb_friction", "dahl")
@@ -129,12 +165,8 @@ def test_friction_with_presliding_is_named_with_its_length():
 @pytest.mark.slow
 def test_rubber_that_softens_beside_a_damper_is_named_with_its_length():
     """A softening of the whole force would take a share of the damper's, too."""
-    isolated, random = _isolated(), np.random.default_rng(2)
-    model, late = _late(isolated, _blank())
-    true = with_causes(model, ((late["stress_softening", "rubber"], (5e6, 0.04)),))
-    values = true.predict(_blank())
-    values += 0.003 * np.sqrt(np.mean(values**2, axis=0)) * random.standard_normal(values.shape)
-    record = replace(_blank(), response=dict(zip(CHANNELS, values.T, strict=True)))
+    isolated = _isolated()
+    record = _recorded(isolated, RUBBER, (5e6, 0.04))
     diagnosis = diagnose_building(record, isolated, tiers="causes")
     (cause,) = diagnosis.causes
     assert (cause.name, cause.form) == ("stress_softening", "rubber")

@@ -18,11 +18,10 @@ from isolation_sim.cli import main
 from isolation_sim.discrepancy.building import cause_search
 from isolation_sim.discrepancy.building.cause_search import candidates
 from isolation_sim.discrepancy.building.comparison import compare_records
-from isolation_sim.discrepancy.building.isolation_force import layer_model
+from isolation_sim.discrepancy.building.isolation_force import layer_model, unsupported
 from isolation_sim.discrepancy.building.model import building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.diagnose import diagnose_building
-from isolation_sim.discrepancy.tiers.building import unsupported
 from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 from isolation_sim.discrepancy.tiers.terms import Term
 from isolation_sim.errors import InputError

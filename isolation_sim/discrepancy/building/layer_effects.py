@@ -1,0 +1,64 @@
+"""Effects of the isolators' law that their motion in the records proposes.
+
+The isolation layer of a record is a device test (``isolation_force``): the forms of all effects are
+fitted along its measured motion, without a simulation of the building. Few are then tried in it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from ...effects import Effect
+from ..decisions import ALONG_MOTION, PROPOSALS, PROPOSED_FORMS
+from ..device.model import FittedModel
+from ..device.observable_effects import observable_effects
+from ..device.screen import fit_direction, refine, screen_effect
+from .candidate import Candidate
+from .comparison import CauseValues, Comparison
+from .isolation_force import effect_values, layer_model, unsupported
+from .isolator_causes import layer_effect
+from .isolator_effects import FURTHER_FORMS, ISOLATOR_EFFECTS, LAYER_CAUSES
+
+
+def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[Candidate]:
+    """Effects beside some causes, in the forms nearest to the layer's force; best first."""
+    nominal = comparison.model.nominal
+    if unsupported(nominal, comparison.records) or any(
+        law.directions > 1 for law in nominal.group_laws
+    ):
+        return []
+    layer = layer_model(comparison, causes)
+    base = FittedModel.at(layer, effect_values(comparison.model, causes))
+    if not np.isfinite(base.cost):
+        return []
+    # examples of noise tell nothing among forms of one layer
+    noise = np.zeros((len(base.residual), 1))
+    screened = [screen_effect(base, one, noise) for one in _forms(base)]
+    directions = sorted((one for one in screened if one is not None), key=lambda one: -one.gain)
+    near = [refine(base, one, noise) for one in directions[:ALONG_MOTION]]
+    fits = [fit_direction(base, one) for one in near]
+    forms: Counter[str] = Counter()
+    proposed = []
+    for fit in sorted(fits, key=lambda fit: fit.cost):
+        forms[fit.causes[-1]] += 1
+        if fit.cost < base.cost and forms[fit.causes[-1]] <= PROPOSED_FORMS:
+            proposed.append(_candidate(comparison, fit))
+    return proposed[:PROPOSALS]
+
+
+def _forms(base: FittedModel) -> list[Effect]:
+    """Effects that may be added to a layer's model; others are tried before."""
+    forms = (*observable_effects(base.model.data), *FURTHER_FORMS)
+    tried = {*base.causes, *ISOLATOR_EFFECTS.values()}
+    return [
+        one for one in forms
+        if one.cause in LAYER_CAUSES and one.cause not in tried and one not in tried
+    ]  # fmt: skip
+
+
+def _candidate(comparison: Comparison, fit: FittedModel) -> Candidate:
+    """The newest effect of a layer's model, with its numbers to start from."""
+    numbers = fit.values[fit.model.slices()[-1]]
+    return layer_effect(comparison.model, fit.effects[-1], tuple(numbers.tolist()))
