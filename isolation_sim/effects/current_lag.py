@@ -6,6 +6,7 @@ Forms:
     second_order     two such lags of lag / 2 one after the other, so that the field starts gently
     rise_and_fall    first order, with a lag of its own while the field falls
     two_stages       a part of the field lags by lag, the slow part by lag + slower_by
+    diffusion        the flux enters a massive core from its surface: three modes of a cylinder
     saturating       field' = (I - field) (1 + (s field)^2) / lag: the inductance falls as the steel
                      saturates
     overshooting     two lags in a loop: field'' = (I - field - 2 damping T field') / T^2, with
@@ -28,6 +29,11 @@ SHORTEST = 1e-4
 """s: a shorter lag makes no difference to a structure, and would only make the steps small."""
 _QUICK = 1e-3
 """s/A: a supply that is quicker follows the wanted current more closely than within ``RISE``."""
+# step response of the mean flux in a cylinder: parts 4 / j^2 and times 1 / j^2, with the zeros j of
+# Bessel's function J0; the third part stands for all later ones, of the same sum and mean time
+_PARTS = (0.6917, 0.1313, 0.1770)
+_TIMES = (1.0, 0.1898, 0.0358)
+"""Time constants over that of the slowest mode."""
 
 
 def current(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -77,6 +83,25 @@ def rates_two(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     lag, _, slow = parameters
     quick_rate = (signals.current - states[0]) / time_constant(lag, SHORTEST)
     return quick_rate, (signals.current - states[1]) / time_constant(lag + slow, SHORTEST)
+
+
+def current_diffusion(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Mean flux of the modes."""
+    return sum(part * state for part, state in zip(_PARTS, states, strict=True))
+
+
+def rates_diffusion(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """A lag for each mode."""
+    (lag,) = parameters
+    return tuple(
+        (signals.current - state) / time_constant(lag * of_first, SHORTEST)
+        for state, of_first in zip(states, _TIMES, strict=True)
+    )
+
+
+def start_diffusion(signals: Signals, parameters: tuple) -> tuple:
+    """The current has been on for long."""
+    return (signals.current,) * len(_PARTS)
 
 
 def rates_saturating(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -177,6 +202,19 @@ FORMS = (
         current=current_two,
         rates=rates_two,
         source="R-L coil beside eddy currents in the core",
+    ),
+    Effect(
+        cause="current_lag",
+        form="diffusion",
+        title="Current lag by eddy currents in a massive core",
+        parameters=(replace(LAG, meaning="time constant of the slowest mode of the flux"),),
+        states=tuple(
+            Quantity(f"mode_{n}", "A", f"current whose field mode {n} follows") for n in (1, 2, 3)
+        ),
+        start=start_diffusion,
+        current=current_diffusion,
+        rates=rates_diffusion,
+        source="Lammeraner & Stafl (1966), Eddy Currents: step of the field along a cylinder",
     ),
     Effect(
         cause="current_lag",

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.special import jn_zeros
 
 from isolation_sim.effects import effect, extend
 from isolation_sim.effects.effect import Past, Signals
@@ -64,6 +65,18 @@ def test_a_part_of_the_field_follows_slowly():
     force, _ = respond(device, t, x + 0.005, v, np.full(t.size, 2.0), np.zeros(2), 1e-9)
     left = (1 - part) * np.exp(-t / quick) + part * np.exp(-t / (quick + slower))
     np.testing.assert_allclose(force, 100 * (1 - left), atol=1e-4)
+
+
+def test_the_flux_diffuses_into_a_massive_core():
+    lag = 0.2
+    device = spring(("current_lag.diffusion", {"lag": lag}), k=(0.0, 1e4))
+    t, x, v = still(0.5)
+    force, _ = respond(device, t, x + 0.005, v, np.full(t.size, 2.0), np.zeros(3), 1e-9)
+    zeros = jn_zeros(0, 500)[:, None]
+    left = np.sum(4 / zeros**2 * np.exp(-t / lag * (zeros / zeros[0]) ** 2), axis=0)
+    # the quickest parts stand for all that are quicker
+    np.testing.assert_allclose(force[4:], 100 * (1 - left[4:]), atol=1.0)
+    assert np.std(force[4:] - 100 * (1 - left[4:])) < 0.2
 
 
 def test_the_field_falls_with_a_lag_of_its_own():
