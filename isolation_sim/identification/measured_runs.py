@@ -38,6 +38,8 @@ _BESIDE_JUMP = 0.01
 """Factor on the weight of samples beside a jump of the current: next to none. Convention."""
 _MIDDLE = 0.1
 """Part of the largest displacement that a half cycle must exceed: noise is no cycle. Convention."""
+_NO_NOISE = 1e-6
+"""Noise over the size of a velocity up to which it is taken as it is, abrupt starts included."""
 _BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted", "beside_jump")
 
 
@@ -303,7 +305,8 @@ def smooth_motion(
     x, v, a = smooth(displacement, step)
     # of a sensor, what it shows beyond its noise and the displacement does not
     if velocity is not None:
-        v = v + smooth(velocity - v, step)[0]
+        seen = sensor_noise(velocity).deviation > _NO_NOISE * np.std(velocity)
+        v = v + smooth(velocity - v, step)[0] if seen else velocity
     if acceleration is not None:
         a = a + smooth(acceleration - a, step)[0]
     return x, v, a
