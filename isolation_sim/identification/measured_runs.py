@@ -38,8 +38,8 @@ _BESIDE_JUMP = 0.01
 """Factor on the weight of samples beside a jump of the current: next to none. Convention."""
 _MIDDLE = 0.1
 """Part of the largest displacement that a half cycle must exceed: noise is no cycle. Convention."""
-_NO_NOISE = 1e-6
-"""Noise over the size of a velocity up to which it is taken as it is, abrupt starts included."""
+_NO_NOISE = 1e-3
+"""Noise over the RMS of a velocity up to which it is taken as it is, abrupt starts included."""
 _BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted", "beside_jump")
 
 
@@ -314,9 +314,10 @@ def smooth_motion(
 
 def _motion(run: TestRun) -> tuple[NDArray, NDArray, NDArray]:
     """Displacement, velocity and acceleration of a run."""
-    velocity = run.velocity if run.velocity_measured else None
-    motion = smooth_motion(run.displacement, run.step, velocity, run.acceleration)
-    return hold_still(*motion, run.step, sensor_noise(run.displacement).deviation)
+    sensor = run.velocity if run.velocity_measured else None
+    x, v, a = smooth_motion(run.displacement, run.step, sensor, run.acceleration)
+    v = run.velocity if sensor is None else v
+    return hold_still(x, v, a, run.step, sensor_noise(run.displacement).deviation)
 
 
 def _velocity_noise(run: TestRun) -> float:
