@@ -284,6 +284,9 @@ first order; of those that are only tried late, fewer. Effort."""
 ALONG_MOTION, PROPOSALS, PROPOSED_FORMS = 24, 4, 2
 """Forms of effects that are fitted along the isolators' motion, of those that follow their force
 best to first order; how many are then tried in the building, and of one cause. Effort."""
+PROPOSED_GAIN = 0.1
+"""Share of the layer's misfit above noise that a form must remove to be tried: else what is wrong
+is elsewhere. Effort."""
 FORMS_TRIED = 6
 """Forms of one cause among those that are fitted. Effort."""
 SCREENING_STEPS, REFINED = 4, 4

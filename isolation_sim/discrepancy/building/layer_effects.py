@@ -11,7 +11,7 @@ from collections import Counter
 import numpy as np
 
 from ...effects import Effect
-from ..decisions import ALONG_MOTION, PROPOSALS, PROPOSED_FORMS
+from ..decisions import ALONG_MOTION, PROPOSALS, PROPOSED_FORMS, PROPOSED_GAIN
 from ..device.model import FittedModel
 from ..device.observable_effects import observable_effects
 from ..device.screen import fit_direction, refine, screen_effect
@@ -39,11 +39,12 @@ def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[Candid
     directions = sorted((one for one in screened if one is not None), key=lambda one: -one.gain)
     near = [refine(base, one, noise) for one in directions[:ALONG_MOTION]]
     fits = [fit_direction(base, one) for one in near]
+    least = PROPOSED_GAIN * max(base.cost - len(base.residual), 0.0)
     forms: Counter[str] = Counter()
     proposed = []
     for fit in sorted(fits, key=lambda fit: fit.cost):
         forms[fit.causes[-1]] += 1
-        if fit.cost < base.cost and forms[fit.causes[-1]] <= PROPOSED_FORMS:
+        if base.cost - fit.cost > least and forms[fit.causes[-1]] <= PROPOSED_FORMS:
             proposed.append(_candidate(comparison, fit))
     return proposed[:PROPOSALS]
 
