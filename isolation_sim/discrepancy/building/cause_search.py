@@ -120,9 +120,13 @@ class CauseSearch:
         that of the held-out data too, which both predict.
         """
         left_by_last, left = (largest_excess(self.comparison, one) for one in (last, best))
-        # weighted, the channels that show it count more than their mean
-        weighted = zip(self._above_noise(last), self._above_noise(best), strict=True)
-        if left_by_last < INSTEAD * left or all(a < INSTEAD**2 * b for a, b in weighted):
+        if left_by_last < INSTEAD * left:
+            return True
+        # weighted, the channels that show it count more than in the mean
+        squares = zip(self._above_noise(last), self._above_noise(best), strict=True)
+        if not self.is_explained(best) and all(
+            max(by_last, 0.0) <= INSTEAD**2 * max(others, 0.0) for by_last, others in squares
+        ):
             return True
         n = last.n_independent
         predicted = n * sum(part.size for part in last.held_out) / last.n

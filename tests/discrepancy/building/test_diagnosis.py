@@ -32,12 +32,14 @@ from isolation_sim.discrepancy.building.comparison import (
 )
 from isolation_sim.discrepancy.building.errors import excess_error
 from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, p_value
+from isolation_sim.discrepancy.building.isolator_causes import layer_effect
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.building.segment import cell_means
 from isolation_sim.discrepancy.decisions import LEAST_BUILDING_SHARE
 from isolation_sim.discrepancy.diagnose import diagnose_building
+from isolation_sim.effects import effect
 from isolation_sim.errors import InputError
 
 NOISE = 0.01
@@ -475,6 +477,7 @@ def test_a_cause_tried_last_is_only_a_rival_where_it_is_ranked_below(isolated, m
     record = _record(isolated, _heavier(0.15), seed=7)
     model = building_model(isolated, [record])
     listed = {c.name: c for c in candidates(model, [record])}
+    listed["self_heating"] = layer_effect(model, effect("self_heating"), (1e-8, 20.0))
     space = CauseSearch(compare_records(model, [record]))
     monkeypatch.setattr(space, "_is_significant", lambda current, one: True)
     simple, flexible = (
@@ -489,8 +492,11 @@ def test_a_cause_tried_last_is_only_a_rival_where_it_is_ranked_below(isolated, m
 
 def test_a_cause_tried_last_stands_where_it_alone_leaves_noise(isolated, monkeypatch):
     record = _record(isolated)
-    listed = {c.name: c for c in candidates(building_model(isolated, [record]), [record])}
-    space = CauseSearch(compare_records(building_model(isolated, [record]), [record]))
+    model = building_model(isolated, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    degradation = effect("cyclic_degradation")
+    listed["cyclic_degradation"] = layer_effect(model, degradation, (0.1, 1.0))
+    space = CauseSearch(compare_records(model, [record]))
     # beside noise both errors are nearly zero, and their ratio says nothing
     monkeypatch.setattr(cause_search, "largest_excess", lambda *_: 0.005)
     monkeypatch.setattr(space, "is_explained", lambda outcome: outcome.variance < 1.2)
@@ -504,6 +510,12 @@ def test_a_cause_tried_last_stands_where_it_alone_leaves_noise(isolated, monkeyp
     assert space._stands_for(outcome("cyclic_degradation", 1.09, 1.0), simple)
     for size, held_out in ((1.0, 1.3), (1.0999, 1.1), (1.2, 1.0)):
         assert not space._stands_for(outcome("cyclic_degradation", size, held_out), simple)
+    # where neither leaves noise alone, their squares above it are compared, part by part
+    monkeypatch.setattr(CauseSearch, "_above_noise", lambda self, one: above[one])
+    wrong, flexible = outcome("isolator_force_error", 9, 9), outcome("cyclic_degradation", 5, 5)
+    for left, stands in (((240.0, 240.0), True), ((240.0, 260.0), False), ((-9.0, 240.0), True)):
+        above = {wrong: (1000.0, 1000.0), flexible: left}
+        assert space._stands_for(flexible, wrong) == stands
 
 
 def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
