@@ -281,9 +281,9 @@ MOST_REFINED = 8
 SIMULATED, LATE_SIMULATED = 16, 4
 """Causes, of those that need a simulation, that are fitted: those that follow the residual best to
 first order; of those that are only tried late, fewer. Effort."""
-ALONG_MOTION, PROPOSALS, PROPOSED_FORMS = 24, 4, 2
+ALONG_MOTION, PROPOSALS = 24, 3
 """Forms of effects that are fitted along the isolators' motion, of those that follow their force
-best to first order; how many are then tried in the building, and of one cause. Effort."""
+best to first order, and causes of these that are then tried in the building. Effort."""
 PROPOSED_GAIN = 0.1
 """Share of the layer's misfit above noise that a form must remove to be tried: else what is wrong
 is elsewhere. Effort."""

@@ -6,12 +6,10 @@ fitted along its measured motion, without a simulation of the building. Few are 
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 
 from ...effects import Effect
-from ..decisions import ALONG_MOTION, PROPOSALS, PROPOSED_FORMS, PROPOSED_GAIN
+from ..decisions import ALONG_MOTION, PROPOSALS, PROPOSED_GAIN
 from ..device.model import FittedModel
 from ..device.observable_effects import observable_effects
 from ..device.screen import fit_direction, refine, screen_effect
@@ -23,7 +21,7 @@ from .isolator_effects import FURTHER_FORMS, ISOLATOR_EFFECTS, LAYER_CAUSES
 
 
 def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[Candidate]:
-    """Effects beside some causes, in the forms nearest to the layer's force; best first."""
+    """Effects beside some causes, each in the form nearest to the layer's force; best first."""
     nominal = comparison.model.nominal
     if unsupported(nominal, comparison.records) or any(
         law.directions > 1 for law in nominal.group_laws
@@ -40,13 +38,11 @@ def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[Candid
     near = [refine(base, one, noise) for one in directions[:ALONG_MOTION]]
     fits = [fit_direction(base, one) for one in near]
     least = PROPOSED_GAIN * max(base.cost - len(base.residual), 0.0)
-    forms: Counter[str] = Counter()
-    proposed = []
+    best: dict[str, FittedModel] = {}
     for fit in sorted(fits, key=lambda fit: fit.cost):
-        forms[fit.causes[-1]] += 1
-        if base.cost - fit.cost > least and forms[fit.causes[-1]] <= PROPOSED_FORMS:
-            proposed.append(_candidate(comparison, fit))
-    return proposed[:PROPOSALS]
+        if base.cost - fit.cost > least:
+            best.setdefault(fit.causes[-1], fit)
+    return [_candidate(comparison, fit) for fit in list(best.values())[:PROPOSALS]]
 
 
 def _forms(base: FittedModel) -> list[Effect]:
