@@ -42,9 +42,9 @@ def import_tests(
     column: Annotated[
         list[str] | None,
         typer.Option(
-            help="Column of a quantity, as force=HEADING, force=3 or current=none, or of a "
-            "building's channel, as base_x_acceleration=HEADING; may be repeated, also for several "
-            "sensors of a quantity."
+            help="Column of a quantity, as force=HEADING, force=3 or current=none; of some "
+            "tests, as 'rig2_*:force=HEADING'; or of a building's channel, as "
+            "base_x_acceleration=HEADING; may be repeated, also for several sensors of a quantity."
         ),
     ] = None,
     unit: Annotated[

@@ -623,3 +623,20 @@ def test_a_file_with_a_turned_sign_is_named_with_its_columns_and_turned(tmp_path
     (note,) = (n for n in iso.import_tests(written(tmp_path, HEADING + damped)).notes if "tur" in n)
     assert "the loops run the wrong way round" in note
     assert note.endswith("--unit 'force=-1 kN' or --unit 'displacement=-1 mm' turns it")
+
+
+def test_a_column_is_chosen_for_some_tests(tmp_path):
+    """Machines of one folder call their sensors differently."""
+    each = rows("%.4f,%.6f,%.6f,%.6f", TIME, 1e3 * X, FORCE / 1e3, -FORCE / 1e3)
+    for name, first, second in (("one_a", "Force", "Force 2"), ("two_a", "Cell", "Other")):
+        heading = f"Time (s),Disp (mm),{first} (kN),{second} (kN)\n"
+        written(tmp_path, heading + each, f"{name}.csv")
+    chosen = {"two_*:force": "Cell", "force": "Force"}
+    for run in iso.import_tests(tmp_path, columns=chosen).campaign.runs:
+        np.testing.assert_allclose(run.force, FORCE, atol=1e-3)
+    message = refused(tmp_path, columns={"force": "Force"})
+    assert "two_a.csv, --column force: given 'Force'; expected: one of" in message
+    assert message.endswith("--column 'PATTERN:QUANTITY=HEADING' for some tests")
+    message = refused(tmp_path, columns=chosen | {"three_*:force": "Cell"})
+    assert message.startswith("--column: given 'three_*'; expected: ")
+    assert "quantity of --column" in refused(tmp_path, columns={"two_*:forces": "Cell"})

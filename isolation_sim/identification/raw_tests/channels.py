@@ -185,8 +185,8 @@ def find_channels(
 
 def check_choices(columns: Mapping[str, Any], units: Mapping[str, str]) -> None:
     """Refuse unknown quantities and units of the caller."""
-    of_units = [key.rpartition(":")[2] for key in units]
-    for option, quantities in (("--column", columns), ("--unit", of_units)):
+    of_columns, of_units = ([key.rpartition(":")[2] for key in keys] for keys in (columns, units))
+    for option, quantities in (("--column", of_columns), ("--unit", of_units)):
         for quantity in quantities:
             if quantity not in UNITS:
                 raise unknown_name(f"quantity of {option}", quantity, UNITS)
@@ -257,7 +257,9 @@ def _by_choice(choice: str, headings: Sequence[Heading], place: str) -> int | No
         return None
     matches = columns_named(choice, headings)
     if len(matches) != 1:
-        raise InputError(place, repr(choice), f"one of {listed(headings)}, its number, or none")
+        expected = f"one of {listed(headings)}, its number, or none"
+        some = "--column 'PATTERN:QUANTITY=HEADING' for some tests"
+        raise InputError(place, repr(choice), f"{expected}; or {some}")
     return matches[0]
 
 

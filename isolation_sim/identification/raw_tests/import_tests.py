@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -28,6 +28,8 @@ from .raw_table import RawTable
 from .samples import samples_of
 
 __all__ = ["ImportedTests", "import_tests"]
+
+T = TypeVar("T")
 
 _CURRENT_IN_NAME = re.compile(r"(?<![A-Za-z\d.,])(\d+(?:[.,p]\d+)?) ?(m?)A(?![A-Za-z])")
 
@@ -122,12 +124,12 @@ def import_tests(
         Heading of a column, or its number from 1, by quantity: ``time``, ``displacement``,
         ``force``, ``current``, ``velocity``, ``acceleration``, ``temperature``; ``"none"`` for no
         column. Of a list of columns the mean is read, and of forces the sum. The others are
-        recognised by usual English and German names.
+        recognised by usual English and German names. ``"PATTERN:force"`` is that of the tests
+        alone whose names fit the pattern.
     units : mapping, optional
         Unit by quantity, for columns whose heading has none or a wrong one, or a multiple of it:
         ``{"current": "0.1667 A"}`` of the volts of a coil of 6 ohm, ``{"force": "-1 kN"}`` of a
-        load cell with the other sign. ``"PATTERN:force"`` is that of the tests alone whose names
-        fit the pattern.
+        load cell with the other sign; of some tests as a column.
     current : float, optional
         Current of the tests without a column of it, A.
     current_from_name : bool
@@ -184,8 +186,9 @@ def import_tests(
         channels.append(columns_read)
         if own:
             notes.append(f"{name}: {'; '.join(own)}")
-    for pattern in (key.rpartition(":")[0] for key in choices.units if ":" in key):
-        _check_fits("--unit", pattern, runs)
+    for option, chosen in (("--column", choices.columns), ("--unit", choices.units)):
+        for pattern in (key.rpartition(":")[0] for key in chosen if ":" in key):
+            _check_fits(option, pattern, runs)
     _refuse_some_without_current(runs, list(tables.values()))
     title = Path(out).name if out is not None else Path(places[0]).resolve().stem
     source = f"imported from {', '.join(map(str, places[:3]))}{' ...' if len(places) > 3 else ''}"
@@ -202,20 +205,24 @@ def import_tests(
     return replace(result, folder=folder)
 
 
+def _of_test(choices: Mapping[str, T], name: str) -> dict[str, T]:
+    """What is chosen for a test, by quantity; what is chosen for some tests goes before all."""
+    return {
+        quantity: one
+        for key, one in sorted(choices.items(), key=lambda each: ":" in each[0])
+        for pattern, _, quantity in [key.rpartition(":")]
+        if not pattern or fnmatch(name, pattern)
+    }
+
+
 def _read_test(
     name: str, table: RawTable, choices: _Choices
 ) -> tuple[TestRun, dict[str, Channel], list[str]]:
     """A table as a run, its columns by quantity, and notes."""
     headings, place = table.headings, table.place
     usable = [table.usable(k) for k in range(len(headings))]
-    # a unit for some tests comes before one for all
-    units = {
-        quantity: unit
-        for key, unit in sorted(choices.units.items(), key=lambda each: ":" in each[0])
-        for pattern, _, quantity in [key.rpartition(":")]
-        if not pattern or fnmatch(name, pattern)
-    }
-    channels = find_channels(headings, usable, choices.columns, units, place)
+    columns, units = _of_test(choices.columns, name), _of_test(choices.units, name)
+    channels = find_channels(headings, usable, columns, units, place)
     rate = table.rate if choices.rate is None else choices.rate
     lacking = [q for q in NEEDED if q not in channels and (q != "time" or rate is None)]
     if lacking:
