@@ -38,8 +38,6 @@ _BESIDE_JUMP = 0.01
 """Factor on the weight of samples beside a jump of the current: next to none. Convention."""
 _MIDDLE = 0.1
 """Part of the largest displacement that a half cycle must exceed: noise is no cycle. Convention."""
-_NO_NOISE = 1e-3
-"""Noise over the RMS of a velocity up to which it is taken as it is, abrupt starts included."""
 _BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted", "beside_jump")
 
 
@@ -51,7 +49,7 @@ class MeasuredRuns:
     starts: NDArray  # (n_runs + 1,) int: First sample of each run, and the end
     dt: NDArray  # (n_runs,): Sample interval of each run, s
     # x, v, a: (n_samples,), m, m/s, m/s^2: Motion: the measured displacement smoothed within its
-    # noise, and its derivatives, with what a measured velocity and acceleration show besides
+    # noise, and its derivatives, or the measured velocity
     x: NDArray
     v: NDArray
     a: NDArray
@@ -71,7 +69,7 @@ class MeasuredRuns:
     displacement_noise: NDArray  # (n_runs,), m: ``SensorNoise.deviation`` of each run
     # (n_runs,), N: Standard deviation by which the residuals of each run are divided; see ``weigh``
     sigma: NDArray
-    velocity_noise: NDArray  # (n_runs,), m/s: The same of a measured velocity; infinite without one
+    velocity_measured: NDArray  # (n_runs,) bool: Whether the velocity is data
     has_temperature: bool  # Whether the temperature was measured
     # (n_runs,), s: Time over which the force channel of each run is averaged; 0 where it is not
     averaging: NDArray
@@ -233,7 +231,7 @@ class MeasuredRuns:
         lengths = np.add.reduceat(self.fitted.astype(np.int64), self.starts[:-1])
         runs = lengths > 0
         by_run = (
-            "dt", "force_noise", "force_corner", "displacement_noise", "sigma", "velocity_noise",
+            "dt", "force_noise", "force_corner", "displacement_noise", "sigma", "velocity_measured",
             "averaging", "periods", "return_times", "n_steps", "stiff",
         )  # fmt: skip
         return replace(
@@ -280,7 +278,7 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
             [run.displacement for run in runs], [run.step for run in runs]
         ),
         sigma=np.ones(len(runs)),
-        velocity_noise=np.array([_velocity_noise(run) for run in runs]),
+        velocity_measured=np.array([run.velocity_measured for run in runs]),
         has_temperature=all(one is not None for one in temperatures),
         averaging=(averaging or find_averaging(runs)).widths,
         # where a run may begin in motion or at rest, a fitted law tells
@@ -298,31 +296,13 @@ def _without(chosen: NDArray, unsettled: NDArray) -> NDArray:
     return chosen & ~unsettled if chosen.dtype == bool else chosen[~unsettled[chosen]]
 
 
-def smooth_motion(
-    displacement: NDArray, step: float, velocity: NDArray | None, acceleration: NDArray | None
-) -> tuple[NDArray, NDArray, NDArray]:
-    """Displacement, velocity and acceleration; the latter two with what their sensors show."""
-    x, v, a = smooth(displacement, step)
-    # of a sensor, what it shows beyond its noise and the displacement does not
-    if velocity is not None:
-        seen = sensor_noise(velocity).deviation > _NO_NOISE * np.std(velocity)
-        v = v + smooth(velocity - v, step)[0] if seen else velocity
-    if acceleration is not None:
-        a = a + smooth(acceleration - a, step)[0]
-    return x, v, a
-
-
 def _motion(run: TestRun) -> tuple[NDArray, NDArray, NDArray]:
     """Displacement, velocity and acceleration of a run."""
-    sensor = run.velocity if run.velocity_measured else None
-    x, v, a = smooth_motion(run.displacement, run.step, sensor, run.acceleration)
-    v = run.velocity if sensor is None else v
-    return hold_still(x, v, a, run.step, sensor_noise(run.displacement).deviation)
-
-
-def _velocity_noise(run: TestRun) -> float:
-    """Standard deviation of the noise of a measured velocity, m/s; infinite without one."""
-    return float(sensor_noise(run.velocity).deviation) if run.velocity_measured else np.inf
+    x, _, a = smooth(run.displacement, run.step)
+    if run.acceleration is not None:
+        # of the accelerometer, what it shows beyond its noise and the displacement does not
+        a = a + smooth(run.acceleration - a, run.step)[0]
+    return hold_still(x, run.velocity, a, run.step, sensor_noise(run.displacement).deviation)
 
 
 def _without_noise(currents: Sequence[NDArray]) -> list[NDArray]:
