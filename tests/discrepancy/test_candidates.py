@@ -230,10 +230,11 @@ def test_linear_algebra_of_workers_stays_on_their_threads():
 
 
 def test_of_arms_and_a_spring_pot_the_smaller_only_mends_a_spectrum():
-    from isolation_sim.discrepancy.device.causes import less_of_a_spectrum
+    from isolation_sim.discrepancy.device.causes import less_of_a_spectrum, share_a_spectrum
 
     arms, pot = effect("extra_relaxation", "two_arms"), effect("weak_rate_dependence", "spring_pot")
     friction, power = effect("coulomb_friction", "smooth"), effect("weak_rate_dependence", "power")
     assert less_of_a_spectrum((arms, friction, pot), (0.5, 0.1, 0.4)) == [False, False, True]
     assert less_of_a_spectrum((arms, pot), (0.3, 0.6)) == [True, False]
     assert less_of_a_spectrum((arms, power), (0.3, 0.6)) == [False, False]
+    assert share_a_spectrum((arms, friction, pot)) and not share_a_spectrum((arms, power))

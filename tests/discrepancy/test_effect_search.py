@@ -121,20 +121,25 @@ def test_a_small_share_counts_of_a_named_effect_that_leaves_less():
 
 
 @pytest.mark.parametrize(
-    ("second", "cost", "held_out", "value", "noise", "least", "added"),
+    ("second", "cost", "held_out", "value", "noise", "follows", "least", "added"),
     [
-        ("force_offset", 400, 3.0, 1.0, False, None, True),
-        ("force_offset", 600, 3.0, 1.0, False, None, False),  # the fitted runs do not ask for it
-        ("force_offset", 400, 6.0, 1.0, False, None, False),  # the others do not
-        ("force_offset", 400, 3.0, 0.0, False, None, False),  # the first form is not quite right
+        ("force_offset", 400, 3.0, 1.0, False, False, None, True),
+        # the fitted runs do not ask for it, or the others do not
+        ("force_offset", 600, 3.0, 1.0, False, False, None, False),
+        ("force_offset", 400, 6.0, 1.0, False, False, None, False),
+        # those that are followed cannot ask for it: then the fitted ones are to be left with noise
+        ("force_offset", 400, 6.0, 1.0, True, True, None, True),
+        ("force_offset", 400, 6.0, 1.0, False, True, None, False),
+        # the first form is not quite right
+        ("force_offset", 400, 3.0, 0.0, False, False, None, False),
         # what heats and wears looks like either, unless the fitted runs are left with noise
-        ("cyclic_degradation", 400, 3.0, 1.0, False, None, False),
-        ("cyclic_degradation", 400, 3.0, 1.0, True, None, True),
-        ("cyclic_degradation", 400, 3.0, 1.0, True, 0, False),  # it would replace the first one
+        ("cyclic_degradation", 400, 3.0, 1.0, False, False, None, False),
+        ("cyclic_degradation", 400, 3.0, 1.0, True, False, None, True),
+        ("cyclic_degradation", 400, 3.0, 1.0, True, False, 0, False),  # it would replace the first
     ],
 )
 def test_a_model_is_completed_where_held_out_runs_agree(
-    second, cost, held_out, value, noise, least, added
+    second, cost, held_out, value, noise, follows, least, added
 ):
     """Without the cause, fitted runs leave 1100 and those held out 10; values are in 0 to 2."""
     best = fitted(1100, effect("self_heating"))
@@ -150,7 +155,7 @@ def test_a_model_is_completed_where_held_out_runs_agree(
         after = property(lambda self: self.final)
         errors = SimpleNamespace(
             validation_samples=None,
-            is_noise=lambda model, chosen: noise and chosen is not None,
+            is_noise=lambda model, chosen: noise if chosen is not None else follows,
             misfit=lambda model: held_out if model is more else 10.0,
         )
 
@@ -198,16 +203,22 @@ def test_held_out_runs_choose_among_what_fits_as_well(cost, held_out, noise, tak
 
 
 @pytest.mark.parametrize(
-    ("cost", "held_out", "revised"),
-    [(600, 6.0, True), (900, 6.0, False), (600, 8.0, False)],
+    ("cost", "held_out", "missed", "revised"),
+    [
+        (600, 6.0, True, True),
+        (900, 6.0, True, False),
+        (600, 8.0, True, False),
+        (600, 8.0, False, True),  # those held out cannot tell
+    ],
 )
-def test_only_what_helps_held_out_runs_as_it_was_found_is_revised(cost, held_out, revised):
+def test_only_what_helps_held_out_runs_as_it_was_found_is_revised(cost, held_out, missed, revised):
     """Without a further cause, fitted runs leave 1000 and those held out 10."""
     best, more = fitted(1000, "heat"), fitted(cost, "heat", "wear")
     problem = ValidatedSearch.__new__(ValidatedSearch)
     problem.space = Space()
     problem.space.revise = lambda model: model
     problem.data = SimpleNamespace(bounded=lambda force: force)
+    problem._misses_held_out = lambda model: missed
     problem._on_all_samples = lambda model: SimpleNamespace(force="more")
     problem.final = SimpleNamespace(force="best")
     problem.errors = SimpleNamespace(misfit={"best": 10.0, "more": held_out}.get)

@@ -106,6 +106,15 @@ def test_a_cause_that_corrects_less_than_what_remains_only_acts_like_one():
 
 
 @pytest.mark.usefixtures("few_effects")
+def test_a_second_cause_below_the_noise_counts_where_it_is_all_that_remains():
+    # runs held out that are followed to 1.2 times the noise's variance cannot tell
+    diagnosis = diagnosis_with(friction=0.3, offset=0.0023, n=4 * N)
+    assert sorted(cause.name for cause in diagnosis.causes) == ["coulomb_friction", "force_offset"]
+    diagnosis = diagnosis_with(friction=0.3, n=4 * N)
+    assert [cause.name for cause in diagnosis.causes] == ["coulomb_friction"]
+
+
+@pytest.mark.usefixtures("few_effects")
 def test_a_small_share_of_the_misfit_counts_where_it_is_most_of_what_remains():
     # less than the noise, and a thousandth of what friction removes
     diagnosis = diagnosis_with(friction=0.3, offset=0.0045, n=2 * N)
@@ -179,11 +188,16 @@ def test_a_cause_may_mend_the_form_of_a_larger_term(names, leaves_noise, doubtfu
     assert causes._less_than_a_term(names, [0.4, 0.1, 0.5], leaves_noise) == doubtful
 
 
-def test_what_the_others_explain_to_noise_needs_no_further_cause():
+@pytest.mark.parametrize("shown", [False, True])
+def test_what_the_others_explain_to_noise_needs_no_further_cause(shown):
+    """Unless the fitted runs show one that leaves nothing."""
+    space = SimpleNamespace(completes=lambda *_: shown, without=lambda *_: None)
     errors = SimpleNamespace(validation_samples=None, is_noise=lambda error, _: error < 1.0)
-    problem = SimpleNamespace(errors=errors, after=0.5)
+    problem = SimpleNamespace(
+        errors=errors, after=0.5, space=space, data=SimpleNamespace(fitted=None)
+    )
     completing = ValidatedSearch._completing(problem, None, (0.8, 2.0), None)
-    assert completing == [False, True]
+    assert completing == [shown, True]
 
 
 @pytest.mark.usefixtures("few_effects")

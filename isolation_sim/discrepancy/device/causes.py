@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ...effects import Effect
 from ...effects.effect import in_sentence
+from ...identification.measured_runs import MeasuredRuns
 from .. import inference
 from ..decisions import (
     BESIDE_REMAINDER,
@@ -53,17 +54,18 @@ def effect_causes(
     ``shifts`` are examples of noise; ``explained`` is the share of the misfit that is split; in a
     law that is of the ``wrong_family`` an effect only acts like a cause.
     """
+    data, judging = errors.data, errors.validation_samples
     others = [space.rivals(searched, k) for k in range(len(searched.effects))]
     # values that the search found without each effect, on all samples
     lacking = [
         replace(without, model=final.model.without(k)) for k, (without, _) in enumerate(others)
     ]
-    cost, *costs = (one.cost_of(errors.validation_samples) for one in (final, *lacking))
+    cost, *costs = (one.cost_of(judging) for one in (final, *lacking))
     split = inference.shares(costs, cost, explained)
     numbers = intervals(final, shifts)
     stable = stability(space, searched, seed)
     less_than_remains = _less_than_remains(errors, final, lacking)
-    leaves_noise = errors.is_noise(errors.data.bounded(final.force), errors.validation_samples)
+    leaves_noise = errors.is_noise(data.bounded(final.force), judging)
     mends_term = _less_than_a_term(searched.causes, split, leaves_noise)
     mends_spectrum = less_of_a_spectrum(searched.effects, split)
     causes = []
@@ -81,7 +83,11 @@ def effect_causes(
         gain = without.cost - searched.cost
         if not needs_bound(searched, k, gain):
             numbers[k] = {name: replace(one, at_bound=False) for name, one in numbers[k].items()}
-        ratio = np.sqrt(costs[k] / max(cost, 1e-300))
+        shown, ratio = judging, np.sqrt(costs[k] / max(cost, 1e-300))
+        if leaves_noise and errors.is_noise(data.bounded(lacking[k].force), judging):
+            # those held out do not tell
+            shown = data.fitted
+            ratio = np.sqrt(lacking[k].cost_of(shown) / max(final.cost_of(shown), 1e-300))
         causes.append(
             Cause(
                 name=effect.cause,
@@ -92,7 +98,7 @@ def effect_causes(
                     len(space.effects),
                 ),
                 parameters=numbers[k],
-                reason=_reason(effect, numbers[k], split[k], float(ratio), errors, doubt),
+                reason=_reason(effect, numbers[k], split[k], float(ratio), data, shown, doubt),
                 confusable_with=inference.rivals(
                     effect.cause,
                     [
@@ -131,11 +137,20 @@ def _less_than_a_term(
 
 def less_of_a_spectrum(effects: Sequence[Effect], split: Sequence[float]) -> list[bool]:
     """Which effects correct less than another one that is a spectrum of relaxations, too."""
-    linear = [
-        effect.form == "spring_pot" or (effect.cause, effect.form) in _ARMS for effect in effects
-    ]
+    linear = _spectra(effects)
     largest = max((share for share, one in zip(split, linear, strict=True) if one), default=0.0)
     return [one and share < largest for share, one in zip(split, linear, strict=True)]
+
+
+def share_a_spectrum(effects: Sequence[Effect]) -> bool:
+    """Whether several effects are a spectrum of relaxations, which is one cause in two forms."""
+    return sum(_spectra(effects)) > 1
+
+
+def _spectra(effects: Sequence[Effect]) -> list[bool]:
+    return [
+        effect.form == "spring_pot" or (effect.cause, effect.form) in _ARMS for effect in effects
+    ]
 
 
 def _less_than_remains(
@@ -154,25 +169,27 @@ def _less_than_remains(
 
 def _reason(
     effect: Effect, values: Mapping[str, Interval], share: float, ratio: float,
-    errors: ForceErrors, doubt: str,
+    data: MeasuredRuns, shown: NDArray, doubt: str,
 ) -> str:  # fmt: skip
-    """Sentences on an effect; ``ratio``: the residual without it over that with it."""
-    where = "fitted" if errors.data.fitted.all() else "held out"
+    """Sentences on an effect; ``ratio``: the residual without it, on samples, over that with it."""
+    where = "fitted" if shown is data.fitted else "held out"
     numbers = ", ".join(
         f"{quantity.meaning} {values[quantity.name].value:.3g}"
         + f" {quantity.unit}" * (quantity.unit != "1")
         for quantity in effect.parameters
         if values[quantity.name].determined
     )
-    samples = f"the {int(np.sum(errors.validation_samples))} samples {where}"
+    samples = f"the {int(np.sum(shown))} samples {where}"
     # a law that depends on the effect may fail without it
     larger = (
         f"the residual on {samples} is {ratio:.3g} times as large" if np.isfinite(ratio)
         else f"the fitted law diverges on {samples}"
     )  # fmt: skip
+    hardly = ", and that on those held out is noise" * bool(where == "fitted" and not shown.all())
+    percent = f"{100 * share:.0f}" if share > 0.01 else f"{100 * share:.1g}"
     return (
-        f"Without {in_sentence(effect.title)} {larger}; it removes "
-        f"{100 * share:.0f} % of the misfit{' with ' * bool(numbers)}{numbers}.{_remarks(effect)}"
+        f"Without {in_sentence(effect.title)} {larger}{hardly}; it removes "
+        f"{percent} % of the misfit{' with ' * bool(numbers)}{numbers}.{_remarks(effect)}"
         + f" {doubt}"
         * bool(doubt)
     )

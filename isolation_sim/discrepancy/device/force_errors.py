@@ -30,13 +30,17 @@ class ForceErrors:
         """Error on the validation samples, over the force."""
         return self.data.relative(force - self.data.force, self.validation_samples)
 
-    def squared(self, force: NDArray) -> NDArray:
-        """Squared error over that of the force: of all validation samples, mean over their runs."""
+    def squared(self, force: NDArray, chosen: NDArray | None = None) -> NDArray:
+        """Squared error over that of the force: of all chosen samples, mean over their runs.
+
+        By default these are the validation samples.
+        """
         # in the mean a weak run, at small amplitude, counts as much as a strong one
         data, residual = self.data, force - self.data.force
-        runs = [np.arange(run.start, run.stop)[self.validation_samples[run]] for run in data.runs]
+        chosen = self.validation_samples if chosen is None else chosen
+        runs = [np.arange(run.start, run.stop)[chosen[run]] for run in data.runs]
         of_runs = [data.relative(residual, at) ** 2 for at in runs if at.size]
-        return np.array([data.relative(residual, self.validation_samples) ** 2, np.mean(of_runs)])
+        return np.array([data.relative(residual, chosen) ** 2, np.mean(of_runs)])
 
     def squared_blocks(self, before: NDArray, after: NDArray) -> NDArray:
         """Squared residuals of two forces in quarters of the validation runs, (n_blocks, 2)."""

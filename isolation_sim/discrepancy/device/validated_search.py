@@ -28,7 +28,7 @@ from ..decisions import (
 )
 from ..search import SearchResult, search
 from .carried_history import has_unknown_starts
-from .causes import imitate
+from .causes import imitate, share_a_spectrum
 from .effect_search import EffectSearch
 from .force_errors import ForceErrors
 from .intervals import values_at_bounds
@@ -159,16 +159,21 @@ class ValidatedSearch:
         # is. That leaves most of the remainder, or follows other runs no better. A cause at a bound
         # has a form that is not quite right.
         errors = self.errors
-        if not self._misses_held_out(best):
+        if not best.effects:
             return best
         if any(any(values_at_bounds(best, place)) for place in range(len(best.effects))):
             return best
         left, more = errors.misfit(self.after), self._one_more(best, result)
         if more is None or not self.space.completes(best, more):
             return best
-        before = self.final
+        missed, before = self._misses_held_out(best), self.final
         self._extend(more)
-        taken = self._may_complete(more) and errors.misfit(self.after) < COMPLETES * left
+        # runs held out that are followed to noise cannot tell: then the fitted ones have to be
+        taken = (
+            errors.misfit(self.after) < COMPLETES * left if missed
+            else errors.is_noise(self.after, self.data.fitted)
+        )  # fmt: skip
+        taken = taken and self._may_complete(more)
         # one that imitates another does not replace it
         if taken and imitate(more.effects):
             taken = self._superfluous(more) is None
@@ -180,6 +185,8 @@ class ValidatedSearch:
 
     def _may_complete(self, best: FittedModel) -> bool:
         """Whether effects may complete each other: those that imitate each other only to noise."""
+        if share_a_spectrum(best.effects):
+            return False
         return not imitate(best.effects) or self.errors.is_noise(self.after, self.data.fitted)
 
     def _one_more(self, best: FittedModel, result: SearchResult[FittedModel]) -> FittedModel | None:
@@ -197,6 +204,8 @@ class ValidatedSearch:
         """Whether one more cause leaves less on fitted and on held-out runs, as it was found."""
         if not self.space.completes(best, more, NEARLY_COMPLETES):
             return False
+        if not self._misses_held_out(best):
+            return True
         force = self.data.bounded(self._on_all_samples(more).force)
         return self.errors.misfit(force) < NEARLY_COMPLETES * self.errors.misfit(self.after)
 
@@ -255,7 +264,11 @@ class ValidatedSearch:
         # as a share of the whole force, and on average of each run's own
         small = np.tile(np.sqrt(MINOR * explained), (len(corrected), 1))
         # what completes the law is no correction of another's form
-        small[self._completing(best, without, corrected[:, 0] ** 2)] = 0.0
+        completing = self._completing(best, without, corrected[:, 0] ** 2)
+        small[completing] = 0.0
+        fitted = np.array([squared(force, self.data.fitted) for force in without])
+        fitted = np.maximum(fitted - squared(self.after, self.data.fitted), 0.0)
+        corrected[completing] = np.maximum(corrected, np.sqrt(fitted))[completing]
         allowed = np.maximum(max(self.errors.significance, 1e-9), np.minimum(small, MOST_MINOR))
         beyond = np.max(corrected / allowed, axis=1)
         least = int(np.argmin(beyond))
@@ -269,8 +282,13 @@ class ValidatedSearch:
         """Which effects leave noise, or far less on fitted and on held-out runs, and others not."""
         errors, judging = self.errors, self.errors.validation_samples
         if errors.is_noise(self.after, judging):
-            # what the others leave is as small
-            return [not errors.is_noise(force, judging) for force in without]
+            # what the others leave is as small, unless the fitted runs alone show it
+            follows = errors.is_noise(self.after, self.data.fitted)
+            return [
+                not errors.is_noise(force, judging)
+                or (follows and self.space.completes(self.space.without(best, k), best))
+                for k, force in enumerate(without)
+            ]
         if not self._may_complete(best):
             return [False] * len(corrected)
         remains = errors.relative(self.after) ** 2 - errors.noise_floor(judging) ** 2
