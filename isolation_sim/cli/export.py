@@ -170,7 +170,13 @@ def export_opensees(
     amplitude: Annotated[
         float | None, typer.Option(help="Largest deformation, m; the tested one by default.")
     ] = None,
-    frequency: Annotated[float, typer.Option(help="Frequency of the fitted loops, Hz.")] = 1.0,
+    frequency: Annotated[
+        float | None,
+        typer.Option(
+            help="Frequency of the fitted loops, Hz; that of the isolated building at this current "
+            "by default, and 1 Hz for a law alone."
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="File to write, *.py or *.tcl; printed by default.")
     ] = None,
@@ -178,15 +184,19 @@ def export_opensees(
 ) -> None:
     """Write the OpenSees material closest to the isolators at one current."""
     from ..errors import InputError
-    from ..export.opensees import opensees_material
+    from ..export.opensees import USUAL, isolated_frequency, opensees_material
     from ..scenario import Scenario
 
     if out is not None and out.suffix not in (".py", ".tcl"):
         raise InputError(f"--out {out}: expected: a file name ending in .py or .tcl")
     if out is not None:
         check_new_files(force, out)
-    device = Scenario.read(law).build().isolated.elements[0].device
-    material = opensees_material(device, current, amplitude, frequency)
+    scenario = Scenario.read(law)
+    isolated = scenario.build().isolated
+    if frequency is None:
+        is_law = scenario.model_fields_set <= {"name", "isolator"}
+        frequency = USUAL if is_law else isolated_frequency(isolated, current, amplitude)
+    material = opensees_material(isolated.elements[0].device, current, amplitude, frequency)
     text = material.tcl() if out is not None and out.suffix == ".tcl" else material.python()
     if out is None:
         print(text, end="")
