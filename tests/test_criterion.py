@@ -159,6 +159,17 @@ def test_tuning_minimises_it(scenario, tmp_path):
     assert "isolator_travel_m" in (tmp_path / "tuned" / "tuning.json").read_text()
 
 
+def test_tuning_does_not_minimise_what_is_to_be_large(scenario, tmp_path):
+    refused = (
+        "criterion command_changes: given one whose larger value is better; expected: one to mi"
+    )
+    with pytest.raises(iso.InputError, match=refused):
+        iso.tune(
+            "on_off", scenario=scenario, motions="scenario", unseen="mixture:1", evaluations=2,
+            criteria={"command_changes": 1.0}, workers=1, out=tmp_path / "tuned",
+        )  # fmt: skip
+
+
 def _fails(run):
     raise ZeroDivisionError("no sample")
 
