@@ -491,7 +491,7 @@ def _summary(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
         if key not in names:
             raise InputError(f"{path}, line {start + 2}", f"no column {key!r}", "such a column")
     for number, line in enumerate(lines[start + 2 :], start=start + 3):
-        if not line.strip():
+        if not line.strip(" ,"):  # of commas alone, where Excel has saved the file
             return
         (cells,) = csv.reader([line], skipinitialspace=True)
         if len(cells) != len(names):
