@@ -80,6 +80,8 @@ def export_fmu(
 
     if (controller is not None) + plant + device != 1:
         raise InputError("a unit holds one part; expected: --controller NAME, --plant or --device")
+    if out.suffix.lower() != ".fmu":  # other tools take no other
+        raise InputError(f"--out {out}: expected: a file name ending in .fmu")
     check_new_files(force, out)
     job = read_scenario(scenario).build()
     if controller is not None:

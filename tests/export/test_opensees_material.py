@@ -93,6 +93,14 @@ def test_loops_of_a_scenario_have_the_frequency_of_its_building(tmp_path, capsys
         assert f"up to 0.08 m at {expected:.3g} Hz: " in capsys.readouterr().out
 
 
+def test_a_current_out_of_range_is_refused(tmp_path, capsys):
+    path = tmp_path / "main.toml"
+    path.write_text('[ground]\nname = "el_centro_1940_ns"\n')
+    with pytest.raises(SystemExit) as stop:
+        main(["export", "opensees", str(path), "--current", "9"])
+    assert stop.value.code == 2 and "current 9 A is outside" in capsys.readouterr().err
+
+
 def test_a_building_without_a_period_has_the_usual_loops():
     friction = iso.law("kelvin_voigt", {"k": 0.0, "c": 3e4})
     isolated = iso.reference_building().on(friction)
