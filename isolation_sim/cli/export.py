@@ -200,6 +200,9 @@ def export_opensees(
         frequency = USUAL if is_law else isolated_frequency(isolated, current, amplitude)
     material = opensees_material(isolated.elements[0].device, current, amplitude, frequency)
     text = material.tcl() if out is not None and out.suffix == ".tcl" else material.python()
+    first, *others = (isolated.element_names[group[0]] for group in isolated.groups)
+    if others:
+        text = f"# of {first} alone; further elements: {', '.join(others)}\n{text}"
     if out is None:
         print(text, end="")
     else:

@@ -93,6 +93,19 @@ def test_loops_of_a_scenario_have_the_frequency_of_its_building(tmp_path, capsys
         assert f"up to 0.08 m at {expected:.3g} Hz: " in capsys.readouterr().out
 
 
+def test_which_of_several_elements_it_is_is_told(tmp_path, capsys):
+    path = tmp_path / "two.toml"
+    path.write_text(
+        "[[element]]\nname = 'bearing'\ndirection = 'base'\nlaw = 'linear'\n"
+        "parameters = { k = 1e6 }\nlength_scale = 1.0\nforce_scale = 1.0\n"
+    )
+    with pytest.raises(SystemExit) as stop:
+        main(["export", "opensees", str(path), "--current", "1"])
+    captured = capsys.readouterr().out
+    assert stop.value.code == 0
+    assert captured.startswith("# of isolator alone; further elements: bearing\n# Strain stiff")
+
+
 def test_a_current_out_of_range_is_refused(tmp_path, capsys):
     path = tmp_path / "main.toml"
     path.write_text('[ground]\nname = "el_centro_1940_ns"\n')
