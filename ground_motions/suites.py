@@ -18,6 +18,7 @@ from ground_motions.component_names import Component, by_header, by_recording, i
 from ground_motions.errors import InputError, several, warn
 from ground_motions.readers import READERS, at2, esm, read, smc, v2
 from ground_motions.readers.csv_file import acceleration_columns, columns_of
+from ground_motions.readers.dispatch import ARCHIVES
 from ground_motions.readers.geonet import directions_of
 from ground_motions.readers.lines import AnotherQuantityError, read_lines
 from ground_motions.record import Record
@@ -133,7 +134,8 @@ def read_folder(
     folder = Path(folder)
     if not folder.is_dir():
         value = "a file" if folder.is_file() else "a folder that does not exist"
-        raise InputError(str(folder), value, "a folder with files of records")
+        archive = ", unpacked" * (folder.suffix.lower() in ARCHIVES)
+        raise InputError(str(folder), value, f"a folder with files of records{archive}")
     if (folder / _SEARCH_RESULTS).is_file():
         return _search_results(folder / _SEARCH_RESULTS, lambda name: folder / name, on_unreadable)
     suffixes = {f".{name}" for name in READERS} - (set() if unit else _TEXT)
@@ -377,6 +379,8 @@ def read_peer(path: str | Path, *, on_unreadable: OnUnreadable = None) -> list[S
     """
     path = Path(path)
     accepted = f"a zip file of PEER NGA-West2 with {_SEARCH_RESULTS}"
+    if path.is_dir():
+        raise InputError(str(path), "a folder", f"{accepted}; folder = reads it unpacked")
     try:
         archive = zipfile.ZipFile(path)
     except FileNotFoundError:

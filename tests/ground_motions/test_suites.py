@@ -237,6 +237,16 @@ def test_a_peer_download_gives_pairs_and_factors(tmp_path):
     )
 
 
+def test_archives_are_to_be_unpacked(tmp_path):
+    path = peer_download(tmp_path / "esm.zip")
+    with pytest.raises(InputError, match=r"esm.zip: given an archive .zip; .*the files in it, unp"):
+        read(path)
+    with pytest.raises(InputError, match=r"given a file; expected: a folder with .*, unpacked"):
+        read_folder(path)
+    with pytest.raises(InputError, match=r"given a folder; .*folder = reads it unpacked"):
+        read_peer(tmp_path)
+
+
 def test_search_results_that_excel_has_saved_are_read(tmp_path):
     with zipfile.ZipFile(peer_download(tmp_path / "peer.zip")) as archive:
         archive.extractall(tmp_path)
