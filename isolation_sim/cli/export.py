@@ -195,10 +195,13 @@ def export_opensees(
         check_new_files(force, out)
     scenario = Scenario.read(law)
     isolated = scenario.build().isolated
+    device = isolated.elements[0].device
     if frequency is None:
-        is_law = scenario.model_fields_set <= {"name", "isolator"}
+        # as fit --out writes it: of a device in its own scale, without a building
+        alone = scenario.model_fields_set <= {"name", "isolator"}
+        is_law = alone and device.length == device.force_scale == 1.0
         frequency = USUAL if is_law else isolated_frequency(isolated, current, amplitude)
-    material = opensees_material(isolated.elements[0].device, current, amplitude, frequency)
+    material = opensees_material(device, current, amplitude, frequency)
     text = material.tcl() if out is not None and out.suffix == ".tcl" else material.python()
     first, *others = (isolated.element_names[group[0]] for group in isolated.groups)
     if others:

@@ -84,7 +84,10 @@ def test_loops_of_a_scenario_have_the_frequency_of_its_building(tmp_path, capsys
     path = tmp_path / "main.toml"
     path.write_text('[ground]\nname = "el_centro_1940_ns"\n')
     isolated = iso.reference_building().on(iso.reference_isolators())
-    for current, options in ((0.0, []), (3.0, []), (0.0, ["--frequency", "0.9"])):
+    runs = ((0.0, []), (3.0, []), (0.0, ["--frequency", "0.9"]), (1.0, []))
+    for current, options in runs:
+        if current == 1.0:  # of its scaled isolators alone, too
+            path.write_text('[isolator]\nlaw = "strain_stiffening"\n')
         with pytest.raises(SystemExit) as stop:
             main(["export", "opensees", str(path), "--current", str(current), *options])
         assert stop.value.code == 0
