@@ -9,6 +9,8 @@ Forms:
                     sqrt(2) / (2 pi `delay`)
     dead_time       the force is recorded `delay` late, by Pade's approximation of second order:
                     right within 1 % up to an angular frequency of 1.7 / delay
+    displacement_filter  the displacement passed a low-pass filter of first order, time constant
+                    `delay`:  x' = x + t v,   v' = v + t a
 
 A negative delay: the displacement is the late one. A fault of the test, not of the device.
 Time constants below 1.5 ms approach 0.5 ms instead of 0, with less of the filtered force.
@@ -31,6 +33,12 @@ def motion(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """The motion that the recorded force belongs to."""
     (t,) = parameters
     return signals.x - t * signals.v + t**2 / 2 * signals.a, signals.v - t * signals.a
+
+
+def unfiltered_motion(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """The motion whose displacement, behind the filter, was recorded."""
+    (t,) = parameters
+    return signals.x + t * signals.v, signals.v + t * signals.a
 
 
 def delay(parameters: tuple) -> Any:
@@ -152,5 +160,21 @@ FORMS = (
         alike=SERIES_SPRING,
         needs=frozenset({"force"}),
         source="Pade approximant of second order",
+    ),
+    Effect(
+        cause="sensor_delay",
+        form="displacement_filter",
+        title="Sensor delay, filtered displacement",
+        parameters=(
+            EffectParameter(
+                "delay", "s", "time constant of the displacement's filter", lower=0.0, upper=0.1,
+                magnitude=True, starts=(0.003,),
+            ),
+        ),
+        motion=unfiltered_motion,
+        needs=frozenset({"acceleration"}),
+        of_device=False,
+        alike=SERIES_SPRING,
+        source="low-pass filter of first order, inverted",
     ),
 )  # fmt: skip

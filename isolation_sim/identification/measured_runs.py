@@ -15,7 +15,13 @@ from ..effects.effect import REFERENCE_TEMPERATURE, Past
 from .current_basis import STEADY
 from .force_channel import Averaging, find_averaging, moving_average
 from .holds import hold_still
-from .noise import channel_noise, displacement_noise, sensor_noise, white_noise
+from .noise import (
+    channel_noise,
+    displacement_noise,
+    sensor_noise,
+    steady_noise,
+    white_noise,
+)
 from .run_starts import find_starts, unsettled_note
 from .run_table import TestRun
 from .sensitivities import Motion
@@ -38,6 +44,8 @@ _BESIDE_JUMP = 0.01
 """Factor on the weight of samples beside a jump of the current: next to none. Convention."""
 _MIDDLE = 0.1
 """Part of the largest displacement that a half cycle must exceed: noise is no cycle. Convention."""
+_NO_NOISE = 1e-3
+"""Noise over the RMS of a velocity up to which it is taken as it is."""
 _BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted", "beside_jump")
 
 
@@ -49,7 +57,7 @@ class MeasuredRuns:
     starts: NDArray  # (n_runs + 1,) int: First sample of each run, and the end
     dt: NDArray  # (n_runs,): Sample interval of each run, s
     # x, v, a: (n_samples,), m, m/s, m/s^2: Motion: the measured displacement smoothed within its
-    # noise, and its derivatives, or the measured velocity
+    # noise, and its derivatives, with what a measured velocity and acceleration show besides
     x: NDArray
     v: NDArray
     a: NDArray
@@ -69,7 +77,9 @@ class MeasuredRuns:
     displacement_noise: NDArray  # (n_runs,), m: ``SensorNoise.deviation`` of each run
     # (n_runs,), N: Standard deviation by which the residuals of each run are divided; see ``weigh``
     sigma: NDArray
-    velocity_measured: NDArray  # (n_runs,) bool: Whether the velocity is data
+    # (n_runs,), m/s: The same of a measured velocity; 0 where it is taken as it is, infinite
+    # without one
+    velocity_noise: NDArray
     has_temperature: bool  # Whether the temperature was measured
     # (n_runs,), s: Time over which the force channel of each run is averaged; 0 where it is not
     averaging: NDArray
@@ -231,7 +241,7 @@ class MeasuredRuns:
         lengths = np.add.reduceat(self.fitted.astype(np.int64), self.starts[:-1])
         runs = lengths > 0
         by_run = (
-            "dt", "force_noise", "force_corner", "displacement_noise", "sigma", "velocity_measured",
+            "dt", "force_noise", "force_corner", "displacement_noise", "sigma", "velocity_noise",
             "averaging", "periods", "return_times", "n_steps", "stiff",
         )  # fmt: skip
         return replace(
@@ -253,7 +263,8 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
         [run.force for run in runs], [run.step for run in runs], [run.displacement for run in runs]
     )
     starts = find_starts(runs, force_noise)
-    motions = [_motion(run) for run in runs]
+    velocity_noise = np.array([_velocity_noise(run) for run in runs])
+    motions = [_motion(run, noise) for run, noise in zip(runs, velocity_noise, strict=True)]
     temperatures = [run.temperature for run in runs]
     data = MeasuredRuns(
         names=tuple(run.name for run in runs),
@@ -278,7 +289,7 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
             [run.displacement for run in runs], [run.step for run in runs]
         ),
         sigma=np.ones(len(runs)),
-        velocity_measured=np.array([run.velocity_measured for run in runs]),
+        velocity_noise=velocity_noise,
         has_temperature=all(one is not None for one in temperatures),
         averaging=(averaging or find_averaging(runs)).widths,
         # where a run may begin in motion or at rest, a fitted law tells
@@ -296,13 +307,34 @@ def _without(chosen: NDArray, unsettled: NDArray) -> NDArray:
     return chosen & ~unsettled if chosen.dtype == bool else chosen[~unsettled[chosen]]
 
 
-def _motion(run: TestRun) -> tuple[NDArray, NDArray, NDArray]:
+def smooth_motion(
+    displacement: NDArray, step: float, velocity: NDArray | None, acceleration: NDArray | None
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Displacement, velocity and acceleration; the latter two with what their sensors show."""
+    x, v, a = smooth(displacement, step)
+    # of a sensor, what it shows beyond its noise and the displacement does not
+    if velocity is not None:
+        v = v + smooth(velocity - v, step)[0]
+    if acceleration is not None:
+        a = a + smooth(acceleration - a, step)[0]
+    return x, v, a
+
+
+def _motion(run: TestRun, velocity_noise: float) -> tuple[NDArray, NDArray, NDArray]:
     """Displacement, velocity and acceleration of a run."""
-    x, _, a = smooth(run.displacement, run.step)
-    if run.acceleration is not None:
-        # of the accelerometer, what it shows beyond its noise and the displacement does not
-        a = a + smooth(run.acceleration - a, run.step)[0]
-    return hold_still(x, run.velocity, a, run.step, sensor_noise(run.displacement).deviation)
+    noisy = 0 < velocity_noise < np.inf
+    velocity = run.velocity if noisy else None
+    x, v, a = smooth_motion(run.displacement, run.step, velocity, run.acceleration)
+    v = v if noisy else run.velocity
+    return hold_still(x, v, a, run.step, sensor_noise(run.displacement).deviation)
+
+
+def _velocity_noise(run: TestRun) -> float:
+    """Standard deviation of the noise of a measured velocity, m/s, as ``MeasuredRuns`` has it."""
+    if not run.velocity_measured:
+        return np.inf
+    noise = steady_noise(run.velocity)
+    return noise if noise > _NO_NOISE * np.std(run.velocity) else 0.0
 
 
 def _without_noise(currents: Sequence[NDArray]) -> list[NDArray]:

@@ -168,6 +168,13 @@ def sensor_noise(
     return result
 
 
+def steady_noise(signal: NDArray) -> float:
+    """Standard deviation of the noise of a signal that may have kinks, which are none."""
+    sensor = sensor_noise(signal)
+    white = sensor.corner == 1 and not sensor.rounded
+    return min(float(sensor.deviation), _beside_steps(signal) if white else np.inf)
+
+
 def _steady(signal: NDArray, lines: NDArray) -> bool:
     """Whether these lines of a signal's spectrum are as strong at all times, as those of noise."""
     # a force that turns sharply at reversals has a plateau too, but its power lies at these times

@@ -18,11 +18,11 @@ TESTS = ((0.004, 3.0), (0.008, 1.5), (0.012, 1.0), (0.02, 0.5), (0.015, 0.8), (0
 HELD_OUT = (2, 5)
 
 
-def rig(recorded, behind, friction=120.0, zero=0.0, growth=0.0):
+def rig(recorded, behind, friction=120.0, zero=0.0, growth=0.0, corner=np.inf):
     """Friction and viscosity behind a linkage; the force channel has 0.5 % of noise.
 
     ``zero`` is the displacement shown without deformation, m; ``growth`` that of the stiffness
-    with the current, 1/A.
+    with the current, 1/A; ``corner`` that of the displacement's filter of first order, Hz.
     """
     random = np.random.default_rng(8)
     runs = []
@@ -37,6 +37,9 @@ def rig(recorded, behind, friction=120.0, zero=0.0, growth=0.0):
         spring = 9e3 * (1 + growth * current)
         force = recorded(spring * y + 700 * v + friction * np.tanh(v / 0.01), fine[1])[::20]
         force = force + 0.005 * np.std(force) * random.standard_normal(len(force))
+        if corner < np.inf:
+            part = np.exp(-2 * np.pi * corner * fine[1])
+            x = lfilter([1 - part], [1, -part], x)
         seen, velocity = zero + x[::20], np.gradient(x, fine)[::20]
         held = k in HELD_OUT
         runs.append(
@@ -70,6 +73,15 @@ def test_a_butterworth_filter_is_named_with_its_delay():
     delay = diagnosis.causes[0].parameters["delay"].value + 5e-4
     assert delay == pytest.approx(np.sqrt(2) / (2 * np.pi * 10.0), rel=0.03)
     assert diagnosis.error_after.held_out < 0.02 < diagnosis.error_before.held_out
+
+
+def test_a_filter_of_the_displacement_is_named_with_its_time_constant():
+    tests = rig(as_it_is, as_it_is, corner=8.0)
+    diagnosis = diagnose(tests, "hyperbolic_tangent", tiers="causes", threads=1)
+    (cause,) = diagnosis.causes
+    assert (cause.name, cause.form) == ("sensor_delay", "displacement_filter")
+    assert cause.parameters["delay"].value == pytest.approx(1 / (2 * np.pi * 8.0), rel=0.03)
+    assert diagnosis.error_after.held_out < 0.01 < diagnosis.error_before.held_out
 
 
 def test_backlash_is_named_first_with_its_gap():

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from isolation_sim.discrepancy.device.noise_examples import motion_noise
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.measured_runs import measured_runs
@@ -98,3 +99,33 @@ def test_noise_of_an_accelerometer_is_not_the_motion(runs):
     ])  # fmt: skip
     inner = np.tile(np.abs(time - time[-1] / 2) < 0.45 * time[-1], len(runs))
     assert np.std((computed.a - np.concatenate(seen))[inner]) < 0.03
+
+
+def test_noise_of_a_measured_velocity_is_not_the_motion():
+    rng, time = np.random.default_rng(7), np.arange(2000) / 200.0
+    phase = 2 * np.pi * 1.5 * time
+    x, v = 0.007 * np.sin(phase), 0.007 * 2 * np.pi * 1.5 * np.cos(phase)
+    recorded = v + 2e-4 * rng.standard_normal(time.size)
+    noisy_x = x + 1e-6 * rng.standard_normal(time.size)
+    run = TestRun("a", time, noisy_x, recorded, 1e4 * x, 0 * x, velocity_measured=True)
+    data = measured_runs([run])
+    assert np.std(data.v - v) < 0.3 * np.std(recorded - v)
+    assert data.velocity_noise[0] == pytest.approx(2e-4, rel=0.2)
+    # what the velocity shows and the displacement does not is motion
+    noisy_x = x + 2e-4 * rng.standard_normal(time.size)
+    exact = replace(run, displacement=noisy_x, velocity=v)
+    assert np.std(measured_runs([exact]).v - v) < 1e-3 * np.std(v)
+    assert np.isinf(measured_runs([replace(run, velocity_measured=False)]).velocity_noise[0])
+
+
+def test_noise_of_a_measured_velocity_passes_the_smoothing():
+    rng, time = np.random.default_rng(8), np.arange(2000) / 200.0
+    phase = 2 * np.pi * 1.5 * time
+    x, v = 0.007 * np.sin(phase), 0.007 * 2 * np.pi * 1.5 * np.cos(phase)
+    recorded = v + 5e-3 * rng.standard_normal(time.size)
+    noisy_x = x + 1e-4 * rng.standard_normal(time.size)
+    data = measured_runs(
+        [TestRun("a", time, noisy_x, recorded, 1e4 * x, 0 * x, velocity_measured=True)]
+    )
+    drawn = motion_noise(data, 8)[:, 1]
+    assert np.std(drawn) == pytest.approx(np.std(data.v - v), rel=0.5)

@@ -12,6 +12,7 @@ from isolation_sim.identification.noise import (
     displacement_noise,
     rounding_step,
     sensor_noise,
+    steady_noise,
     white_noise,
 )
 from isolation_sim.identification.velocity import smooth
@@ -171,6 +172,14 @@ def test_drawn_noise_has_unit_variance_and_its_corner():
     assert all(white_noise(one) < 1e-3 for one in drawn)
     same = np.random.default_rng(5).standard_normal(10)
     np.testing.assert_array_equal(coloured_noise(np.random.default_rng(5), 10, 0.1, 8.0), same)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_a_velocity_that_jumps_has_the_noise_between_its_jumps(noise):
+    rng, time = np.random.default_rng(3), 0.01 * np.arange(200)
+    triangles = np.sign(np.sin(2 * np.pi * 0.5 * time + 0.1)) + noise * rng.standard_normal(200)
+    assert white_noise(triangles) > 0.03
+    assert steady_noise(triangles) == pytest.approx(noise, rel=0.2, abs=1e-12)
 
 
 def test_steps_of_a_force_are_no_noise():

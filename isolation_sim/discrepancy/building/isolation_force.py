@@ -131,7 +131,7 @@ def _runs(comparison: Comparison, model: BuildingModel, result: CauseValues) -> 
         temperature=np.full(len(x), REFERENCE_TEMPERATURE), fitted=fitted,
         beside_jump=np.zeros(len(x), bool),
         force_noise=ones, force_corner=np.inf * ones, displacement_noise=nothing, sigma=ones,
-        velocity_measured=np.zeros(len(names), dtype=bool), has_temperature=False,
+        velocity_noise=np.inf * ones, has_temperature=False,
         averaging=nothing, periods=nothing, return_times=nothing[:, np.newaxis],
         n_steps=np.ones(len(names), np.int64), stiff=np.zeros(len(names), bool), gains=gains,
         rms_force=float(np.sqrt(np.mean(force**2))),

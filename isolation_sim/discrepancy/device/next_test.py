@@ -145,7 +145,7 @@ def _sinusoid(
         force_corner=np.full(1, np.inf),
         displacement_noise=np.zeros(1),
         sigma=np.ones(1),
-        velocity_measured=np.ones(1, bool),
+        velocity_noise=np.zeros(1),
         averaging=np.zeros(1),
         periods=np.zeros(1),
         return_times=np.zeros((1, 1)),

@@ -8,14 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...identification.holds import hold_still
-from ...identification.measured_runs import MeasuredRuns
+from ...identification.measured_runs import MeasuredRuns, smooth_motion
 from ...identification.noise import coloured_noise
-from ...identification.velocity import smooth
 from ..decisions import RUNAWAY_SHIFT
 from .model import FittedModel
 
 _FINER = 2
 """Factor on the integration steps: noise asks for finer ones than smooth motion."""
+_LEAST = 1e-6
+"""Noise over the size of a channel below which there is none."""
 
 
 def motion_noise(full: MeasuredRuns, number: int, seed: int = 0) -> NDArray:
@@ -55,16 +56,19 @@ def noise_residuals(base: FittedModel, shifts: NDArray, seed: int = 0) -> NDArra
 
 
 def _carried(full: MeasuredRuns, run: int, random: np.random.Generator) -> NDArray:
-    """Noise of a run's displacement as it passes the smoothing: (3, n_samples)."""
+    """Noise of a run's displacement and velocity as it passes the smoothing: (3, n_samples)."""
     a, b = full.starts[run], full.starts[run + 1]
-    level = full.displacement_noise[run]
-    if level < 1e-6 * float(np.std(full.x[a:b])):
+    x, v = full.x[a:b], full.v[a:b]
+    level, of_velocity = full.displacement_noise[run], full.velocity_noise[run]
+    noisy_velocity = bool(0 < of_velocity < np.inf)
+    if level < _LEAST * np.std(x) and not noisy_velocity:
         return np.zeros((3, b - a))
     # with the signal, so that the smoothing is the same one and its own error is in the result
-    clean = full.x[a:b]
     step = float(full.dt[run])
-    noisy = hold_still(*smooth(clean + level * random.standard_normal(b - a), step), step, level)
-    shift = np.stack(noisy) - [clean, full.v[a:b], full.a[a:b]]
-    if full.velocity_measured[run]:
+    displacement = x + level * random.standard_normal(b - a)
+    velocity = v + of_velocity * random.standard_normal(b - a) if noisy_velocity else None
+    noisy = hold_still(*smooth_motion(displacement, step, velocity, None), step, level)
+    shift = np.stack(noisy) - [x, v, full.a[a:b]]
+    if of_velocity == 0:
         shift[1] = 0.0
     return shift
