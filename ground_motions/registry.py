@@ -20,7 +20,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import Any, TypeVar
 
 from ground_motions.errors import InputError, unknown_name
@@ -376,10 +376,21 @@ def _inside(module: ModuleType, name: str, label: str) -> Any:
     thing: Any = module
     for part in name.split(".") if name else ():
         if not hasattr(thing, part):
-            offered = [each for each in vars(thing) if not each.startswith("_")]
-            raise unknown_name(f"name in {label}:", part, offered)
+            own = [
+                each
+                for each, value in vars(thing).items()
+                if not each.startswith("_") and not _is_imported(value, module)
+            ]
+            raise unknown_name(f"name in {label}:", part, own)
         thing = getattr(thing, part)
     return thing
+
+
+def _is_imported(value: Any, module: ModuleType) -> bool:
+    """Whether a value in a file is a module, or a class or function of another one."""
+    if isinstance(value, ModuleType):
+        return True
+    return isinstance(value, type | FunctionType) and value.__module__ != module.__name__
 
 
 def _not_loaded(label: str, error: Exception) -> InputError:

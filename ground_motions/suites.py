@@ -7,6 +7,7 @@ import re
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -15,16 +16,17 @@ from typing import TypeAlias
 from ground_motions.argument_types import checked
 from ground_motions.component_names import Component, by_header, by_recording, is_vertical
 from ground_motions.errors import InputError, several, warn
-from ground_motions.readers import READERS, at2, read, smc, v2
+from ground_motions.readers import READERS, at2, esm, read, smc, v2
 from ground_motions.readers.csv_file import acceleration_columns, columns_of
+from ground_motions.readers.dispatch import ARCHIVES
 from ground_motions.readers.geonet import directions_of
-from ground_motions.readers.lines import read_lines
+from ground_motions.readers.lines import AnotherQuantityError, read_lines
 from ground_motions.record import Record
 
 _TEXT = {".txt", ".dat", ".acc"}
 _COMPONENTS = {".v2": v2.channels_of, ".v2c": v2.channels_of, ".v2a": directions_of}
 _HEADERS: dict[str, Callable[[Path], Component | None]] = {
-    ".at2": at2.component_of, ".smc": smc.component_of,
+    ".asc": esm.component_of, ".at2": at2.component_of, ".smc": smc.component_of,
     ".v2": v2.component_of, ".v2c": v2.component_of,
 }  # fmt: skip
 _KNET = re.compile(r"\.(?P<direction>NS|EW|UD)(?P<sensor>[12]?)", re.IGNORECASE)
@@ -103,7 +105,8 @@ def read_folder(
         other files of one component whose names differ in their end alone, where these are a
         pair: ``_H1`` and ``_H2``, ``-FN`` and ``-FP``, ``NS`` and ``EW``, ``N`` and ``E``, ``X``
         and ``Y``, or azimuths at right angles such as ``-000`` and
-        ``-090``; with ``-UP`` or ``_V`` for the vertical component.
+        ``-090``; with ``-UP`` or ``_V`` for the vertical component. Files that their headers call
+        velocities, displacements or spectra are not used.
     unit : str, optional
         Unit of text files, which are not used without it, and of CSV and MATLAB files that have
         none.
@@ -131,13 +134,19 @@ def read_folder(
     folder = Path(folder)
     if not folder.is_dir():
         value = "a file" if folder.is_file() else "a folder that does not exist"
-        raise InputError(str(folder), value, "a folder with files of records")
+        archive = ", unpacked" * (folder.suffix.lower() in ARCHIVES)
+        raise InputError(str(folder), value, f"a folder with files of records{archive}")
     if (folder / _SEARCH_RESULTS).is_file():
         return _search_results(folder / _SEARCH_RESULTS, lambda name: folder / name, on_unreadable)
     suffixes = {f".{name}" for name in READERS} - (set() if unit else _TEXT)
     present = sorted(p for p in folder.iterdir() if p.is_file() and not p.name.startswith("."))
-    files = [path for path in present if path.suffix.lower() in suffixes]
-    others = [path for path in present if path not in files]
+    components: dict[Path, Component | None] = {}
+    for path in present:
+        if path.suffix.lower() in suffixes:
+            with suppress(AnotherQuantityError):
+                components[path] = _only_component(path)
+    files = list(components)
+    others = [path for path in present if path not in components]
     text = any(path.suffix.lower() in _TEXT for path in others)
     hint = "; .txt, .dat and .acc files need unit" if text else ""
     if not files:
@@ -146,7 +155,7 @@ def read_folder(
     if others:
         warn(f"{folder}: not used: {_listed([path.name for path in others])}{hint}", UserWarning)
     vertical: list[Path] = []
-    single = {path: component for path in files if (component := _only_component(path))}
+    single = {path: component for path, component in components.items() if component}
     grouped = _group_components(files, single, vertical.append)
     groups = sorted(grouped, key=lambda each: min(each[1]))
     if vertical and not groups:
@@ -318,12 +327,17 @@ def _group_components(
 
 
 def _only_component(path: Path) -> Component | None:
-    """The component of a file that has one; none if it has several, or cannot be read."""
+    """The component of a file that has one; none if it has several, or cannot be read.
+
+    A file of another quantity is refused.
+    """
     suffix = path.suffix.lower()
     try:
         if suffix in _HEADERS:
             return _HEADERS[suffix](path)
         several_columns = suffix == ".csv" and len(acceleration_columns(path)) > 1
+    except AnotherQuantityError:
+        raise
     except InputError:
         return None
     return None if several_columns or suffix in _COMPONENTS else Component("", "")
@@ -365,6 +379,8 @@ def read_peer(path: str | Path, *, on_unreadable: OnUnreadable = None) -> list[S
     """
     path = Path(path)
     accepted = f"a zip file of PEER NGA-West2 with {_SEARCH_RESULTS}"
+    if path.is_dir():
+        raise InputError(str(path), "a folder", f"{accepted}; folder = reads it unpacked")
     try:
         archive = zipfile.ZipFile(path)
     except FileNotFoundError:
@@ -479,7 +495,7 @@ def _summary(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
         if key not in names:
             raise InputError(f"{path}, line {start + 2}", f"no column {key!r}", "such a column")
     for number, line in enumerate(lines[start + 2 :], start=start + 3):
-        if not line.strip():
+        if not line.strip(" ,"):  # of commas alone, where Excel has saved the file
             return
         (cells,) = csv.reader([line], skipinitialspace=True)
         if len(cells) != len(names):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -123,6 +123,11 @@ def selected_criteria(criteria: Sequence[str | Criterion]) -> tuple[Criterion, .
 def known_criterion(name: str) -> Criterion | None:
     """The criterion of a name, if it was selected in this process or a package declares it."""
     return _SELECTED.get(name) or CRITERIA.get(name)
+
+
+def labels_of(criteria: Iterable[Criterion]) -> list[list[str]]:
+    """Criteria as results save them, for `saved_criterion`."""
+    return [[one.name, one.label, one.better] for one in criteria]
 
 
 def saved_criterion(name: str, label: str, better: Any) -> Criterion:

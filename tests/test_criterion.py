@@ -10,7 +10,7 @@ import pytest
 import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim.criteria import is_gain
-from isolation_sim.reports.tables import as_text, run_table
+from isolation_sim.reports.tables import as_text, run_table, title_of
 
 TIME = np.arange(0, 4, 0.02)
 GROUND = Record(2.0 * np.sin(2 * np.pi * 0.6 * TIME) * (TIME < 2), 0.02, name="burst")
@@ -117,7 +117,7 @@ def test_many_runs_have_the_values_of_single_ones(plant):
 
 
 @pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
-def test_scenario_sweep_and_saved_results_have_it(scenario, tmp_path):
+def test_scenario_sweep_and_saved_results_have_it(scenario, tmp_path, monkeypatch):
     compared = iso.run_scenario(scenario)
     values = compared.criteria
     assert values["constant"]["command_changes"] == 0 < values["on_off"]["command_changes"]
@@ -129,6 +129,24 @@ def test_scenario_sweep_and_saved_results_have_it(scenario, tmp_path):
     first = swept.table.iloc[[0, 1]].set_index("controller")
     for name in values:
         assert first.loc[name, "isolator_travel_m"] == values[name]["isolator_travel_m"]
+    # of another process, which has not loaded its file
+    monkeypatch.setattr("isolation_sim.criterion._SELECTED", {})
+    loaded = iso.load(tmp_path / "sweep")
+    assert loaded.best("command_changes")["controller"].iloc[0] == "on_off"
+    assert title_of("command_changes") == "changes of the command"
+
+
+@pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
+def test_a_saved_suite_has_it(plant, tmp_path, monkeypatch):
+    number = iso.Criterion(
+        "number", "length of its name", lambda run: len(run.controller), "larger"
+    )
+    controllers = ["passive_off", "on_off"]
+    iso.compare_records(plant, [GROUND], controllers, criteria=[number]).save(tmp_path / "suite")
+    monkeypatch.setattr("isolation_sim.criterion._SELECTED", {})
+    suite = iso.load(tmp_path / "suite")
+    assert is_gain("number") and title_of("number") == "length of its name"
+    assert suite.table["number"].tolist() == [11, 6]
 
 
 @pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
@@ -139,6 +157,17 @@ def test_tuning_minimises_it(scenario, tmp_path):
     )  # fmt: skip
     assert all(np.isfinite(one.mean) for one in tuned.trials)
     assert "isolator_travel_m" in (tmp_path / "tuned" / "tuning.json").read_text()
+
+
+def test_tuning_does_not_minimise_what_is_to_be_large(scenario, tmp_path):
+    refused = (
+        "criterion command_changes: given one whose larger value is better; expected: one to mi"
+    )
+    with pytest.raises(iso.InputError, match=refused):
+        iso.tune(
+            "on_off", scenario=scenario, motions="scenario", unseen="mixture:1", evaluations=2,
+            criteria={"command_changes": 1.0}, workers=1, out=tmp_path / "tuned",
+        )  # fmt: skip
 
 
 def _fails(run):

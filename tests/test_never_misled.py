@@ -524,6 +524,13 @@ def test_isolators_that_do_not_return_the_base_are_reported(shake):
     assert "the base does not return: it ends displaced" in lines[1]
     assert "passive off" in lines[1] and len(lines) == 2
     assert lines == iso.Comparison({"passive_off": run}).warnings()
+    assert "effective_period_s" not in lines[0]
+    # a bearing whose stiffness before it yields was taken for that of its period
+    device = friction(3e4).scaled(length=1, force=30)
+    lines, _ = warnings_of(
+        PlausibilityWarning, lambda: iso.simulate(building.on(device, target_period_s=2.0), quiet)
+    )
+    assert lines[0].endswith("; scale bearings that yield by effective_period_s")
     # a bearing beside the damper returns it
     together = building.on(friction(0.0)).with_element(iso.law("linear", {"k": 1.5e7}), "base")
     assert warnings_of(PlausibilityWarning, lambda: iso.simulate(together, quiet))[0] == []

@@ -427,6 +427,16 @@ def test_the_list_shows_an_installed_package_s_parts(package, capsys):
 # --- names, places and what is wrong with them
 
 
+def test_a_misspelt_name_in_a_file_is_answered_with_those_of_the_file(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "import numpy as np\nfrom controllers import Controller\n\n"
+        "class Sky(Controller):\n    pass\n"
+    )
+    with pytest.raises(iso.InputError, match=r"'Nope'; expected: Sky$"):
+        iso.controller(f"{file}:Nope")
+
+
 def law_file(folder: Path, text: str) -> str:
     (folder / "mine.py").write_text(text)
     return f"{folder / 'mine.py'}:LAW"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import errno
 import json
 
 import numpy as np
@@ -14,7 +15,7 @@ from ground_motions import Record
 from isolation_sim import read_run, write_run
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.files import json_text, write_text
-from isolation_sim.io.results_folder import ResultsFolder, file_name
+from isolation_sim.io.results_folder import ResultsFolder, file_name, files_into
 from isolation_sim.reports.result_files import write_comparison
 
 
@@ -54,6 +55,22 @@ def test_what_is_not_netcdf_is_refused(content, tmp_path):
     with pytest.raises(iso.InputError, match=r"run\.nc: .*expected: netCDF") as caught:
         read_run(path)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("present", [False, True])
+@pytest.mark.parametrize("kind", ["results", "saved"])
+def test_a_full_disk_leaves_no_part_of_a_result(tmp_path, kind, present):
+    folder = tmp_path / "new" / "out"
+    if present:
+        folder.mkdir(parents=True)
+    before = sorted(tmp_path.rglob("*"))
+    into = ResultsFolder(folder) if kind == "results" else files_into(folder, False)
+    with pytest.raises(OSError, match="No space") as caught, into as entered:
+        place = getattr(entered, "unfinished", entered)
+        write_text("1", place / "a.csv")
+        raise OSError(errno.ENOSPC, "No space left on device", str(place / "b.csv"))
+    assert caught.value.filename == str(folder / "b.csv")
+    assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_a_failed_write_keeps_the_old_file(comparison, tmp_path):

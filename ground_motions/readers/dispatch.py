@@ -28,6 +28,9 @@ WEAKEST, STRONGEST = 1e-4, 3.0
 """Peaks that a file may have without a warning, g. The strongest horizontal record has 2.75 g
 (Tohoku 2011, MYG004); instruments are triggered by 1e-3 g or more."""
 
+ARCHIVES = (".zip", ".gz", ".tgz", ".tar", ".bz2", ".xz", ".7z")
+"""Suffixes of archives, as databases send them."""
+
 _REFUSED: dict[str, Callable[..., Record]] = {
     "raw": read_v2,
     "vt2": read_at2,
@@ -81,6 +84,8 @@ def read(
     """
     suffix = Path(path).suffix.lower()
     name = reader or suffix.removeprefix(".")
+    if reader is None and suffix in ARCHIVES and name not in READERS:
+        raise InputError(str(path), f"an archive {suffix}", "the files in it, unpacked")
     if READERS and reader is None and name not in (*READERS, *_REFUSED):
         known = ", ".join(f".{each}" for each in READERS)
         others = "; of other formats a CSV file of the accelerations, or a reader of your own"

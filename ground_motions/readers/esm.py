@@ -8,8 +8,10 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.checks import positive
+from ground_motions.component_names import Component
 from ground_motions.errors import InputError, warn
 from ground_motions.readers.lines import (
+    AnotherQuantityError,
     excerpt,
     is_number,
     parse_number,
@@ -51,18 +53,10 @@ def read_esm(path: str | Path) -> Record:
     accelerometric data", Seismological Research Letters 87 (2016) 987-997.
     """
     lines = read_lines(path)
-    header: dict[str, tuple[str, str]] = {}  # value and place by name
-    for number, line in enumerate(lines, start=1):
-        name, colon, value = line.partition(":")
-        if not colon or is_number(line.strip()):
-            break
-        header[name.strip().upper()] = value.strip(), f"{path}, line {number}, {name.strip()}"
+    header = _header(lines, path)
     for name in (_STEP, _COUNT, _UNIT):
         if name not in header:
             raise InputError(f"{path}, line 1", excerpt(lines[0].strip()), _EXPECTED)
-    kind, place = header.get(_KIND, ("ACCELERATION", ""))
-    if kind.upper() != "ACCELERATION":
-        raise InputError(place, repr(kind), "ACCELERATION")
     unit, place = header[_UNIT]
     factor, step = to_m_s2(unit, place), positive(header[_STEP][1], header[_STEP][0])
     samples = [
@@ -85,3 +79,23 @@ def read_esm(path: str | Path) -> Record:
         source=", ".join([str(path), *words]),
         file_unit=unit_name(unit) or unit,
     )
+
+
+def component_of(path: str | Path) -> Component:
+    """The component in a file, which its name tells; refused if it has no accelerations."""
+    _header(read_lines(path), path)
+    return Component("", "")
+
+
+def _header(lines: list[str], path: str | Path) -> dict[str, tuple[str, str]]:
+    """Values of a header and their places by their names; refused if it is of no accelerations."""
+    header: dict[str, tuple[str, str]] = {}
+    for number, line in enumerate(lines, start=1):
+        name, colon, value = line.partition(":")
+        if not colon or is_number(line.strip()):
+            break
+        header[name.strip().upper()] = value.strip(), f"{path}, line {number}, {name.strip()}"
+    kind, place = header.get(_KIND, ("ACCELERATION", ""))
+    if kind.upper() != "ACCELERATION":
+        raise AnotherQuantityError(place, repr(kind), "ACCELERATION")
+    return header

@@ -20,6 +20,10 @@ FEW = 0.01
 """Share of the samples that may differ from the number in a header."""
 
 
+class AnotherQuantityError(InputError):
+    """A file of velocities, displacements or spectra, which databases give beside accelerations."""
+
+
 def read_lines(path: str | Path) -> list[str]:
     """Return the lines of a text file that holds something."""
     # The text is UTF-16 if it begins with the mark of it, else UTF-8, or Latin-1 where it is not.

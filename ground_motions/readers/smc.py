@@ -13,6 +13,7 @@ from ground_motions.checks import positive
 from ground_motions.component_names import Component
 from ground_motions.errors import InputError, warn
 from ground_motions.readers.lines import (
+    AnotherQuantityError,
     excerpt,
     fixed_cells,
     parse_number,
@@ -28,6 +29,7 @@ _TEXT, _INTEGERS, _REALS = 11, 6, 10  # lines of the header
 _NULL, _COMMENTS, _COUNT = 0, 15, 16  # places in the integer header
 _NO_REAL, _RATE = 0, 1  # places in the real header; the rate is in Hz
 _CORRECTED, _UNCORRECTED = "2 CORRECTED ACCELEROGRAM", "1 UNCORRECTED ACCELEROGRAM"
+_OTHERS = ("3 VELOCITY", "4 DISPLACEMENT", "5 RESPONSE SPECTRA")
 # "station = San Francisco, 1295 Shafter, F component=    360", below the day of the earthquake
 _DAY_LINE, _STATION_LINE = 3, 5
 _STATION = re.compile(
@@ -70,9 +72,7 @@ def read_smc(path: str | Path) -> Record:
     "SMC-format data files", National Strong Motion Project, US Geological Survey.
     """
     lines = read_lines(path)
-    first = " ".join(lines[0].split()).upper()
-    if not first.startswith((_CORRECTED, _UNCORRECTED)):
-        raise InputError(f"{path}, line 1", excerpt(lines[0].strip()), repr(_CORRECTED))
+    is_corrected = _is_corrected(lines, path)
     header = _header(lines, path)
     if header.rate is None:
         raise InputError(
@@ -83,7 +83,7 @@ def read_smc(path: str | Path) -> Record:
     samples = _numbers(lines, range(begin, len(lines)), 10, path)
     require_count(len(samples), header.samples, str(path), "number of samples")
     require_two(len(samples), str(path))
-    if first.startswith(_UNCORRECTED):
+    if not is_corrected:
         warn(f"{path}: uncorrected; baseline_corrected() removes its baseline", UserWarning)
     station, direction = _station(lines)
     return Record(
@@ -96,10 +96,20 @@ def read_smc(path: str | Path) -> Record:
 
 
 def component_of(path: str | Path) -> Component | None:
-    """The component in a file; none if its header does not say."""
+    """The component in a file; none if its header does not say, refused if of no accelerations."""
     lines = read_lines(path)
+    _is_corrected(lines, path)
     station, direction = _station(lines)
     return Component(" ".join([*lines[_DAY_LINE].split(), station]), direction) if station else None
+
+
+def _is_corrected(lines: list[str], path: str | Path) -> bool:
+    """Whether an accelerogram is corrected; files of other kinds are refused."""
+    first = " ".join(lines[0].split()).upper()
+    if not first.startswith((_CORRECTED, _UNCORRECTED)):
+        kind = AnotherQuantityError if first.startswith(_OTHERS) else InputError
+        raise kind(f"{path}, line 1", excerpt(lines[0].strip()), repr(_CORRECTED))
+    return first.startswith(_CORRECTED)
 
 
 def _station(lines: list[str]) -> tuple[str, str]:

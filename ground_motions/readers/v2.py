@@ -13,6 +13,7 @@ from ground_motions.checks import positive
 from ground_motions.component_names import Component
 from ground_motions.errors import InputError, wrong_choice
 from ground_motions.readers.lines import (
+    AnotherQuantityError,
     excerpt,
     fixed_cells,
     parse_number,
@@ -24,6 +25,7 @@ from ground_motions.record import Record
 from ground_motions.units import UNITS, to_m_s2, unit_name
 
 _FIRST = re.compile(r"\s*CORRECTED ACCEL", re.IGNORECASE)
+_OTHERS = re.compile(r"\s*(CORRECTED (VELOC|DISPL)|RESPONSE SPECTR)", re.IGNORECASE)
 # CSMIP: "  4000 points of accel data equally spaced at  .020 sec, in cm/sec2. (8f10.3)", and
 # until about 1990 " 1138 POINTS OF ACCEL DATA EQUALLY SPACED AT  .020 SEC.  (UNITS: CM/SEC/SEC)"
 _CSMIP = re.compile(
@@ -155,7 +157,8 @@ def _accelerations(lines: list[str], path: str | Path) -> list[Series]:
 def all_series(lines: list[str], path: str | Path) -> list[Series]:
     """Accelerations and displacements of all channels."""
     if not _FIRST.match(lines[0]):
-        raise InputError(f"{path}, line 1", excerpt(lines[0].strip()), _EXPECTED)
+        kind = AnotherQuantityError if _OTHERS.match(lines[0]) else InputError
+        raise kind(f"{path}, line 1", excerpt(lines[0].strip()), _EXPECTED)
     series: list[Series] = []
     begin = 0
     for place, line in enumerate(lines):

@@ -80,6 +80,8 @@ def export_fmu(
 
     if (controller is not None) + plant + device != 1:
         raise InputError("a unit holds one part; expected: --controller NAME, --plant or --device")
+    if out.suffix.lower() != ".fmu":  # other tools take no other
+        raise InputError(f"--out {out}: expected: a file name ending in .fmu")
     check_new_files(force, out)
     job = read_scenario(scenario).build()
     if controller is not None:
@@ -170,7 +172,13 @@ def export_opensees(
     amplitude: Annotated[
         float | None, typer.Option(help="Largest deformation, m; the tested one by default.")
     ] = None,
-    frequency: Annotated[float, typer.Option(help="Frequency of the fitted loops, Hz.")] = 1.0,
+    frequency: Annotated[
+        float | None,
+        typer.Option(
+            help="Frequency of the fitted loops, Hz; that of the isolated building at this current "
+            "by default, and 1 Hz for a law alone."
+        ),
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="File to write, *.py or *.tcl; printed by default.")
     ] = None,
@@ -178,16 +186,26 @@ def export_opensees(
 ) -> None:
     """Write the OpenSees material closest to the isolators at one current."""
     from ..errors import InputError
-    from ..export.opensees import opensees_material
+    from ..export.opensees import USUAL, isolated_frequency, opensees_material
     from ..scenario import Scenario
 
     if out is not None and out.suffix not in (".py", ".tcl"):
         raise InputError(f"--out {out}: expected: a file name ending in .py or .tcl")
     if out is not None:
         check_new_files(force, out)
-    device = Scenario.read(law).build().isolated.elements[0].device
+    scenario = Scenario.read(law)
+    isolated = scenario.build().isolated
+    device = isolated.elements[0].device
+    if frequency is None:
+        # as fit --out writes it: of a device in its own scale, without a building
+        alone = scenario.model_fields_set <= {"name", "isolator"}
+        is_law = alone and device.length == device.force_scale == 1.0
+        frequency = USUAL if is_law else isolated_frequency(isolated, current, amplitude)
     material = opensees_material(device, current, amplitude, frequency)
     text = material.tcl() if out is not None and out.suffix == ".tcl" else material.python()
+    first, *others = (isolated.element_names[group[0]] for group in isolated.groups)
+    if others:
+        text = f"# of {first} alone; further elements: {', '.join(others)}\n{text}"
     if out is None:
         print(text, end="")
     else:

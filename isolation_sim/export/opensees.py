@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,15 @@ from ..errors import InputError
 from ..laws.device import Device
 from ..simulation.substructure import DeviceSimulator
 
+if TYPE_CHECKING:
+    from ..structures.structure import IsolatedStructure
+
 SAMPLES = 60
 """Steps per cycle: the materials' own integration, as in an analysis, takes one per step."""
 RISING, STEADY = 4, 2
 """Cycles with rising amplitude, and cycles at full amplitude."""
+USUAL = 1.0
+"""Frequency of the loops of a device without a building, Hz."""
 Command = tuple[Any, ...]
 
 
@@ -108,6 +113,8 @@ class OpenSeesMaterial:
     commands : tuple of tuple
         Arguments of ``uniaxialMaterial``, of the parts and of the two in parallel, whose tag is 3;
         in N, m and s.
+    frequency : float, Hz
+        Frequency of the loops.
     error : float
         RMS of the residual force over the RMS of the device's, on the loops below.
     errors : dict of str to float
@@ -121,6 +128,7 @@ class OpenSeesMaterial:
     current: float
     name: str
     commands: tuple[Command, ...]
+    frequency: float
     error: float
     errors: dict[str, float]
     displacement: NDArray
@@ -136,8 +144,8 @@ class OpenSeesMaterial:
         )
         return (
             f"# {self.device.law.title} at {self.current:g} A as {self.name}, in N, m and s\n"
-            f"# error of the force up to {np.abs(self.displacement).max():.3g} m: "
-            f"{100 * self.error:.3g} % RMS ({others})\n"
+            f"# error of the force up to {np.abs(self.displacement).max():.3g} m at "
+            f"{self.frequency:.3g} Hz: {100 * self.error:.3g} % RMS ({others})\n"
         )
 
     def python(self) -> str:
@@ -165,7 +173,7 @@ class OpenSeesMaterial:
 
 @checked
 def opensees_material(
-    device: Device, current: float, amplitude: float | None = None, frequency: float = 1.0
+    device: Device, current: float, amplitude: float | None = None, frequency: float = USUAL
 ) -> OpenSeesMaterial:
     """Find the OpenSees material closest to a device at one coil current.
 
@@ -182,7 +190,8 @@ def opensees_material(
     amplitude : float, optional, m
         Largest deformation of the loops; the tested one by default.
     frequency : float, default 1
-        Frequency of the loops, Hz.
+        Frequency of the loops, Hz. For a building, that of its isolated mode at this current, such
+        as ``1 / isolated.effective(amplitude, current).period``: the force depends on the rate.
 
     Returns
     -------
@@ -196,10 +205,7 @@ def opensees_material(
     """
     from scipy.optimize import least_squares
 
-    if amplitude is None:
-        amplitude = device.length * device.tested_deformation
-        if not np.isfinite(amplitude):
-            raise InputError("the device has no tested deformation; expected: an amplitude, m")
+    amplitude = _amplitude(device, amplitude)
     for what, value, unit in (("amplitude", amplitude, "m"), ("frequency", frequency, "Hz")):
         if not 0 < value < np.inf:
             raise InputError(f"{what} is {value} {unit}; expected: above 0")
@@ -241,4 +247,27 @@ def opensees_material(
     errors = {name: error for name, (error, _, _) in results.items()}
     name = min(errors, key=lambda each: errors[each])
     error, commands, fitted = results[name]
-    return OpenSeesMaterial(device, current, name, commands, error, errors, x, v, force, fitted)
+    return OpenSeesMaterial(
+        device, current, name, commands, frequency, error, errors, x, v, force, fitted
+    )
+
+
+def isolated_frequency(
+    isolated: IsolatedStructure, current: float, amplitude: float | None = None
+) -> float:
+    """Frequency, Hz, of a building on its isolators at the amplitude; `USUAL` without a period."""
+    size = _amplitude(isolated.elements[0].device, amplitude)
+    try:
+        return float(1.0 / isolated.effective(size, current).period)
+    except InputError:
+        return USUAL
+
+
+def _amplitude(device: Device, amplitude: float | None) -> float:
+    """The amplitude given, or the tested deformation."""
+    if amplitude is not None:
+        return amplitude
+    tested = float(device.length * device.tested_deformation)
+    if not np.isfinite(tested):
+        raise InputError("the device has no tested deformation; expected: an amplitude, m")
+    return tested

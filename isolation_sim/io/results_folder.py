@@ -37,18 +37,18 @@ class ResultsFolder:
         return target if self._overwrite else _free_name(target)
 
     def __enter__(self) -> ResultsFolder:
-        above = self.path.parents
-        self._new_parents = list(itertools.takewhile(lambda folder: not folder.exists(), above))
+        self._new_parents = _new_folders(self.path.parent)
         with writing_to(self._target):
             self.unfinished.mkdir(parents=True)
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *details: object) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, _: object
+    ) -> None:
         if kind is not None:
+            _name_the_target(error, self.unfinished, self.path)
             shutil.rmtree(self.unfinished, ignore_errors=True)
-            for folder in self._new_parents:
-                with suppress(OSError):  # another run may have written its results there
-                    folder.rmdir()
+            _remove_empty(self._new_parents)
             return
         # another run may have taken the name meanwhile
         self.path = self._free()
@@ -75,7 +75,7 @@ def writing_to(folder: str | Path) -> Iterator[None]:
     except OSError as error:
         raise InputError(
             f"{folder}: results cannot be written there ({error.strerror}); expected: a folder "
-            "with write permission"
+            "with write permission, on a disk with free space"
         ) from None
 
 
@@ -83,10 +83,6 @@ def writing_to(folder: str | Path) -> Iterator[None]:
 def files_into(folder: str | Path, overwrite: bool) -> Iterator[Path]:
     """Yield a folder for the files of a result; none replaces another without ``overwrite``."""
     folder = Path(folder)
-    if _is_free(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        yield folder
-        return
     for name in () if overwrite else _RESULT_FILES:
         if (folder / name).exists():
             raise InputError(
@@ -94,8 +90,9 @@ def files_into(folder: str | Path, overwrite: bool) -> Iterator[Path]:
                 "overwrite=True to replace its files"
             )
     beside = folder / f".{os.getpid()}{UNFINISHED}"
+    new = _new_folders(folder.absolute())
     try:
-        beside.mkdir()
+        beside.mkdir(parents=True)
         yield beside
         moves = {
             path: folder / path.relative_to(beside) for path in beside.rglob("*") if path.is_file()
@@ -108,8 +105,30 @@ def files_into(folder: str | Path, overwrite: bool) -> Iterator[Path]:
         for path, place in moves.items():
             place.parent.mkdir(parents=True, exist_ok=True)
             path.replace(place)
+    except OSError as error:
+        _name_the_target(error, beside, folder)
+        raise
     finally:
         shutil.rmtree(beside, ignore_errors=True)
+        _remove_empty(new)
+
+
+def _new_folders(folder: Path) -> list[Path]:
+    """A folder and those above it that do not exist yet."""
+    return list(itertools.takewhile(lambda each: not each.exists(), (folder, *folder.parents)))
+
+
+def _name_the_target(error: BaseException | None, unfinished: Path, target: Path) -> None:
+    """Let an error name the file to be: the temporary name would not help the user."""
+    if isinstance(error, OSError) and error.filename:
+        error.filename = str(error.filename).replace(str(unfinished), str(target))
+
+
+def _remove_empty(folders: list[Path]) -> None:
+    """Remove folders without files, as after an error."""
+    for folder in folders:
+        with suppress(OSError):  # another run may have written its results there
+            folder.rmdir()
 
 
 @contextmanager

@@ -63,17 +63,24 @@ def _together(values: dict[str, dict[str, float]], reference: str, others: list[
             f"({floor}) and storey drift ({drift}) together, compared with {_noun(reference)}"
             + (f"; {also} {_join_names(rest)}." if rest else ".")
         )
+    subject = (
+        "No controller lowers" if len(others) > 1 else f"{capital(_noun(others[0]))} does not lower"
+    )
+    none = f"{subject} base displacement, floor acceleration and storey drift together; "
+    free = [
+        name for name in others if changes[name][0] < -_NOTICED and max(changes[name]) <= _NOTICED
+    ]
+    if free:
+        best = min(free, key=lambda name: changes[name][0])
+        base = _percent(changes[best][0])
+        return f"{none}{_noun(best)} lowers base displacement ({base}) and raises neither other."
     calm = min(values, key=lambda name: values[name][_FLOOR])
     # controllers that change nothing have the same value as the reference
     if _change(values[reference][_FLOOR], values[calm][_FLOOR]) >= -_NOTICED:
         calm = reference
-    subject = (
-        "No controller lowers" if len(others) > 1 else f"{capital(_noun(others[0]))} does not lower"
-    )
     return (
-        f"{subject} base displacement, floor acceleration and storey drift together; the smallest "
-        f"peak floor acceleration, {_quantity(_FLOOR, values[calm][_FLOOR])}, is that of "
-        f"{_noun(calm)}."
+        f"{none}the smallest peak floor acceleration, {_quantity(_FLOOR, values[calm][_FLOOR])}, "
+        f"is that of {_noun(calm)}."
     )
 
 

@@ -79,10 +79,14 @@ def not_restoring(isolated: IsolatedStructure) -> tuple[str, ...]:
                 )  # fmt: skip
             if stiffness < least:
                 at = f" at {current:.3g} A" if isolated.n_channels else ""
+                remedy = (
+                    "; scale bearings that yield by effective_period_s" if stiffness > 0 else ""
+                )
                 lines.append(
-                    f"{structure.name}: the isolators have no restoring stiffness along {name}"
-                    f"{at}: {stiffness:.3g} N/m in a slow cycle of large deformation, so that "
-                    "nothing returns the base; the isolated period at rest is not its period"
+                    f"{structure.name}: the isolators have next to no restoring stiffness along "
+                    f"{name}{at}: {stiffness:.3g} N/m in a slow cycle of large deformation, so "
+                    "that nothing returns the base; the isolated period at rest is not its period"
+                    f"{remedy}"
                 )
     return tuple(lines)
 

@@ -15,7 +15,7 @@ from ground_motions.argument_types import checked
 from ground_motions.old_names import renamed_attribute
 
 from ..archive import FILE, save_archive
-from ..criterion import Criteria, saved_criterion
+from ..criterion import Criteria, labels_of, saved_criterion
 from ..errors import InputError, check_name
 from ..io.files import write_netcdf
 from ..io.results_folder import files_into
@@ -94,8 +94,8 @@ class Run(Printed, Trajectory):
 
     def __getstate__(self) -> dict[str, Any]:
         """Data for all reports, without the simulation's working memory."""
-        labels = [[one.name, one.label, one.better] for one in self.selected]
-        return {name: getattr(self, name) for name in _SAVED} | {"labels": labels}
+        labels = {"labels": labels_of(self.selected)}
+        return {name: getattr(self, name) for name in _SAVED} | labels
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         saved = dict(state)

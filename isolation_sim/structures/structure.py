@@ -717,7 +717,11 @@ class IsolatedStructure:
             If the displacement is not above 0, a current is outside its device's range, or the
             isolators have no stiffness at this displacement.
         """
-        return effective_at(self, displacement, self._per_channel(currents))
+        amperes = self._per_channel(currents)
+        for element in self.elements:
+            if element.channel is not None:
+                element.device.checked_current(float(amperes[element.channel]))
+        return effective_at(self, displacement, amperes)
 
     def fixed_base(self) -> IsolatedStructure:
         """Superstructure on a fixed base and rigid ground, without isolators, for comparison.

@@ -12,6 +12,7 @@ import numpy as np
 from ground_motions.argument_types import checked
 from ground_motions.files import atomic_write
 
+from ..criterion import saved_criterion
 from ..errors import InputError, check_name
 from ..rendering import Printed, render
 from ..simulation.validity import Validity, validity_lines_of_many
@@ -52,6 +53,8 @@ class Sweep(Printed):
         self.folder = Path(folder)
         self._store = Store(folder)
         self._manifest = self._store.read_manifest()
+        for each in self._manifest.get("criteria", ()):
+            saved_criterion(*each)
 
     @cached_property
     def plan(self) -> SweepPlan:

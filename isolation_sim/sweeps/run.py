@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ground_motions.argument_types import checked
 
+from ..criterion import selected_criteria
 from ..errors import InputError
 from ..io.files import check_writable, free_space
 from ..io.results_folder import file_name, write_contents
@@ -174,7 +175,8 @@ def run_design(
                     f"{room / 1e9:.3g} GB are free; expected: a larger disk, or fewer cases"
                 )
             cases_per_chunk = expected.cases_per_chunk
-            store.begin(content, cases_per_chunk)
+            criteria = selected_criteria(design.base["simulation"]["criteria"])
+            store.begin(content, cases_per_chunk, criteria)
             # marks the folder as results, even if the process is killed
             write_contents(store.folder, f"Sweep {design.plan.name}", STORED)
         with store.locked():

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ import numpy as np
 
 from ground_motions.files import UNFINISHED, atomic_write
 
+from ..criterion import Criterion, labels_of
 from ..errors import InputError
 from ..io.columns import column_names, columns_bytes, read_columns, write_columns
 from ..io.results_folder import check_free, writing_to
@@ -60,12 +61,17 @@ class Store:
         if not all(path.name.endswith(UNFINISHED) for path in there):
             check_free(self.folder, resumable=self.exists())
 
-    def begin(self, content: dict[str, Any], cases_per_chunk: int) -> None:
-        """Create the folder."""
+    def begin(
+        self, content: dict[str, Any], cases_per_chunk: int, criteria: Iterable[Criterion]
+    ) -> None:
+        """Create the folder; ``criteria``: the selected ones."""
         self.check_free()
         with writing_to(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
-        manifest = {"format": FORMAT, "cases_per_chunk": cases_per_chunk, **content}
+        manifest = {
+            "format": FORMAT, "cases_per_chunk": cases_per_chunk, "criteria": labels_of(criteria),
+            **content,
+        }  # fmt: skip
         with atomic_write(self.manifest, durable=True) as unfinished:
             unfinished.write_text(json.dumps(manifest, indent=1))
 
@@ -90,7 +96,8 @@ class Store:
         """Refuse another plan than that of the folder."""
         manifest = self.read_manifest()
         cases_per_chunk = manifest.pop("cases_per_chunk")
-        manifest.pop("format")
+        for key in ("format", "criteria"):
+            manifest.pop(key, None)
         differ = list(differences(manifest, json.loads(json.dumps(content))))
         if differ:
             more = f" (and {len(differ) - 3} more)" if len(differ) > 3 else ""

@@ -34,6 +34,11 @@ class Trial(NamedTuple):
         return float(np.mean(self.scores))
 
 
+def generation_size(n_settings: int) -> int:
+    """Candidates of the first generation."""
+    return max(_FEWEST, 4 + math.floor(3 * math.log(n_settings)))
+
+
 def search(
     ranges: Mapping[str, SearchRange],
     start: Mapping[str, Any],
@@ -59,7 +64,7 @@ def search(
     n = len(ranges)
     trials: list[Trial] = []
     restarts = np.random.default_rng(seed)
-    size = max(_FEWEST, 4 + math.floor(3 * math.log(n)))
+    size = generation_size(n)
     mean = np.array([ranges[name].place(start[name]) for name in ranges])
     mean = np.clip(mean, _MARGIN, 1 - _MARGIN)
 

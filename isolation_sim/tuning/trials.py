@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ..criteria import is_gain
 from ..errors import Diverged, InputError, TestedRangeWarning, check_name
 from ..registry import controller
 from ..scenario import Scenario
@@ -51,6 +52,11 @@ class Trials:
         off = self._run([Candidate("passive_off", {})] * len(motions.records))
         for name in criteria:
             check_name("criterion", name, off.criteria)
+            if is_gain(name):
+                raise InputError(
+                    f"criterion {name}", "one whose larger value is better",
+                    "one to minimise, such as its inverse",
+                )  # fmt: skip
         for name, reason in zip(motions.names, off.failure, strict=True):
             if reason is not None:
                 raise InputError(f"{name}: without current: {reason}")

@@ -19,7 +19,7 @@ from ..io.files import json_text, write_text
 from ..io.results_folder import check_free, files_into, write_contents, writing_to
 from ..rendering import Printed, render
 from ..search_range import SearchRange
-from .search import Trial
+from .search import Trial, generation_size
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -135,7 +135,13 @@ class Tuning(Printed):
             Among them one or two for each set of motions, one for each setting at a bound of its
             search range, and one if the search has not converged.
         """
-        if not self.best.settings:
+        if len(self.trials) == 1:
+            first = (
+                "Only the initial controller was tried: give the search at least "
+                f"{1 + generation_size(len(self.content['settings']))} evaluations, itself and a "
+                "generation of candidates."
+            )
+        elif not self.best.settings:
             first = "No candidate was better than the initial controller."
         else:
             first = f"Tuned on {self.outcomes[0].name}, in {len(self.trials)} trials."

@@ -257,3 +257,6 @@ def test_the_command_writes_one_part(tmp_path, capsys):
             main(["export", "fmu", *words, "--out", str(tmp_path / "x.fmu")])
         assert stop.value.code == 2
         assert "expected: --controller NAME, --plant or --device" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as stop:
+        main(["export", "fmu", "--plant", "--out", str(tmp_path / "x.zip")])
+    assert stop.value.code == 2 and "ending in .fmu" in capsys.readouterr().err

@@ -5,6 +5,7 @@ import pytest
 
 import isolation_sim as iso
 from isolation_sim.cli import main
+from isolation_sim.export.opensees import USUAL, isolated_frequency
 from studies.benchmarks.peers import load_opensees
 
 ops = load_opensees()
@@ -67,7 +68,7 @@ def test_the_command_prints_and_writes_it(tmp_path, capsys):
         main(["export", "opensees", str(law), "--current", "0"])
     assert stop.value.code == 0
     captured = capsys.readouterr().out
-    assert "# error of the force up to 0.1 m: " in captured
+    assert "# error of the force up to 0.1 m at 1 Hz: " in captured
     assert "ops.uniaxialMaterial('Parallel', 3, 1, 2)" in captured
     compile(captured, "told", "exec")
     out = tmp_path / "material.tcl"
@@ -76,6 +77,50 @@ def test_the_command_prints_and_writes_it(tmp_path, capsys):
             main(["export", "opensees", str(law), "--current", "0", "--out", *words])
         assert stop.value.code == code
     assert out.read_text().splitlines()[-1] == "uniaxialMaterial Parallel 3 1 2"
+
+
+def test_loops_of_a_scenario_have_the_frequency_of_its_building(tmp_path, capsys):
+    """1 Hz for every building gave it 250 mm in OpenSees in place of 155 mm."""
+    path = tmp_path / "main.toml"
+    path.write_text('[ground]\nname = "el_centro_1940_ns"\n')
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    runs = ((0.0, []), (3.0, []), (0.0, ["--frequency", "0.9"]), (1.0, []))
+    for current, options in runs:
+        if current == 1.0:  # of its scaled isolators alone, too
+            path.write_text('[isolator]\nlaw = "strain_stiffening"\n')
+        with pytest.raises(SystemExit) as stop:
+            main(["export", "opensees", str(path), "--current", str(current), *options])
+        assert stop.value.code == 0
+        period = isolated.effective(0.08, current).period
+        expected = float(options[1]) if options else 1 / period
+        assert f"up to 0.08 m at {expected:.3g} Hz: " in capsys.readouterr().out
+
+
+def test_which_of_several_elements_it_is_is_told(tmp_path, capsys):
+    path = tmp_path / "two.toml"
+    path.write_text(
+        "[[element]]\nname = 'bearing'\ndirection = 'base'\nlaw = 'linear'\n"
+        "parameters = { k = 1e6 }\nlength_scale = 1.0\nforce_scale = 1.0\n"
+    )
+    with pytest.raises(SystemExit) as stop:
+        main(["export", "opensees", str(path), "--current", "1"])
+    captured = capsys.readouterr().out
+    assert stop.value.code == 0
+    assert captured.startswith("# of isolator alone; further elements: bearing\n# Strain stiff")
+
+
+def test_a_current_out_of_range_is_refused(tmp_path, capsys):
+    path = tmp_path / "main.toml"
+    path.write_text('[ground]\nname = "el_centro_1940_ns"\n')
+    with pytest.raises(SystemExit) as stop:
+        main(["export", "opensees", str(path), "--current", "9"])
+    assert stop.value.code == 2 and "current 9 A is outside" in capsys.readouterr().err
+
+
+def test_a_building_without_a_period_has_the_usual_loops():
+    friction = iso.law("kelvin_voigt", {"k": 0.0, "c": 3e4})
+    isolated = iso.reference_building().on(friction)
+    assert isolated_frequency(isolated, 0.0, 0.1) == USUAL
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,17 @@ def test_what_is_no_esm_file(written, refused, old, new, parts):
         read(path)
 
 
+def test_velocities_beside_accelerations_in_a_folder_are_not_used(written, refused, tmp_path):
+    written("IT.NRC..HGE.D.20161030.C.ACC.ASC", ESM)
+    written("IT.NRC..HGE.D.20161030.C.VEL.ASC", ESM.replace("TYPE: Acceleration", "TYPE: VELOCITY"))
+    with pytest.warns(UserWarning, match=r"not used: IT.NRC..HGE.D.20161030.C.VEL.ASC"):
+        (record,) = read_folder(tmp_path)
+    assert record.name == "IT.NRC..HGE.D.20161030.C.ACC"
+    (tmp_path / "IT.NRC..HGE.D.20161030.C.ACC.ASC").unlink()
+    with refused("no file of a record"):
+        read_folder(tmp_path)
+
+
 def test_the_components_of_a_station_are_one_record(written, tmp_path):
     for direction in "ENZ":
         written(f"IT.NRC..HG{direction}.D.EMSC-20161030.ACC.MP.ASC", ESM)

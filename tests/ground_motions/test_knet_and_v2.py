@@ -179,6 +179,14 @@ def test_cosmos_files_of_a_station_are_one_record(written, tmp_path):
     assert record.vertical is not None
 
 
+def test_velocities_beside_accelerations_in_a_folder_are_not_used(written, tmp_path):
+    written("BMR.BNE.acc.V2c", cosmos())
+    written("BMR.BNE.vel.V2c", cosmos().replace("Corrected acceleration", "Corrected velocity"))
+    with pytest.warns(UserWarning, match=r"not used: BMR.BNE.vel.V2c"):
+        (record,) = read_folder(tmp_path)
+    assert record.name == "BMR.BNE.acc"
+
+
 @pytest.mark.parametrize(
     ("text", "parts"),
     [

@@ -67,6 +67,14 @@ def test_the_components_of_a_station_are_one_record(written, tmp_path):
     ]  # fmt: skip
 
 
+def test_velocities_beside_accelerations_in_a_folder_are_not_used(written, tmp_path):
+    written("np_a.smc", smc([1.0, -2.0]))
+    written("np_v.smc", smc([1.0, -2.0], kind="3 VELOCITY                "))
+    with pytest.warns(UserWarning, match=r"not used: np_v.smc"):
+        (record,) = read_folder(tmp_path)
+    assert record.name == "np_a"
+
+
 @pytest.mark.parametrize(
     ("text", "parts"),
     [

@@ -237,6 +237,24 @@ def test_a_peer_download_gives_pairs_and_factors(tmp_path):
     )
 
 
+def test_archives_are_to_be_unpacked(tmp_path):
+    path = peer_download(tmp_path / "esm.zip")
+    with pytest.raises(InputError, match=r"esm.zip: given an archive .zip; .*the files in it, unp"):
+        read(path)
+    with pytest.raises(InputError, match=r"given a file; expected: a folder with .*, unpacked"):
+        read_folder(path)
+    with pytest.raises(InputError, match=r"given a folder; .*folder = reads it unpacked"):
+        read_peer(tmp_path)
+
+
+def test_search_results_that_excel_has_saved_are_read(tmp_path):
+    with zipfile.ZipFile(peer_download(tmp_path / "peer.zip")) as archive:
+        archive.extractall(tmp_path)
+    saved = "\n".join(f"{line},,," for line in SEARCH.splitlines())
+    (tmp_path / "_SearchResults.csv").write_text(saved)
+    assert [record.name for record in read_folder(tmp_path)] == ["RSN6", "RSN78"]
+
+
 def test_bad_downloads_are_refused_by_name(tmp_path):
     with pytest.raises(InputError, match=r"RSN6_A-270.AT2, which is not in the zip file"):
         read_peer(peer_download(tmp_path / "lacks.zip", leave_out="RSN6_A-270"))

@@ -121,7 +121,7 @@ def test_a_tuning_cites_its_plant_and_the_tuned_controller(tmp_path, capsys):
     plant = Scenario.from_toml('[isolator]\nlaw = "hybrid"\n[[controller]]\nname = "fuzzy"\n')
     content = {
         "controller": "clipped_lqr", "scenario": plant.to_toml(), "fixed": {}, "isolation_sim": "",
-        "command": "",
+        "command": "", "settings": {"reference": {}},
     }  # fmt: skip
     Tuning(content, [Trial({}, [1.0])]).save_state(tmp_path)
     code, out = called(capsys, "cite", tmp_path)

@@ -44,8 +44,19 @@ def test_nobody_is_praised_for_nothing():
     assert second == "No controller has a smaller peak base displacement than off, 200 mm."
 
 
+def test_a_smaller_displacement_at_no_price_is_told():
+    """A constant current on a soft soil: 57 % less displacement, and nothing else changes."""
+    values = {"off": (0.3, 1.0, 2e-3), "held": (0.13, 0.999, 1.9e-3), "on_off": (0.1, 3.0, 4e-3)}
+    first, second = verdict(comparison(values))
+    assert first.endswith(
+        "together; held lowers base displacement (−57 %) and raises neither other."  # noqa: RUF001
+    )
+    assert second.startswith("On-off lowers the peak base displacement most")
+
+
 def test_changes_too_small_to_see_are_none():
-    _, second = verdict(comparison({"off": (0.2, 1.0, 2e-3), "on": (0.1, 1.001, 2e-3)}))
+    first, second = verdict(comparison({"off": (0.2, 1.0, 2e-3), "on": (0.1, 1.001, 2e-3)}))
+    assert first.endswith("on lowers base displacement (−50 %) and raises neither other.")  # noqa: RUF001
     assert second.endswith("and leaves the peak floor acceleration at 1 m/s².")
 
 

@@ -94,6 +94,10 @@ def test_effective_properties_of_spring_and_dashpot_are_exact(slab):
     assert tuple(effective) == pytest.approx(expected, rel=1e-3)
     with pytest.raises(InputError, match=r"displacement is 0\.0; expected"):
         isolated.effective(0.0)
+    # beyond the range the polynomials of the current give a law that grows without end
+    reference = iso.reference_building().on(iso.reference_isolators())
+    with pytest.raises(InputError, match=r"current 9 A is outside 0 to 5"):
+        reference.effective(0.08, 9.0)
 
 
 def test_springs_beside_the_isolators_limit_the_effective_period():

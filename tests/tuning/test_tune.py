@@ -256,6 +256,12 @@ def test_a_search_that_one_setting_alone_improves_has_not_converged(tuned):
     assert f"amperes = 0.5 alone has a mean score of {better:+.3f}" in " ".join(short.verdict())
 
 
+def test_a_search_of_fewer_evaluations_than_a_generation_is_told(tuned):
+    short = replace(tuned[0], trials=tuned[0].trials[:1])
+    assert short.verdict()[0].startswith("Only the initial controller was tried: give the search")
+    assert "at least 9 evaluations" in short.verdict()[0]
+
+
 def test_a_mean_that_is_rounded_to_zero_has_no_sign_of_its_own():
     assert str(MeanInterval(-1e-5, -2e-4, 0.25)) == "+0.000 (+0.000 to +0.250)"
 

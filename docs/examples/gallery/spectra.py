@@ -20,7 +20,7 @@ motions = {
     "pulse of 2 s": mavroeidis_papageorgiou_pulse(0.4, 2.0, 1.5, 0.0, dt=0.02),
 }
 periods = np.linspace(0.05, 4.0, 200)
-figure, axes = plt.subplots(figsize=(5.5, 3.0))
+figure, axes = plt.subplots(figsize=(5.5, 3.0), layout="constrained")
 for label, motion in motions.items():
     axes.plot(periods, response_spectrum(motion, periods, damping=0.05).psa, label=label)
 axes.set(xlabel="period (s)", ylabel="pseudo-acceleration (m/s²)")

@@ -16,7 +16,7 @@ motions = {
     "pulse of 2 s": mavroeidis_papageorgiou_pulse(0.4, 2.0, 1.5, 0.0, dt=0.02),
 }
 currents = np.linspace(0.0, 3.0, 31)
-figure, axes = plt.subplots(figsize=(4.5, 3.0))
+figure, axes = plt.subplots(figsize=(4.5, 3.0), layout="constrained")
 for label, motion in motions.items():
     controllers = [iso.controller("constant", amperes=i) for i in currents]
     batch = iso.simulate_many([iso.Case(isolated, motion, one) for one in controllers])

@@ -121,7 +121,7 @@ def _simulated(
     progress: Callable[[int], None] | None,
 ) -> Suite:
     """Run all motions under all controllers, with the motions and the table in a folder."""
-    further = [one.name for one in selected_criteria(options["criteria"])]
+    further = selected_criteria(options["criteria"])
     index = prepare(section, isolated, folder, records=records)
     rows = []
     for number, motion in enumerate(index["motions"]):
@@ -138,10 +138,12 @@ def _simulated(
         diverged = all(row.status == "diverged" for row in failed)
         raise (Diverged if diverged else InputError)(failed[0].reason)
     registered = {label: each.name for label, each in named.items()}
-    columns = table_columns(rows, {MOTION: str}, list(registered.values()), False, further)
+    columns = table_columns(
+        rows, {MOTION: str}, list(registered.values()), False, [one.name for one in further]
+    )
     store = Store(folder / SWEEP)
     name = f"{isolated.structure.name}, {index['n_records']} records"
-    store.begin({"name": name, "controllers": registered}, len(rows))
+    store.begin({"name": name, "controllers": registered}, len(rows), further)
     store.chunks.mkdir()
     store.put(Finished(0, columns_bytes(columns), len(rows), len(failed)))
     store.close()
