@@ -15,7 +15,6 @@ The folder holds ``campaign.toml`` and one CSV file per run::
 
 from __future__ import annotations
 
-import secrets
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ from ground_motions.argument_types import checked
 
 from ..errors import InputError, did_you_mean, unknown_name
 from ..io.files import read_toml
-from ..io.results_folder import writing_to
+from ..io.results_folder import ResultsFolder, writing_to
 from .run_table import TestRun, read_run
 
 __all__ = ["Campaign", "TestRun", "read_campaign", "read_run", "write_campaign"]
@@ -182,14 +181,11 @@ def write_campaign(campaign: Campaign, folder: str | Path) -> Path:
             raise InputError(f"run {run.name!r}; expected: a name without / that can name a file")
         held: dict[str, Any] = {"hold_out": True} if run.hold_out else {}
         document["run"].append({"file": f"{run.name}.csv", **held})
-    unfinished = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
-    with writing_to(folder):
-        unfinished.mkdir(parents=True)
+    with writing_to(folder), ResultsFolder(folder) as made:
         for run in campaign.runs:
-            _write_run(run, unfinished / f"{run.name}.csv")
+            _write_run(run, made.unfinished / f"{run.name}.csv")
         text = tomlkit.dumps(document)
-        (unfinished / FILE_NAME).write_text(text, encoding="utf-8", newline="\n")
-        unfinished.replace(folder)
+        (made.unfinished / FILE_NAME).write_text(text, encoding="utf-8", newline="\n")
     return folder
 
 

@@ -25,8 +25,13 @@ _SAME_MOTION = 0.03
 _SAME_FORCE = 0.015
 """The same of the force in the first half cycle, beyond noise: that of a device that begins at rest
 and depends on the past changes by more. Convention."""
+_BEGINNING, _SAME_THERE = 1 / 32, 0.3
+"""Part of a cycle in which a run has to move as it does a cycle later, and RMS change over the
+range of that motion up to which it does: a test that begins softly rests there. Convention."""
 _AS_LATER = 1.5
 """Factor on the change between later cycles up to which the first half cycle changes as they do."""
+_FEWEST = 4
+"""Samples of a run's beginning, at least."""
 _LEAST_SAMPLES = 16
 """Samples of a cycle, at least."""
 _OVERLAP = 0.25
@@ -206,10 +211,17 @@ def _steady_period(run: TestRun, period: float, last: float, noise: float) -> fl
     same_current = change(current) <= _SAME_MOTION * float(np.max(np.abs(run.current)))
     if not (same_current and change(x) <= _SAME_MOTION * float(np.std(x))):
         return None
+    # a run that begins at rest is still where later ones move
+    begins = t <= max(_BEGINNING * period, _FEWEST * run.step)
+    later = np.interp(t[begins] + period, t, x)
+    noise_of_motion = sensor_noise(run.displacement).deviation
+    least = max(_SAME_THERE * float(np.ptp(later)), _BEYOND_NOISE * noise_of_motion)
+    if np.sqrt(np.mean((later - x[begins]) ** 2)) > least:
+        return 0.0
     # the force of a periodic motion tells
     least = float(np.hypot(_SAME_FORCE * np.std(force), np.sqrt(2) * noise))
-    later = change(force, period / 2)
-    steady = change(force, 0.0, period / 2) <= max(least, _AS_LATER * later)
+    afterwards = change(force, period / 2)
+    steady = change(force, 0.0, period / 2) <= max(least, _AS_LATER * afterwards)
     return period if steady else 0.0
 
 

@@ -70,6 +70,22 @@ def _campaign(begin, cycles=3.0, sizes=(2e-3, 6e-3, 1.5e-2)):
     return Campaign("steady cycles", "made", tuple(runs))
 
 
+def test_a_slow_test_that_begins_softly_begins_at_rest():
+    """Two triangles of 10 s after 0.3 s of rest; a Maxwell arm of 0.1 s."""
+    time = STEP * np.arange(int(20.6 / STEP))
+    x = 5e-3 * 2 / np.pi * np.arcsin(np.sin(0.2 * np.pi * np.maximum(time - 0.3, 0.0)))
+    v, q = np.gradient(x, STEP), np.zeros(time.size)
+    for k in range(1, time.size):
+        q[k] = q[k - 1] + STEP * (v[k] - q[k - 1] / 0.1)
+    force = 1e5 * x + 3e5 * q
+    force += 0.01 * np.std(force) * np.random.default_rng(4).standard_normal(time.size)
+    run = TestRun("slow", time, x, v, force, 0 * time)
+    assert measured_runs([run]).periods[0] == 0.0
+    # cut out of its motion it goes on as it began
+    later = replace(_part(run, slice(200, None)), name="later")
+    assert measured_runs([later]).periods[0] == pytest.approx(10.0, rel=0.01)
+
+
 @pytest.fixture(scope="module")
 def cut_out():
     return _campaign(begin=4)

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 _NUMBER = r"(?P<number>(?:\d+(?:[.,]\d+)?|[.,]\d+)(?:[eE][+-]?\d+)?)"
 _RATE = (
-    r"(?:sampl\w*[ _-]*(?:rate|freq\w*)|scan[ _-]*rate|samples?[ _]*(?:per|/)[ _]*s(?:ec\w*)?"
-    r"|abtast(?:rate|frequenz)|messrate|(?<![a-z/])(?:fs|sps)(?![a-z]))"
+    r"(?:sampl\w*[ _-]*(?:rate|freq\w*)|(?:scan|acquisition)[ _-]*rate"
+    r"|samples?[ _]*(?:per|/)[ _]*s(?:ec\w*)?|abtast(?:rate|frequenz)|messrate"
+    r"|(?<![a-z/])(?:fs|sps)(?![a-z]))"
 )
 _STEP = (
     r"(?:sampl\w*[ _-]*(?:interval|period|time|step)|time[ _-]*step|abtast(?:intervall|zeit)"
@@ -21,6 +22,9 @@ _STEP = (
 # a unit stands before the number, as in "Abtastrate [kHz]: 1,2", or behind it
 _BETWEEN = r"[^\d\n+-]{0,24}?"
 _RATES = re.compile(rf"{_RATE}(?P<before>{_BETWEEN}){_NUMBER}\s*(?P<after>[a-z/]*)", re.IGNORECASE)
+_PER_SECOND = re.compile(
+    rf"{_NUMBER}\s*(?P<kilo>k?)s(?:a|amples?)?/s(?:ec)?(?![a-z])", re.IGNORECASE
+)
 _STEPS = re.compile(rf"{_STEP}(?P<before>{_BETWEEN}){_NUMBER}\s*(?P<after>[a-zµμ]*)", re.IGNORECASE)
 _STEP_UNITS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6}
 _RATE_NAMES = {
@@ -37,6 +41,8 @@ def rate_in(lines: Iterable[str]) -> float | None:
         for match in _RATES.finditer(line):
             kilo = "khz" in f"{match['before']} {match['after']}".lower()
             rates.add(_number(match["number"]) * (1e3 if kilo else 1.0))
+        for match in _PER_SECOND.finditer(line):
+            rates.add(_number(match["number"]) * (1e3 if match["kilo"] else 1.0))
         for match in _STEPS.finditer(line):
             words = re.findall(r"[a-zµμ]+", f"{match['before']} {match['after']}".lower())
             factor = next((_STEP_UNITS[word] for word in words if word in _STEP_UNITS), 1.0)
