@@ -349,7 +349,7 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def trials_text(self, tried: Round[FittedBuilding]) -> Text:
         """Mean squares that each cause leaves, and its chance."""
-        best, comparison = tried.tried[0].causes[-1], self.space.comparison
+        best = tried.tried[0].causes[-1]
         sizes = sum(weighted.size for weighted in tried.base.held_out)
         return Text(
             f"{tried.taken.causes[-1]} is taken."
@@ -361,7 +361,7 @@ class BuildingRecords(Problem[FittedBuilding]):
                 (
                     one.causes[-1], one.cause_values[-1][0].form, f"{one.variance:.3f}",
                     f"{one.held_out_cost / sizes:.3f}",
-                    f"{p_value(comparison, tried.base, one):.1e}",
+                    f"{self.space.chances[one]:.1e}",
                 )
                 for one in tried.tried
             ),

@@ -76,6 +76,8 @@ class CauseSearch:
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
         self.before = comparison.evaluate(())
         self.rivals: dict[str, list[FittedBuilding]] = {}
+        # chance of each model tried, by the noise of its round: its residuals' number may differ
+        self.chances: dict[FittedBuilding, float] = {}
         # for each cause taken, the others that came next to it, with their numbers
         self._others: dict[str, list[tuple[Candidate, Values]]] = {}
         self._choices = (
@@ -259,7 +261,8 @@ class CauseSearch:
 
     def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
         n = one.n_independent
-        stands_out = p_value(self.comparison, current, one) * self._n_tests < FALSE_ALARM
+        self.chances[one] = p_value(self.comparison, current, one)
+        stands_out = self.chances[one] * self._n_tests < FALSE_ALARM
         if not (stands_out and one.criterion(n) < current.criterion(n)):
             return False
         gain, gain_held_out = current.cost - one.cost, current.held_out_cost - one.held_out_cost

@@ -15,7 +15,7 @@ from scipy.signal import butter, sosfiltfilt
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
-from isolation_sim.discrepancy.adapters.building import intervals
+from isolation_sim.discrepancy.adapters.building import BuildingRecords, intervals
 from isolation_sim.discrepancy.building import cause_search
 from isolation_sim.discrepancy.building.cause_search import (
     CauseSearch,
@@ -39,6 +39,7 @@ from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.building.segment import cell_means
 from isolation_sim.discrepancy.decisions import LEAST_BUILDING_SHARE
 from isolation_sim.discrepancy.diagnose import diagnose_building
+from isolation_sim.discrepancy.search import Round
 from isolation_sim.effects import effect
 from isolation_sim.errors import InputError
 
@@ -301,6 +302,24 @@ def test_two_causes_are_both_named_and_held_out_records_judge(isolated):
     )
     noise_step = next(step for step in diagnosis.steps if step.title == "Noise floor")
     assert "Held out: second" in noise_step.text
+
+
+def test_a_cause_may_change_the_band_that_is_compared_after_it():
+    """Stiffer isolators change the highest frequency, and so the number of residuals."""
+    soft = iso.shear_building([2.5e5] * 5, [1.0e8] * 5, base_mass=3e5)
+    isolated = soft.on(iso.law("kelvin_voigt", {"k": 6e7, "c": 2.0e6}))
+    record = _record(isolated, _heavier(0.2), seed=1)
+    problem = BuildingRecords([record], isolated, 2, lambda text: None)
+    model = building_model(isolated, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    comparison = compare_records(model, [record])
+    problem.space = space = CauseSearch(comparison)
+    tried = [comparison.fit((), ((listed["base_mass_error"], (0.1,)),))]
+    taken = space.choose(space.before, tried)
+    space.comparison = comparison.with_noise_beside(((listed["isolator_force_error"], (5.0,)),))
+    assert space.comparison.fitted_noise.shape[1] != comparison.fitted_noise.shape[1]
+    ((*_, chance),) = problem.trials_text(Round(space.before, tried, taken)).rows
+    assert chance == f"{p_value(comparison, space.before, tried[0]):.1e}"
 
 
 @pytest.mark.slow
