@@ -12,7 +12,15 @@ import numpy as np
 from ...effects import Effect
 from ...effects.effect import in_sentence
 from ...identification.characteristic_scales import characteristic_scale
-from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values, add_to, set_fields
+from .candidate import (
+    EITHER_SIGN,
+    TYPICAL_PERIOD,
+    Candidate,
+    Parameter,
+    Values,
+    add_to,
+    set_fields,
+)
 from .isolator_effects import IMPACT, ISOLATOR_EFFECTS
 from .model import BuildingModel, force_scales, total_force_scale
 from .record import BuildingRecord
@@ -74,7 +82,8 @@ def _linear(model: BuildingModel) -> Iterator[Candidate]:
     most = 10 * total * omega**2
     yield Candidate(
         "isolator_stiffness_error", "", (Parameter("stiffness", "N/m", -most, most),),
-        ((0.05 * total * omega**2,),), add_to("stiffness", pattern),
+        tuple((share * total * omega**2,) for (share,) in EITHER_SIGN),
+        add_to("stiffness", pattern),
         "the stiffness of the isolation layer differs by {stiffness:+.3g} N/m from the model's",
     )  # fmt: skip
 
@@ -91,7 +100,7 @@ def _force() -> Candidate:
         return replace(model, nominal=replace(model.nominal, elements=tuple(elements)))
 
     return Candidate(
-        "isolator_force_error", "", (Parameter("relative_error", "1", -0.9, 5.0),), ((0.05,),),
+        "isolator_force_error", "", (Parameter("relative_error", "1", -0.9, 5.0),), EITHER_SIGN,
         apply, "the force of the isolators differs by {relative_error:+.1%} from the model's",
     )  # fmt: skip
 

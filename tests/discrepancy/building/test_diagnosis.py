@@ -477,6 +477,21 @@ def test_a_second_cause_is_screened_with_the_numbers_of_the_first_free(isolated)
     assert free < 0.5 < 0.8 < fixed
 
 
+def test_a_relative_error_is_tried_with_either_sign(isolated):
+    """A first step from the wrong side may lead away in sliding or lightly damped motion."""
+    record = _record(isolated)
+    signs = {}
+    for cause in candidates(building_model(isolated, [record]), [record]):
+        signs.setdefault(cause.name, set()).update(
+            float(np.sign(one)) for start in cause.starts for one in start[:1]
+        )
+    for name in (
+        "base_mass_error", "floor_mass_error", "isolator_force_error", "isolator_stiffness_error",
+        "structure_stiffness_error",
+    ):  # fmt: skip
+        assert signs[name] == {-1, 1}
+
+
 def test_many_numbers_give_way_to_one_that_leaves_noise_alone(isolated, monkeypatch):
     record = _record(isolated, lambda m: _with(m, "isolator_force_error", "", (-0.05,)), seed=15)
     model = building_model(isolated, [record])
