@@ -30,6 +30,8 @@ _WEAK = 0.05
 
 
 CURRENT_CAUSES = "actuation_delay", "current_supply_limit"
+LAYER_NUMBERS = "extra_isolator_damping", "isolator_force_error", "isolator_stiffness_error"
+"""Causes that change the size of the isolators' force, but not its form."""
 
 
 def layer_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:

@@ -39,7 +39,7 @@ from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.building.segment import cell_means
 from isolation_sim.discrepancy.decisions import LEAST_BUILDING_SHARE
 from isolation_sim.discrepancy.diagnose import diagnose_building
-from isolation_sim.discrepancy.search import Round
+from isolation_sim.discrepancy.search import Round, SearchResult
 from isolation_sim.effects import effect
 from isolation_sim.errors import InputError
 
@@ -565,6 +565,34 @@ def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
     other = outcome("isolator_force_error", 0.1, 1.01)
     for value, rivals in ((0.1, []), (5.0, [other])):
         assert _near(nominal, outcome("base_mass_error", value, 1.0), [other]) == rivals
+
+
+@pytest.mark.parametrize(
+    ("beside", "share", "doubtful"),
+    [
+        ("coulomb_friction", 0.01, True),
+        ("coulomb_friction", 0.05, False),
+        ("base_mass_error", 0.01, False),
+        ("extra_isolator_damping", 0.01, False),
+    ],
+)
+def test_a_small_error_of_the_force_beside_an_effect_only_acts_like_one(
+    isolated, monkeypatch, beside, share, doubtful
+):
+    """It mends the form of the effect, of which what acts there is seldom exactly one."""
+    record = _record(isolated)
+    problem = BuildingRecords([record], isolated, 2, lambda text: None)
+    model = building_model(isolated, [record])
+    comparison = compare_records(model, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    causes = tuple((listed[n], listed[n].starts[0]) for n in (beside, "isolator_force_error"))
+    problem.space = space = CauseSearch(comparison)
+    best, nothing = comparison.fit((), causes, 1), [space.before]
+    space.rivals = {cause.label: [] for cause, _ in causes}
+    problem.without = 2 * nothing
+    monkeypatch.setattr("isolation_sim.discrepancy.inference.shares", lambda *_: [1 - share, share])
+    found = problem.causes(SearchResult(space.before, best, []), None)
+    assert [cause.doubtful for cause in found] == [False, doubtful]
 
 
 def test_a_cause_that_corrects_next_to_nothing_is_dropped(isolated):
