@@ -554,10 +554,13 @@ def _of_data(best: FittedBuilding) -> str:
 
 
 def _mends_a_form(best: FittedBuilding, k: int) -> bool:
-    """Whether a cause sizes the isolators' force, beside an effect whose form is hardly exact."""
-    names = [cause.name for cause, _ in best.cause_values]
+    """Whether a cause may mend the form of another one: of its place, or an effect of its layer."""
+    causes = [cause for cause, _ in best.cause_values]
+    cause, others = causes[k], causes[:k] + causes[k + 1 :]
+    if cause.place:
+        return any(one.place == cause.place for one in others)
     effects = {*ISOLATOR_EFFECTS, *LAYER_CAUSES}.difference(LAYER_NUMBERS)
-    return names[k] in LAYER_NUMBERS and any(one in effects for one in names[:k] + names[k + 1 :])
+    return cause.name in LAYER_NUMBERS and any(one.name in effects for one in others)
 
 
 def _remedy(name: str, numbers: dict[str, Interval]) -> str:

@@ -568,28 +568,30 @@ def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
 
 
 @pytest.mark.parametrize(
-    ("beside", "share", "doubtful"),
+    ("small", "beside", "share", "doubtful"),
     [
-        ("coulomb_friction", 0.01, True),
-        ("coulomb_friction", 0.05, False),
-        ("base_mass_error", 0.01, False),
-        ("extra_isolator_damping", 0.01, False),
+        (("isolator_force_error", ""), ("coulomb_friction", ""), 0.01, True),
+        (("isolator_force_error", ""), ("coulomb_friction", ""), 0.05, False),
+        (("isolator_force_error", ""), ("base_mass_error", ""), 0.01, False),
+        (("isolator_force_error", ""), ("extra_isolator_damping", ""), 0.01, False),
+        (("extra_storey_damping", "storey2"), ("storey_stiffness_loss", "storey2"), 0.01, True),
+        (("extra_storey_damping", "storey2"), ("storey_stiffness_loss", "storey1"), 0.01, False),
     ],
 )
-def test_a_small_error_of_the_force_beside_an_effect_only_acts_like_one(
-    isolated, monkeypatch, beside, share, doubtful
+def test_a_small_cause_beside_another_of_its_place_only_acts_like_one(
+    isolated, monkeypatch, small, beside, share, doubtful
 ):
-    """It mends the form of the effect, of which what acts there is seldom exactly one."""
+    """It mends the form of the other, of which what acts there is seldom exactly one."""
     record = _record(isolated)
     problem = BuildingRecords([record], isolated, 2, lambda text: None)
     model = building_model(isolated, [record])
     comparison = compare_records(model, [record])
-    listed = {c.name: c for c in candidates(model, [record])}
-    causes = tuple((listed[n], listed[n].starts[0]) for n in (beside, "isolator_force_error"))
+    listed = {(c.name, c.place): c for c in candidates(model, [record])}
+    causes = tuple((listed[key], listed[key].starts[0]) for key in (beside, small))
     problem.space = space = CauseSearch(comparison)
-    best, nothing = comparison.fit((), causes, 1), [space.before]
+    best = comparison.fit((), causes, 1)
     space.rivals = {cause.label: [] for cause, _ in causes}
-    problem.without = 2 * nothing
+    problem.without = [space.before, space.before]
     monkeypatch.setattr("isolation_sim.discrepancy.inference.shares", lambda *_: [1 - share, share])
     found = problem.causes(SearchResult(space.before, best, []), None)
     assert [cause.doubtful for cause in found] == [False, doubtful]
