@@ -463,7 +463,12 @@ def search_causes(
         first = best.cause_values[0][0].key
         others = [cause for cause in choices if cause.key != first]
         other = _search_as_expected(comparison, min(most_causes, 2), progress, others, first)
-        if excess_error(other[0].comparison, other[1].best) < INSTEAD * left:
+        instead = other[1].best
+        remains = excess_error(other[0].comparison, instead)
+        if remains < INSTEAD * left:
+            if remains > REMAINS and len(instead.causes) == len(best.causes) == 1:
+                # neither has the form of what acts there
+                other[0].rivals[instead.causes[0]].append(best)
             return other
     # what acts in strong motion alone is not seen where this is all fitted, or all held out
     reopened = None

@@ -567,6 +567,33 @@ def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
         assert _near(nominal, outcome("base_mass_error", value, 1.0), [other]) == rivals
 
 
+@pytest.mark.parametrize(("left", "rival"), [(0.05, True), (0.02, False)])
+def test_a_cause_named_instead_of_the_first_one_may_be_confused_with_it(
+    isolated, monkeypatch, left, rival
+):
+    """Where both leave more than a little, neither has the form of what acts there."""
+    record = _record(isolated)
+    model = building_model(isolated, [record])
+    comparison = compare_records(model, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    first, instead = (
+        comparison.evaluate(((listed[name], listed[name].starts[0]),))
+        for name in ("base_mass_error", "isolator_force_error")
+    )
+
+    def found(comparison, most_causes, progress, choices, barred=None):
+        space, best = CauseSearch(comparison, choices=choices), instead if barred else first
+        space.rivals[best.causes[0]] = []
+        return space, SearchResult(space.before, best, [])
+
+    errors = {first: 0.2, instead: left}
+    monkeypatch.setattr(cause_search, "_search_as_expected", found)
+    monkeypatch.setattr(cause_search, "excess_error", lambda _, one, *part: errors.get(one, 1.0))
+    space, result = search_causes(comparison)
+    assert result.best is instead
+    assert space.rivals == {"isolator_force_error": [first] if rival else []}
+
+
 @pytest.mark.parametrize(
     ("small", "beside", "share", "doubtful"),
     [
