@@ -50,6 +50,7 @@ from .goodness_of_fit import adequacy, is_quiet, p_value
 from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
 from .isolator_effects import LAYER_CAUSES
 from .layer_effects import proposed_effects
+from .localisation import is_elsewhere
 from .model import BuildingModel
 from .record import BuildingRecord
 from .sensor_causes import sensor_causes
@@ -104,6 +105,8 @@ class CauseSearch:
             return best
         late = [cause for cause in self._choices if cause.late]
         best = _rank(best + self._refined(current, self._fits(current, late, LATE_SIMULATED)))
+        if best and is_elsewhere(self.comparison, current.cause_values, best[0].cause_values):
+            return best
         proposed = proposed_effects(self.comparison, current.cause_values)
         proposed = [cause for cause in proposed if cause.key != self._barred]
         last = self._fits(current, proposed, LATE_SIMULATED)
