@@ -230,9 +230,9 @@ class CauseSearch:
         best = self._exchange_for_simpler(best)
         if self._is_calibration(best, self.before):
             return self.before
+        best = self._exchange_variants(best)
         if len(best.cause_values) > 1:
-            best = self._without_negligible(self._exchange_variants(best))
-            best = self._of_one_sensor(best)
+            best = self._of_one_sensor(self._without_negligible(best))
         # weights may count a little gain that the error itself does not show
         nominal, error = (mean_error(self.comparison, one, True) for one in (self.before, best))
         helps = self.removed_share(best) >= TO_BLAME and not error > nominal
@@ -426,14 +426,17 @@ class CauseSearch:
         return trial.held_out_cost <= current.held_out_cost and self.is_explained(trial)
 
     def _exchange_variants(self, current: FittedBuilding) -> FittedBuilding:
+        """Put other forms of the causes in their place, from the numbers found as well."""
         for k in range(len(current.cause_values)):
-            before, (cause, _), after = _around(current, k)
+            before, (cause, values), after = _around(current, k)
             for other in self._choices:
                 if other.key == cause.key and other is not cause:
-                    starts = [(*before, (other, start), *after) for start in other.starts]
+                    choices = (*other.starts, _carried_over(other, cause, values))
+                    starts = [(*before, (other, start), *after) for start in choices]
                     costs = [squared(self.comparison.fitted_residuals(one)) for one in starts]
                     trial = self.comparison.fit((), starts[int(np.argmin(costs))])
-                    if _is_nearer(trial, current):
+                    more = len(other.parameters) > len(cause.parameters)
+                    if _is_nearer(trial, current, STRONG_EVIDENCE if more else 0.0):
                         current = trial
         return current
 
@@ -523,6 +526,13 @@ def _around(
     """The causes before one, it with its numbers, and those after it."""
     causes = fitted.cause_values
     return causes[:place], causes[place], causes[place + 1 :]
+
+
+def _carried_over(other: Candidate, cause: Candidate, values: Values) -> Values:
+    """Numbers of a form that start from those of the same name in another one."""
+    found = dict(zip((p.name for p in cause.parameters), values, strict=True))
+    own = zip(other.parameters, other.starts[0], strict=True)
+    return tuple(float(np.clip(found.get(p.name, v), p.lower, p.upper)) for p, v in own)
 
 
 def _few_of_each(ranked: Sequence[T], key: Callable[[T], tuple[str, str]]) -> list[T]:

@@ -19,6 +19,7 @@ from isolation_sim.discrepancy.adapters.building import BuildingRecords, interva
 from isolation_sim.discrepancy.building import cause_search
 from isolation_sim.discrepancy.building.cause_search import (
     CauseSearch,
+    _carried_over,
     _freed,
     _left_along,
     _near,
@@ -490,6 +491,25 @@ def test_a_relative_error_is_tried_with_either_sign(isolated):
         "structure_stiffness_error",
     ):  # fmt: skip
         assert signs[name] == {-1, 1}
+
+
+def test_a_single_cause_is_named_in_its_best_form(isolated):
+    """Also from the numbers found for another form, which may be nearer than its own starts."""
+
+    def change(model):
+        damping = model.structure.damping + 0.01 * model.structure.stiffness
+        return replace(model, structure=replace(model.structure, damping=damping))
+
+    record = _record(isolated, change, seed=3, noise=1e-3)
+    model = building_model(isolated, [record])
+    forms = [c for c in candidates(model, [record]) if c.name == "structural_damping_error"]
+    comparison = compare_records(model, [record])
+    ((cause, _),) = CauseSearch(comparison).finish(
+        comparison.fit((), ((forms[0], (1.0,)),))
+    ).cause_values  # fmt: skip
+    assert (forms[0].form, cause.form) == ("", "stiffness_proportional")
+    assert _carried_over(forms[1], forms[0], (2.0,)) == (2.0, forms[1].starts[0][1])
+    assert _carried_over(forms[0], forms[1], (-3.0, 0.1)) == (-0.95,)
 
 
 def test_many_numbers_give_way_to_one_that_leaves_noise_alone(isolated, monkeypatch):
