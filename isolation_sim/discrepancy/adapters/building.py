@@ -31,6 +31,8 @@ from ..building.errors import (
     squared_blocks,
 )
 from ..building.goodness_of_fit import adequacy, cell_p_values, is_quiet, p_value
+from ..building.isolator_causes import LAYER_NUMBERS
+from ..building.isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 from ..building.localisation import ISOLATION_LAYER, UnknownForce, unknown_force
 from ..building.model import BuildingModel, building_model, total_force_scale
 from ..building.record import BuildingRecord
@@ -42,7 +44,13 @@ from ..building.record_checks import (
 )
 from ..building.segment import Segment, band_edges, cell_means
 from ..building.switching import switching_error
-from ..decisions import DEPENDENCE_LEVEL, MISFIT_LEVEL, SWITCHING, TURNED
+from ..decisions import (
+    DEPENDENCE_LEVEL,
+    LEAST_BUILDING_SHARE,
+    MISFIT_LEVEL,
+    SWITCHING,
+    TURNED,
+)
 from ..diagnosis import Cause, Errors, Interval, Trace, worst_first
 from ..interval import percent
 from ..problem import Evaluation, Problem, Text
@@ -202,6 +210,7 @@ class BuildingRecords(Problem[FittedBuilding]):
                 confusable_with=tuple(one.causes[-1] for one in space.rivals[cause.label]),
                 form=cause.form,
                 place=cause.place,
+                doubtful=split[k] < LEAST_BUILDING_SHARE and _mends_a_form(best, k),
             )
             for k, (cause, _) in enumerate(best.cause_values)
         ]
@@ -349,7 +358,7 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def trials_text(self, tried: Round[FittedBuilding]) -> Text:
         """Mean squares that each cause leaves, and its chance."""
-        best, comparison = tried.tried[0].causes[-1], self.space.comparison
+        best = tried.tried[0].causes[-1]
         sizes = sum(weighted.size for weighted in tried.base.held_out)
         return Text(
             f"{tried.taken.causes[-1]} is taken."
@@ -361,7 +370,7 @@ class BuildingRecords(Problem[FittedBuilding]):
                 (
                     one.causes[-1], one.cause_values[-1][0].form, f"{one.variance:.3f}",
                     f"{one.held_out_cost / sizes:.3f}",
-                    f"{p_value(comparison, tried.base, one):.1e}",
+                    f"{self.space.chances[one]:.1e}",
                 )
                 for one in tried.tried
             ),
@@ -542,6 +551,16 @@ def _of_data(best: FittedBuilding) -> str:
     if not causes or not all(cause.name.startswith("sensor_") for cause in causes):
         return ""
     return " All causes are faults of the data: the model of the building needs none."
+
+
+def _mends_a_form(best: FittedBuilding, k: int) -> bool:
+    """Whether a cause may mend the form of another one: of its place, or an effect of its layer."""
+    causes = [cause for cause, _ in best.cause_values]
+    cause, others = causes[k], causes[:k] + causes[k + 1 :]
+    if cause.place:
+        return any(one.place == cause.place for one in others)
+    effects = {*ISOLATOR_EFFECTS, *LAYER_CAUSES}.difference(LAYER_NUMBERS)
+    return cause.name in LAYER_NUMBERS and any(one.name in effects for one in others)
 
 
 def _remedy(name: str, numbers: dict[str, Interval]) -> str:

@@ -17,6 +17,9 @@ Change = Callable[[BuildingModel, Values], BuildingModel]
 """A model with a cause of some numbers in it."""
 TYPICAL_PERIOD = 2.0
 """s: of isolated buildings, for the orders of magnitude that fits start from."""
+EITHER_SIGN: tuple[Values, ...] = (0.05,), (-0.05,)
+"""Relative errors from which fits start: in lightly damped or sliding motion, a step from the wrong
+side leads nowhere."""
 
 
 @dataclass(frozen=True)

@@ -50,6 +50,7 @@ from .goodness_of_fit import adequacy, is_quiet, p_value
 from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
 from .isolator_effects import LAYER_CAUSES
 from .layer_effects import proposed_effects
+from .localisation import is_elsewhere
 from .model import BuildingModel
 from .record import BuildingRecord
 from .sensor_causes import sensor_causes
@@ -76,6 +77,8 @@ class CauseSearch:
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
         self.before = comparison.evaluate(())
         self.rivals: dict[str, list[FittedBuilding]] = {}
+        # chance of each model tried, by the noise of its round: its residuals' number may differ
+        self.chances: dict[FittedBuilding, float] = {}
         # for each cause taken, the others that came next to it, with their numbers
         self._others: dict[str, list[tuple[Candidate, Values]]] = {}
         self._choices = (
@@ -102,6 +105,8 @@ class CauseSearch:
             return best
         late = [cause for cause in self._choices if cause.late]
         best = _rank(best + self._refined(current, self._fits(current, late, LATE_SIMULATED)))
+        if best and is_elsewhere(self.comparison, current.cause_values, best[0].cause_values):
+            return best
         proposed = proposed_effects(self.comparison, current.cause_values)
         proposed = [cause for cause in proposed if cause.key != self._barred]
         last = self._fits(current, proposed, LATE_SIMULATED)
@@ -225,9 +230,9 @@ class CauseSearch:
         best = self._exchange_for_simpler(best)
         if self._is_calibration(best, self.before):
             return self.before
+        best = self._exchange_variants(best)
         if len(best.cause_values) > 1:
-            best = self._without_negligible(self._exchange_variants(best))
-            best = self._of_one_sensor(best)
+            best = self._of_one_sensor(self._without_negligible(best))
         # weights may count a little gain that the error itself does not show
         nominal, error = (mean_error(self.comparison, one, True) for one in (self.before, best))
         helps = self.removed_share(best) >= TO_BLAME and not error > nominal
@@ -259,7 +264,8 @@ class CauseSearch:
 
     def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
         n = one.n_independent
-        stands_out = p_value(self.comparison, current, one) * self._n_tests < FALSE_ALARM
+        self.chances[one] = p_value(self.comparison, current, one)
+        stands_out = self.chances[one] * self._n_tests < FALSE_ALARM
         if not (stands_out and one.criterion(n) < current.criterion(n)):
             return False
         gain, gain_held_out = current.cost - one.cost, current.held_out_cost - one.held_out_cost
@@ -420,14 +426,17 @@ class CauseSearch:
         return trial.held_out_cost <= current.held_out_cost and self.is_explained(trial)
 
     def _exchange_variants(self, current: FittedBuilding) -> FittedBuilding:
+        """Put other forms of the causes in their place, from the numbers found as well."""
         for k in range(len(current.cause_values)):
-            before, (cause, _), after = _around(current, k)
+            before, (cause, values), after = _around(current, k)
             for other in self._choices:
                 if other.key == cause.key and other is not cause:
-                    starts = [(*before, (other, start), *after) for start in other.starts]
+                    choices = (*other.starts, _carried_over(other, cause, values))
+                    starts = [(*before, (other, start), *after) for start in choices]
                     costs = [squared(self.comparison.fitted_residuals(one)) for one in starts]
                     trial = self.comparison.fit((), starts[int(np.argmin(costs))])
-                    if _is_nearer(trial, current):
+                    more = len(other.parameters) > len(cause.parameters)
+                    if _is_nearer(trial, current, STRONG_EVIDENCE if more else 0.0):
                         current = trial
         return current
 
@@ -460,7 +469,12 @@ def search_causes(
         first = best.cause_values[0][0].key
         others = [cause for cause in choices if cause.key != first]
         other = _search_as_expected(comparison, min(most_causes, 2), progress, others, first)
-        if excess_error(other[0].comparison, other[1].best) < INSTEAD * left:
+        instead = other[1].best
+        remains = excess_error(other[0].comparison, instead)
+        if remains < INSTEAD * left:
+            if remains > REMAINS and len(instead.causes) == len(best.causes) == 1:
+                # neither has the form of what acts there
+                other[0].rivals[instead.causes[0]].append(best)
             return other
     # what acts in strong motion alone is not seen where this is all fitted, or all held out
     reopened = None
@@ -512,6 +526,13 @@ def _around(
     """The causes before one, it with its numbers, and those after it."""
     causes = fitted.cause_values
     return causes[:place], causes[place], causes[place + 1 :]
+
+
+def _carried_over(other: Candidate, cause: Candidate, values: Values) -> Values:
+    """Numbers of a form that start from those of the same name in another one."""
+    found = dict(zip((p.name for p in cause.parameters), values, strict=True))
+    own = zip(other.parameters, other.starts[0], strict=True)
+    return tuple(float(np.clip(found.get(p.name, v), p.lower, p.upper)) for p, v in own)
 
 
 def _few_of_each(ranked: Sequence[T], key: Callable[[T], tuple[str, str]]) -> list[T]:

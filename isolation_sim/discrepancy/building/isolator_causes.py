@@ -12,7 +12,15 @@ import numpy as np
 from ...effects import Effect
 from ...effects.effect import in_sentence
 from ...identification.characteristic_scales import characteristic_scale
-from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values, add_to, set_fields
+from .candidate import (
+    EITHER_SIGN,
+    TYPICAL_PERIOD,
+    Candidate,
+    Parameter,
+    Values,
+    add_to,
+    set_fields,
+)
 from .isolator_effects import IMPACT, ISOLATOR_EFFECTS
 from .model import BuildingModel, force_scales, total_force_scale
 from .record import BuildingRecord
@@ -22,6 +30,8 @@ _WEAK = 0.05
 
 
 CURRENT_CAUSES = "actuation_delay", "current_supply_limit"
+LAYER_NUMBERS = "extra_isolator_damping", "isolator_force_error", "isolator_stiffness_error"
+"""Causes that change the size of the isolators' force, but not its form."""
 
 
 def layer_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
@@ -35,11 +45,9 @@ def layer_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Ite
 
 def layer_effect(model: BuildingModel, effect: Effect, start: Values) -> Candidate:
     """An effect that is tried last, fitted from numbers in the device's scale."""
-    factors = total_force_scale(model), model.nominal.elements[0].device.length
     names = {one.cause: name for name, one in ISOLATOR_EFFECTS.items()}
     name = names.get(effect.cause, effect.cause)
-    candidate = _around_the_law(name, effect, _Scales(1.0, 1.0, 1.0, *factors))
-    return replace(candidate, starts=(start,), last=True)
+    return replace(_effect(name, effect, _over_device(model), (start,)), last=True)
 
 
 def current_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
@@ -76,7 +84,8 @@ def _linear(model: BuildingModel) -> Iterator[Candidate]:
     most = 10 * total * omega**2
     yield Candidate(
         "isolator_stiffness_error", "", (Parameter("stiffness", "N/m", -most, most),),
-        ((0.05 * total * omega**2,),), add_to("stiffness", pattern),
+        tuple((share * total * omega**2,) for (share,) in EITHER_SIGN),
+        add_to("stiffness", pattern),
         "the stiffness of the isolation layer differs by {stiffness:+.3g} N/m from the model's",
     )  # fmt: skip
 
@@ -93,14 +102,13 @@ def _force() -> Candidate:
         return replace(model, nominal=replace(model.nominal, elements=tuple(elements)))
 
     return Candidate(
-        "isolator_force_error", "", (Parameter("relative_error", "1", -0.9, 5.0),), ((0.05,),),
+        "isolator_force_error", "", (Parameter("relative_error", "1", -0.9, 5.0),), EITHER_SIGN,
         apply, "the force of the isolators differs by {relative_error:+.1%} from the model's",
     )  # fmt: skip
 
 
 def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
     """Causes that the isolators' law may lack."""
-    device = model.nominal.elements[0].device
     deformation = max(float(np.abs(r.displacement(axis)).max()) for r in records for axis in r.axes)
     accelerations = [
         np.sqrt(np.mean(r.mean_acceleration(r.values, axis) ** 2))
@@ -109,13 +117,13 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     ]
     force = model.structure.total_mass * float(max(accelerations))
     # fitted in the device's own scale, reported in the building's, of all isolators together
-    metre, newton = device.length, total_force_scale(model)
-    scales = _Scales(force / newton, deformation / metre, _highest_current(records), newton, metre)
+    over = _over_device(model)
+    scales = _Scales(force / over.newton, deformation / over.metre, _highest_current(records), over)
     for name, effect in ISOLATOR_EFFECTS.items():
         if effect is not IMPACT:
             yield _around_the_law(name, effect, scales)
     # a layer that is beyond the gap for most of its motion has no wall, but another law
-    free = min(_rms_displacement(r) for r in records) / metre
+    free = min(_rms_displacement(r) for r in records) / over.metre
     for form, numbers in _CONTACTS.items():
         fixed = {**numbers, "only": 0.0}
         both = _beyond(free, _around_the_law("moat_impact", IMPACT, scales, form=form, fixed=fixed))
@@ -123,30 +131,40 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
         yield replace(both, starts=(*both.starts, *stiff))
     if any(law.directions > 1 for law in model.nominal.group_laws):
         return
-    motions = [r.displacement(r.axes[0]) / metre for r in records]
+    motions = [r.displacement(r.axes[0]) / over.metre for r in records]
     peaks = max(float(x.max()) for x in motions), min(float(x.min()) for x in motions)
     for form, numbers in _CONTACTS.items():
         if form != "elastic":  # the others are, where they do not dissipate
             yield _one_wall(scales, peaks, form, numbers, free)
 
 
+class _OverDevice(NamedTuple):
+    """Force and deformation of the building over those of its device."""
+
+    newton: float
+    metre: float
+
+    def factor(self, unit: str) -> float:
+        """A quantity of the building over that of the device, by its unit."""
+        return characteristic_scale(unit, self.newton, self.metre, 1.0)
+
+
+def _over_device(model: BuildingModel) -> _OverDevice:
+    return _OverDevice(total_force_scale(model), model.nominal.elements[0].device.length)
+
+
 class _Scales(NamedTuple):
-    """Sizes of force, deformation and current in a device, and of the building over its own."""
+    """Sizes of force, deformation and current in a device, and the building over it."""
 
     force: float
     length: float
     current: float
-    newton: float
-    metre: float
+    building: _OverDevice
 
     def size(self, unit: str) -> float:
         """Size of a quantity in the device, by its unit."""
         time = TYPICAL_PERIOD / (2 * np.pi)
         return characteristic_scale(unit, self.force, self.length, time, self.current)
-
-    def factor(self, unit: str) -> float:
-        """A quantity of the building over that of the device, by its unit."""
-        return characteristic_scale(unit, self.newton, self.metre, 1.0)
 
 
 _CONTACTS = {
@@ -226,17 +244,8 @@ def _around_the_law(
     form: str = "",
     fixed: Mapping[str, float] = MappingProxyType({}),
 ) -> Candidate:
-    """An effect around the isolators' law, in its own form or in one with fixed numbers."""
+    """An effect with numbers to start from by the sizes of force, deformation and current."""
     free = [q for q in effect.parameters if q.name not in fixed]
-
-    def apply(model: BuildingModel, values: Values) -> BuildingModel:
-        numbers = dict(zip((q.name for q in free), values, strict=True))
-        return replace(model, effects={**model.effects, effect: {**numbers, **fixed}})
-
-    parameters = [
-        Parameter(q.name, q.unit, q.lower, q.upper, factor=scales.factor(q.unit), plain=q.plain)
-        for q in free
-    ]
     # an effect that does too much in full begins weakly
     starts = tuple(
         tuple(
@@ -248,9 +257,31 @@ def _around_the_law(
         for share in (1.0, _WEAK)
         for k in range(max(len(q.starts) for q in free))
     )  # fmt: skip
+    return _effect(name, effect, scales.building, starts, form, fixed)
+
+
+def _effect(
+    name: str,
+    effect: Effect,
+    building: _OverDevice,
+    starts: tuple[Values, ...],
+    form: str = "",
+    fixed: Mapping[str, float] = MappingProxyType({}),
+) -> Candidate:
+    """An effect around the isolators' law, in its own form or in one with fixed numbers."""
+    free = [q for q in effect.parameters if q.name not in fixed]
+
+    def apply(model: BuildingModel, values: Values) -> BuildingModel:
+        numbers = dict(zip((q.name for q in free), values, strict=True))
+        return replace(model, effects={**model.effects, effect: {**numbers, **fixed}})
+
+    parameters = tuple(
+        Parameter(q.name, q.unit, q.lower, q.upper, factor=building.factor(q.unit), plain=q.plain)
+        for q in free
+    )
     says = ", ".join(f"{q.name} {{{q.name}:.3g}} {q.unit}" for q in parameters)
     return Candidate(
-        name, "", tuple(parameters), starts, apply,
+        name, "", parameters, starts, apply,
         f"{in_sentence(effect.title)} in the isolation layer ({says})", form=form or effect.form,
     )  # fmt: skip
 

@@ -1,7 +1,8 @@
 """Effects that the law of an isolation layer may lack.
 
 Those that are tried first stand around the law at once, the absent ones with magnitude zero: one
-law to compile, whatever combination is tried. Each that is tried last makes another law.
+law to compile, whatever combination is tried. Each that is tried last makes another law, alone or
+beside all of the first.
 """
 
 from collections.abc import Collection
@@ -158,9 +159,13 @@ FURTHER_FORMS = (effect(f"{__name__}:RUBBER"),)
 
 
 def around_the_law(present: Collection[Effect]) -> tuple[Effect, ...]:
-    """The effects of the law that has some of them, those that are absent included."""
+    """The effects of the law that has some of them, in order; absent ones of the first as well."""
     # a law has one form of each
-    return tuple({one.cause: one for one in (*ISOLATOR_EFFECTS.values(), *present)}.values())
+    every = {one.cause: one for one in (*ISOLATOR_EFFECTS.values(), *present)}.values()
+    if any(one in ISOLATOR_EFFECTS.values() for one in present):
+        return tuple(every)
+    # most that are tried last are dropped: their law is compiled in a third of the time alone
+    return tuple(one for one in every if one in present)
 
 
 def absent(one: Effect, size: float) -> dict[str, float]:

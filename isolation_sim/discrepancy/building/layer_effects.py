@@ -22,10 +22,7 @@ from .isolator_effects import FURTHER_FORMS, ISOLATOR_EFFECTS, LAYER_CAUSES
 
 def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[Candidate]:
     """Effects beside some causes, each in the form nearest to the layer's force; best first."""
-    nominal = comparison.model.nominal
-    if unsupported(nominal, comparison.records) or any(
-        law.directions > 1 for law in nominal.group_laws
-    ):
+    if unsupported(comparison.model.nominal, comparison.records):
         return []
     layer = layer_model(comparison, causes)
     base = FittedModel.at(layer, effect_values(comparison.model, causes))

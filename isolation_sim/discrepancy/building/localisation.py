@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...simulation.result import Run
-from ..decisions import IMITATION, NEARLY_RIGHT, WELL_EXPLAINED
+from ..decisions import IMITATION, NEARLY_RIGHT, PROPOSED_GAIN, WELL_EXPLAINED
 from .comparison import CauseValues, Comparison, FittedBuilding, with_causes
 from .errors import excess_error
 from .frequency_response import end_response, frequency_response
@@ -75,11 +75,7 @@ def unknown_force(
     if len(comparison.records[0].axes) > 1:
         return None
     # the right model would leave little, and is looked for with weights that expect it
-    expected = NEARLY_RIGHT * excess_error(comparison, nominal)
-    segments = [
-        make_segment(record, slice(0, len(record)), floor, expected)
-        for record, floor in zip(comparison.records, comparison.floors, strict=True)
-    ]
+    segments = _whole(comparison, NEARLY_RIGHT * excess_error(comparison, nominal))
     try:
         left = {
             beside: _left(comparison, segments, beside)
@@ -122,6 +118,28 @@ def unknown_force(
     )
 
 
+def is_elsewhere(comparison: Comparison, causes: CauseValues, best: CauseValues) -> bool:
+    """Whether any force of the isolators beside causes leaves more than the best others do."""
+    if len(comparison.records[0].axes) > 1:
+        return False
+    segments = _whole(comparison, comparison.model_error)
+    try:
+        left = _left(comparison, segments, causes, (ISOLATION_LAYER,))
+        left_by_best = _left(comparison, segments, best, ())[_NOWHERE]
+    except InputError:
+        return False  # an element beside the isolators that has no stiffness at rest
+    by_force = left.get((ISOLATION_LAYER, ""), -np.inf)
+    return bool(by_force > max(left_by_best, 0.0) + PROPOSED_GAIN * left[_NOWHERE])
+
+
+def _whole(comparison: Comparison, model_error: float) -> list[Segment]:
+    """Whole records, with weights that expect an error of the model."""
+    return [
+        make_segment(record, slice(0, len(record)), floor, model_error)
+        for record, floor in zip(comparison.records, comparison.floors, strict=True)
+    ]
+
+
 def _needed(near: Sequence[UnknownForce]) -> list[UnknownForce]:
     """Those that are no nearer by causes beside them than others at the same place."""
     return [
@@ -160,7 +178,10 @@ def _channels_in_words(alike: Sequence[UnknownForce]) -> str:
 
 
 def _left(
-    comparison: Comparison, segments: Sequence[Segment], causes: CauseValues
+    comparison: Comparison,
+    segments: Sequence[Segment],
+    causes: CauseValues,
+    places: Collection[str] | None = None,  # Of the forces; all, and all channels, by default
 ) -> dict[tuple[str, str], float]:
     """Misfit above the noise, without an unknown force and with one at each place or channel."""
     model = with_causes(comparison.model, causes)
@@ -173,13 +194,17 @@ def _left(
         total[_NOWHERE] += float(np.vdot(white, white).real) - segment.noise_cost
         if not np.isfinite(total[_NOWHERE]):
             return {_NOWHERE: np.inf}
+        if places is not None and not places:
+            continue
         run = model.run(record)
         ends = whitening[1:] @ end_response(model, record, run, frequencies[1:])
         for place, forces in _places(model, record, run):
+            if places is not None and place not in places:
+                continue
             response = frequency_response(model, record, run, frequencies[1:], forces)
             both = np.concatenate([white[:, :, np.newaxis], ends], axis=2)
             total[place, ""] += _remainder(both, whitening[1:] @ response) - segment.noise_cost
-        for k, channel in enumerate(record.channels):
+        for k, channel in enumerate(record.channels if places is None else ()):
             own = _remainder(white[:, :, np.newaxis], whitening[1:, :, k : k + 1])
             total["", channel] += own - segment.noise_cost
     return total

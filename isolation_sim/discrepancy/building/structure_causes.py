@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...structures import Structure
 from ...structures.yielding import storey_hysteresis
-from .candidate import TYPICAL_PERIOD, Candidate, Parameter, Values, add_to
+from .candidate import EITHER_SIGN, TYPICAL_PERIOD, Candidate, Parameter, Values, add_to
 from .channels import ROTATION
 from .model import BuildingModel, Soil, dofs_by_level, motion_of, shear_stiffness
 from .record import BuildingRecord
@@ -161,7 +161,7 @@ def _stiffness() -> Candidate:
 
     return Candidate(
         "structure_stiffness_error", "", (Parameter("relative_error", "1", -0.9, 5.0),),
-        ((0.05,),), apply,
+        EITHER_SIGN, apply,
         "the stiffness of the whole structure differs by {relative_error:+.1%} from the model's",
     )  # fmt: skip
 
@@ -219,7 +219,7 @@ def _floor_mass(
         return model.changed(mass=mass)
 
     return Candidate(
-        "floor_mass_error", place, (Parameter("relative_error", "1", -0.9, 5.0),), ((0.05,),),
+        "floor_mass_error", place, (Parameter("relative_error", "1", -0.9, 5.0),), EITHER_SIGN,
         apply, f"the mass of {place} differs by {{relative_error:+.1%}} from the model's",
         numbers=numbers,
     )  # fmt: skip
@@ -257,7 +257,7 @@ def _base_mass(model: BuildingModel, records: Sequence[BuildingRecord]) -> Itera
 
     relative = Parameter("relative_error", "1", -0.9, 5.0)
     yield Candidate(
-        "base_mass_error", "", (relative,), ((0.05,),),
+        "base_mass_error", "", (relative,), EITHER_SIGN,
         lambda model, values: change(model, values[0] * mass),
         "the base's mass differs by {relative_error:+.1%} from the model's",
     )  # fmt: skip

@@ -15,10 +15,11 @@ from scipy.signal import butter, sosfiltfilt
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
-from isolation_sim.discrepancy.adapters.building import intervals
+from isolation_sim.discrepancy.adapters.building import BuildingRecords, intervals
 from isolation_sim.discrepancy.building import cause_search
 from isolation_sim.discrepancy.building.cause_search import (
     CauseSearch,
+    _carried_over,
     _freed,
     _left_along,
     _near,
@@ -39,6 +40,7 @@ from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.building.segment import cell_means
 from isolation_sim.discrepancy.decisions import LEAST_BUILDING_SHARE
 from isolation_sim.discrepancy.diagnose import diagnose_building
+from isolation_sim.discrepancy.search import Round, SearchResult
 from isolation_sim.effects import effect
 from isolation_sim.errors import InputError
 
@@ -303,6 +305,24 @@ def test_two_causes_are_both_named_and_held_out_records_judge(isolated):
     assert "Held out: second" in noise_step.text
 
 
+def test_a_cause_may_change_the_band_that_is_compared_after_it():
+    """Stiffer isolators change the highest frequency, and so the number of residuals."""
+    soft = iso.shear_building([2.5e5] * 5, [1.0e8] * 5, base_mass=3e5)
+    isolated = soft.on(iso.law("kelvin_voigt", {"k": 6e7, "c": 2.0e6}))
+    record = _record(isolated, _heavier(0.2), seed=1)
+    problem = BuildingRecords([record], isolated, 2, lambda text: None)
+    model = building_model(isolated, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    comparison = compare_records(model, [record])
+    problem.space = space = CauseSearch(comparison)
+    tried = [comparison.fit((), ((listed["base_mass_error"], (0.1,)),))]
+    taken = space.choose(space.before, tried)
+    space.comparison = comparison.with_noise_beside(((listed["isolator_force_error"], (5.0,)),))
+    assert space.comparison.fitted_noise.shape[1] != comparison.fitted_noise.shape[1]
+    ((*_, chance),) = problem.trials_text(Round(space.before, tried, taken)).rows
+    assert chance == f"{p_value(comparison, space.before, tried[0]):.1e}"
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_causes")
 def test_a_drift_and_a_mass_that_it_hides_are_both_named_alone(isolated):
@@ -458,6 +478,40 @@ def test_a_second_cause_is_screened_with_the_numbers_of_the_first_free(isolated)
     assert free < 0.5 < 0.8 < fixed
 
 
+def test_a_relative_error_is_tried_with_either_sign(isolated):
+    """A first step from the wrong side may lead away in sliding or lightly damped motion."""
+    record = _record(isolated)
+    signs = {}
+    for cause in candidates(building_model(isolated, [record]), [record]):
+        signs.setdefault(cause.name, set()).update(
+            float(np.sign(one)) for start in cause.starts for one in start[:1]
+        )
+    for name in (
+        "base_mass_error", "floor_mass_error", "isolator_force_error", "isolator_stiffness_error",
+        "structure_stiffness_error",
+    ):  # fmt: skip
+        assert signs[name] == {-1, 1}
+
+
+def test_a_single_cause_is_named_in_its_best_form(isolated):
+    """Also from the numbers found for another form, which may be nearer than its own starts."""
+
+    def change(model):
+        damping = model.structure.damping + 0.01 * model.structure.stiffness
+        return replace(model, structure=replace(model.structure, damping=damping))
+
+    record = _record(isolated, change, seed=3, noise=1e-3)
+    model = building_model(isolated, [record])
+    forms = [c for c in candidates(model, [record]) if c.name == "structural_damping_error"]
+    comparison = compare_records(model, [record])
+    ((cause, _),) = CauseSearch(comparison).finish(
+        comparison.fit((), ((forms[0], (1.0,)),))
+    ).cause_values  # fmt: skip
+    assert (forms[0].form, cause.form) == ("", "stiffness_proportional")
+    assert _carried_over(forms[1], forms[0], (2.0,)) == (2.0, forms[1].starts[0][1])
+    assert _carried_over(forms[0], forms[1], (-3.0, 0.1)) == (-0.95,)
+
+
 def test_many_numbers_give_way_to_one_that_leaves_noise_alone(isolated, monkeypatch):
     record = _record(isolated, lambda m: _with(m, "isolator_force_error", "", (-0.05,)), seed=15)
     model = building_model(isolated, [record])
@@ -531,6 +585,63 @@ def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
     other = outcome("isolator_force_error", 0.1, 1.01)
     for value, rivals in ((0.1, []), (5.0, [other])):
         assert _near(nominal, outcome("base_mass_error", value, 1.0), [other]) == rivals
+
+
+@pytest.mark.parametrize(("left", "rival"), [(0.05, True), (0.02, False)])
+def test_a_cause_named_instead_of_the_first_one_may_be_confused_with_it(
+    isolated, monkeypatch, left, rival
+):
+    """Where both leave more than a little, neither has the form of what acts there."""
+    record = _record(isolated)
+    model = building_model(isolated, [record])
+    comparison = compare_records(model, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    first, instead = (
+        comparison.evaluate(((listed[name], listed[name].starts[0]),))
+        for name in ("base_mass_error", "isolator_force_error")
+    )
+
+    def found(comparison, most_causes, progress, choices, barred=None):
+        space, best = CauseSearch(comparison, choices=choices), instead if barred else first
+        space.rivals[best.causes[0]] = []
+        return space, SearchResult(space.before, best, [])
+
+    errors = {first: 0.2, instead: left}
+    monkeypatch.setattr(cause_search, "_search_as_expected", found)
+    monkeypatch.setattr(cause_search, "excess_error", lambda _, one, *part: errors.get(one, 1.0))
+    space, result = search_causes(comparison)
+    assert result.best is instead
+    assert space.rivals == {"isolator_force_error": [first] if rival else []}
+
+
+@pytest.mark.parametrize(
+    ("small", "beside", "share", "doubtful"),
+    [
+        (("isolator_force_error", ""), ("coulomb_friction", ""), 0.01, True),
+        (("isolator_force_error", ""), ("coulomb_friction", ""), 0.05, False),
+        (("isolator_force_error", ""), ("base_mass_error", ""), 0.01, False),
+        (("isolator_force_error", ""), ("extra_isolator_damping", ""), 0.01, False),
+        (("extra_storey_damping", "storey2"), ("storey_stiffness_loss", "storey2"), 0.01, True),
+        (("extra_storey_damping", "storey2"), ("storey_stiffness_loss", "storey1"), 0.01, False),
+    ],
+)
+def test_a_small_cause_beside_another_of_its_place_only_acts_like_one(
+    isolated, monkeypatch, small, beside, share, doubtful
+):
+    """It mends the form of the other, of which what acts there is seldom exactly one."""
+    record = _record(isolated)
+    problem = BuildingRecords([record], isolated, 2, lambda text: None)
+    model = building_model(isolated, [record])
+    comparison = compare_records(model, [record])
+    listed = {(c.name, c.place): c for c in candidates(model, [record])}
+    causes = tuple((listed[key], listed[key].starts[0]) for key in (beside, small))
+    problem.space = space = CauseSearch(comparison)
+    best = comparison.fit((), causes, 1)
+    space.rivals = {cause.label: [] for cause, _ in causes}
+    problem.without = [space.before, space.before]
+    monkeypatch.setattr("isolation_sim.discrepancy.inference.shares", lambda *_: [1 - share, share])
+    found = problem.causes(SearchResult(space.before, best, []), None)
+    assert [cause.doubtful for cause in found] == [False, doubtful]
 
 
 def test_a_cause_that_corrects_next_to_nothing_is_dropped(isolated):

@@ -61,13 +61,19 @@ def _recorded(isolated, one, numbers, seed=2, current=False):
 
 
 def test_a_law_has_one_form_of_each_effect():
-    assert around_the_law([]) == tuple(ISOLATOR_EFFECTS.values())
     assert around_the_law([SMOOTH]) == tuple(ISOLATOR_EFFECTS.values())
     for present in ([DAHL], [HEATING, SMOOTH], [RUBBER]):
         around = around_the_law(present)
         causes = [one.cause for one in around]
         assert len(set(causes)) == len(causes) == len({*causes, *(e.cause for e in present)})
         assert set(present) <= set(around)
+
+
+def test_an_effect_that_is_tried_last_stands_alone_around_the_law_or_beside_all_of_the_first():
+    assert around_the_law([HEATING]) == (HEATING,)
+    # in the order in which they act with the others
+    assert around_the_law([HEATING, DAHL]) == (DAHL, HEATING)
+    assert around_the_law([HEATING, SMOOTH]) == (*ISOLATOR_EFFECTS.values(), HEATING)
 
 
 def test_causes_that_are_proposed_are_of_the_catalogue():

@@ -9,10 +9,14 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
-from isolation_sim.discrepancy.building import localisation
-from isolation_sim.discrepancy.building.cause_search import candidates
+from isolation_sim.discrepancy.building import cause_search, localisation
+from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.building.comparison import compare_records, with_causes
-from isolation_sim.discrepancy.building.localisation import ISOLATION_LAYER, unknown_force
+from isolation_sim.discrepancy.building.localisation import (
+    ISOLATION_LAYER,
+    is_elsewhere,
+    unknown_force,
+)
 from isolation_sim.discrepancy.building.model import building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.diagnose import diagnose_building
@@ -91,6 +95,32 @@ def test_a_force_is_placed_where_the_model_is_wrong(isolated, name, place, value
     assert unknown is not None
     assert unknown.place == result and unknown.beside == ()
     assert unknown.left < 0.03 and unknown.left_by_causes == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "values", "best", "elsewhere"),
+    [
+        ("storey_stiffness_loss", "storey3", (0.2,), "the cause", True),
+        ("storey_stiffness_loss", "storey3", (0.2,), "nothing", False),
+        ("isolator_force_error", "", (-0.1,), "the cause", False),
+        ("isolator_amplitude_softening", "", (0.4, 0.03, 2.0, 1.0), "nothing", False),
+    ],
+)
+def test_effects_of_isolators_are_proposed_where_their_force_may_leave_least(
+    isolated, monkeypatch, name, place, values, best, elsewhere
+):
+    cause = (_cause(isolated, name, place, values),)
+    record = _record(with_causes(building_model(isolated, [_blank()]), cause))
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    fitted = comparison.evaluate(cause if best == "the cause" else ())
+    assert is_elsewhere(comparison, (), fitted.cause_values) is elsewhere
+    proposed = []
+    monkeypatch.setattr(cause_search, "proposed_effects", lambda *_: proposed.append(1) or [])
+    monkeypatch.setattr(CauseSearch, "is_explained", lambda *_: False)
+    space = CauseSearch(comparison, choices=[])
+    monkeypatch.setattr(space, "_refined", lambda current, rough: [fitted] if not proposed else [])
+    assert space.candidates(space.before)[0] is fitted
+    assert bool(proposed) is not elsewhere
 
 
 @pytest.mark.parametrize(

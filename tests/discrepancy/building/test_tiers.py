@@ -26,6 +26,7 @@ from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 from isolation_sim.discrepancy.tiers.terms import Term
 from isolation_sim.errors import InputError
 from isolation_sim.laws import LAWS
+from isolation_sim.structures import plan_building
 
 DAMPING = ("extra_isolator_damping", "")
 NOISE, N = 0.01, 1000
@@ -192,6 +193,8 @@ def test_where_no_term_can_stand_is_said(record):
     against = twice.with_element(stiffer, -twice.elements[0].direction, name="other")
     assert unsupported(nominal(), [record]) == ""
     assert "several directions" in unsupported(against, [record])
+    plan = plan_building([2e5], [2e8], [2e8], base_mass=2e5, plan=(20.0, 12.0))
+    assert "several directions" in unsupported(plan.on(stiffer, biaxial=True), [record])
 
 
 def test_numbers_are_reported_for_all_isolators_and_written_for_one_device(record):
