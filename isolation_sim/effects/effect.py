@@ -170,7 +170,11 @@ class Effect:
         device with a ``Past``; None where the past does not determine them.
     recovery : callable or None
         ``recovery(parameters)`` -> time constant, s, with which the only state h falls at rest. Of
-        unknown rests, ``carried`` is then the largest value. For factors exp(-h) only.
+        unknown rests, ``carried`` is then the largest value. For effects that leave exp(-h) of the
+        force, or of all but the part ``spared``.
+    spared : callable or None
+        ``spared(signals, parameters)`` -> part of the law's force that such an effect does not
+        weaken, N, linear in the parameters; none of it where None.
     rates : callable or None
         -> tuple of the states' time derivatives.
     motion : callable or None
@@ -213,6 +217,7 @@ class Effect:
     start: Callable[..., tuple] | None = None
     carried: Callable[..., tuple] | None = None
     recovery: Callable[..., Any] | None = None
+    spared: Callable[..., Any] | None = None
     rates: Callable[..., tuple] | None = None
     motion: Callable[..., tuple] | None = None
     delay: Callable[..., Any] | None = None

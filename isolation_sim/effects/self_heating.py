@@ -68,6 +68,11 @@ def core(signals: Signals, states: tuple, parameters: tuple) -> Any:
     return (exponential(signals, states, parameters) - 1) * of_core(signals, parameters[2])
 
 
+def rubber(signals: Signals, parameters: tuple) -> Any:
+    """Force of the rubber beside the core."""
+    return parameters[2] * signals.x
+
+
 def rates_core(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """Heat from the core, heat out."""
     gain, cooling, _ = parameters
@@ -168,6 +173,9 @@ FORMS = (
         title="Self-heating of the core",
         parameters=(*PARAMETERS, RUBBER),
         states=(WARMTH,),
+        carried=carried,
+        recovery=recovery,
+        spared=rubber,
         rates=rates_core,
         force=core,
         needs=frozenset({"force"}),

@@ -161,8 +161,11 @@ RESTS = (20.0, 600.0, 5.0, 60.0, 10.0, 10.0, 120.0, 5.0, 40.0)
 
 
 @cache
-def warming():
-    """Runs of a spring and dashpot that its dissipation warms, and that cools in the rests."""
+def warming(rubber=0.0):
+    """Runs of a spring and dashpot that its dissipation warms, and that cools in the rests.
+
+    ``rubber`` is the part of the spring's stiffness that stays as it is, N/m.
+    """
     rng, dt = np.random.default_rng(7), 0.02
     runs, starts, warmth = [], [], 0.0
     for k, rest in enumerate(RESTS):
@@ -173,8 +176,9 @@ def warming():
         starts.append(warmth)
         force = np.empty_like(x)
         for i in range(len(x)):
-            force[i] = (K * x[i] + C * v[i]) * np.exp(-max(warmth, 0.0))
-            warmth += dt * (GAIN * force[i] * v[i] - warmth / COOLING)
+            weak = ((K - rubber) * x[i] + C * v[i]) * np.exp(-max(warmth, 0.0))
+            force[i] = rubber * x[i] + weak
+            warmth += dt * (GAIN * weak * v[i] - warmth / COOLING)
         warmth = max(warmth, 0.0) * np.exp(-rest / COOLING)
         force = force + 0.004 * np.std(force) * rng.standard_normal(len(x))
         runs.append(TestRun(f"run_{k}", time, x, v, force, np.zeros_like(x), k in (4, 7)))
@@ -193,6 +197,22 @@ def test_the_warmth_that_rests_have_left_follows_from_each_run():
         computed = -np.log(factor[data.starts[:-1]])
         assert max(expected) > 0.1
         assert computed == pytest.approx(expected, abs=0.02 * max(expected))
+
+
+def test_the_warmth_of_a_core_beside_rubber_follows_from_each_run():
+    rubber = 0.9 * K
+    campaign, starts = warming(rubber)
+    core, numbers = carry_history(effect("self_heating", "core")), np.array([GAIN, COOLING, rubber])
+    data = measured_runs(campaign.runs)
+    law = K * data.x + C * data.v
+    added = evaluate(core, data, law, numbers)["force"]
+    assert law + added == pytest.approx(data.force, abs=0.05 * np.std(data.force))
+    # what is left of the core's force tells the warmth, in the first half second of motion
+    part, weak = law - rubber * data.x, law + added - rubber * data.x
+    for run, expected in zip(data.runs, starts, strict=True):
+        moving = slice(run.start + 5, run.start + 25)
+        left = (weak[moving] @ part[moving]) / (part[moving] @ part[moving])
+        assert -np.log(left) == pytest.approx(expected, abs=0.05 * max(starts))
 
 
 @pytest.mark.parametrize("first", [0, 1])

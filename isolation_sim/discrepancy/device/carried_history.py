@@ -83,22 +83,32 @@ def first_states(
     return np.maximum(first, carried), slope
 
 
-class RestSlopes(NamedTuple):
+class Weakened(NamedTuple):
+    """The force under an effect whose state h leaves exp(-h) of it, or of a part; (n_samples,)."""
+
+    force: NDArray  # N
+    weak: NDArray  # Of the part that the effect weakens, what is left of it, N
+    left: NDArray  # The same over that part; not a number where that is small
+
+
+class WeakenedSlopes(NamedTuple):
     """Derivatives that ``after_rests`` needs, in directions that include the parameters."""
 
-    force: NDArray  # (n_samples, n_directions), of the law's force
-    factor: NDArray  # (n_samples, n_directions), of the effect's factor
+    # force, weak, left: Of ``Weakened``, (n_samples, n_directions)
+    force: NDArray
+    weak: NDArray
+    left: NDArray
     first: NDArray  # (n_runs, 1, n_directions), of the states at the start
     own: int  # First direction that is a parameter of the effect
 
 
 def after_rests(
-    effect: Effect, data: MeasuredRuns, force: NDArray, factor: NDArray, first: NDArray, p: NDArray,
-    by: RestSlopes | None = None,
+    effect: Effect, data: MeasuredRuns, now: Weakened, first: NDArray, p: NDArray,
+    by: WeakenedSlopes | None = None,
 ) -> tuple[NDArray, NDArray | None]:  # fmt: skip
     """Move the states at the start of each run, (n_runs, 1), by a step to the forces of the run."""
-    # ``force``: of the law, N; ``factor``: of the effect that begins with ``first``, (n_samples,).
-    # Returned are the states, and their derivatives if those of the others are given.
+    # ``now``: the force with those that begin with ``first``. Returned are the states, and their
+    # derivatives if those of the others are given.
     assert effect.carried is not None and effect.recovery is not None and data.past is not None
     time = effect.recovery(tuple(p))
     before = effect.carried(data.past, tuple(p))[0]  # each run, without recovery
@@ -109,15 +119,16 @@ def after_rests(
         # runs that are left out here were made all the same
         added = float(before[k]) - so_far
         most += max(added, 0.0)
-        simulated = force[run] * factor[run]
-        seconds = np.arange(len(simulated)) * data.dt[k]
+        weak, left = now.weak[run], now.left[run]
+        seconds = np.arange(len(weak)) * data.dt[k]
         fading = np.exp(-seconds / time)
-        slope, misfit = simulated * fading, simulated - data.force[run]
+        slope, misfit = weak * fading, now.force[run] - data.force[run]
         size = max(slope @ slope, 1e-300)
         step = misfit @ slope / size
         moved = float(first[k, 0] + step)
         result[k] = np.clip(moved, 0.0, most)
-        left = -float(np.log(max(factor[run][-1], 1e-300)))
+        end = np.flatnonzero(np.isfinite(left))[-1]
+        heat = -float(np.log(max(left[end], 1e-300)))
         own = Past(0.0, 0.0, 0.0, 0.0, data.force[run] @ data.v[run] * data.dt[k], 0.0)
         if by is not None and slopes is not None:
             places = slice(by.own, by.own + len(p))
@@ -131,14 +142,13 @@ def after_rests(
             if moved > most:
                 slopes[k, 0] = by_most
             elif moved >= 0:
-                weight = fading * (simulated + misfit - 2 * step * slope) / size
                 by_time = (misfit * slope - 2 * step * slope**2) @ seconds / (size * time**2)
                 slopes[k, 0] = by.first[k, 0] + by_time * of_time
-                slopes[k, 0] += (weight * factor[run]) @ by.force[run]
-                slopes[k, 0] += (weight * force[run]) @ by.factor[run]
-            ending = by.factor[run][-1] / factor[run][-1]
-            by_most, by_so_far = (-ending if left > 0 else 0.0 * ending), of_before + of_own
-        most = max(left, 0.0)
+                slopes[k, 0] += slope / size @ by.force[run]
+                slopes[k, 0] += fading * (misfit - 2 * step * slope) / size @ by.weak[run]
+            ending = by.left[run][end] / left[end]
+            by_most, by_so_far = (-ending if heat > 0 else 0.0 * ending), of_before + of_own
+        most = max(heat, 0.0)
         so_far = float(before[k] + effect.carried(own, tuple(p))[0])
     return result, slopes
 

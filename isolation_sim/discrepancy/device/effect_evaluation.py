@@ -18,12 +18,21 @@ from numpy.typing import NDArray
 from ...effects import Effect, Signals
 from ...identification.measured_runs import MeasuredRuns, measured_runs
 from ...identification.run_table import TestRun
-from .carried_history import RestSlopes, after_rests, by_inputs, first_states, has_unknown_starts
+from .carried_history import (
+    Weakened,
+    WeakenedSlopes,
+    after_rests,
+    by_inputs,
+    first_states,
+    has_unknown_starts,
+)
 from .effect_kernel_text import HOOKS, compiled
 from .late_motion import late_motion
 
 _STEPS_TO_START = 3
 """Steps to the unknown state at the start of a run. Convergence: the last one changes it by 2 %."""
+_LARGE = 0.5
+"""Share of its largest value from which a part of the force tells what is left of it."""
 
 
 def evaluate(
@@ -119,18 +128,59 @@ class _Runs:
         self, first: NDArray, by: tuple[NDArray, Any, int] | None, follow: Callable[..., Any]
     ) -> None:
         """Follow each run from the states that the runs before have left, from fresh ones."""
-        effect, data, force, p = self.effect, self.data, self.signals.force, self.parameters
+        effect, data, p = self.effect, self.data, self.parameters
         slope: Any
         slope, own = (None, 0) if by is None else by[1:]
         if has_unknown_starts(effect) and data.past is not None:
-            place = self.rows.index("factor")
             for _ in range(_STEPS_TO_START):
                 by_out = follow(first, slope)
-                known = None if by is None else RestSlopes(by[0], by_out[place], slope, own)
-                first, slope = after_rests(effect, data, force, self.out[place], first, p, known)
+                now, known = self._weakened(), None
+                if by is not None:
+                    known = WeakenedSlopes(
+                        *self._weakened_slopes(now, by[0], by_out, own), slope, own
+                    )
+                first, slope = after_rests(effect, data, now, first, p, known)
         else:
             first, slope = first_states(effect, data, first, p, slope, own)
         follow(first, slope)
+
+    def _weakened(self) -> Weakened:
+        """The law's force with an effect that weakens it, or a part of it."""
+        law = self.signals.force
+        if self.effect.spared is None:
+            left = self.out[self.rows.index("factor")]
+            return Weakened(law * left, law * left, left)
+        spared = self.effect.spared(self.signals, tuple(self.parameters))
+        force = law + self.out[self.rows.index("force")]
+        part, left = law - spared, np.full_like(law, np.nan)
+        for run in self.data.runs:
+            size = np.abs(part[run])
+            large = size >= _LARGE * size.max()
+            left[run][large] = (force - spared)[run][large] / np.where(size > 0, part[run], 1)[
+                large
+            ]
+        return Weakened(force, force - spared, left)
+
+    def _weakened_slopes(
+        self, now: Weakened, by_law: NDArray, by_out: NDArray, own: int
+    ) -> tuple[NDArray, NDArray, NDArray]:
+        """Derivatives of these."""
+        law = self.signals.force
+        if self.effect.spared is None:
+            by_left = by_out[self.rows.index("factor")]
+            by_force = now.left[:, np.newaxis] * by_law + law[:, np.newaxis] * by_left
+            return by_force, by_force, by_left
+        by_spared = np.zeros_like(by_law)
+        units = np.eye(len(self.parameters))
+        for place, unit in enumerate(units):
+            by_spared[:, own + place] = self.effect.spared(self.signals, tuple(unit))
+        by_force = by_law + by_out[self.rows.index("force")]
+        by_weak, by_part = by_force - by_spared, by_law - by_spared
+        part = law - self.effect.spared(self.signals, tuple(self.parameters))
+        left = now.left[:, np.newaxis]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            by_left = (by_weak - left * by_part) / part[:, np.newaxis]
+        return by_force, by_weak, by_left
 
     def _fresh(self) -> tuple[NDArray, list[tuple[NDArray, NDArray]]]:
         """First states of a fresh device in each run; their derivatives by force and parameters."""
