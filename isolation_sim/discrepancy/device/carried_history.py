@@ -94,10 +94,10 @@ class Weakened(NamedTuple):
 class WeakenedSlopes(NamedTuple):
     """Derivatives that ``after_rests`` needs, in directions that include the parameters."""
 
-    # force, weak, left: Of ``Weakened``, (n_samples, n_directions)
-    force: NDArray
-    weak: NDArray
-    left: NDArray
+    # of ``Weakened``, (n_samples, n_directions)
+    force: NDArray  # N over the unit of a direction
+    weak: NDArray  # The same
+    left: NDArray  # 1 over that unit
     first: NDArray  # (n_runs, 1, n_directions), of the states at the start
     own: int  # First direction that is a parameter of the effect
 
