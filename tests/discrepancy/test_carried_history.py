@@ -213,6 +213,9 @@ def test_the_warmth_of_a_core_beside_rubber_follows_from_each_run():
         moving = slice(run.start + 5, run.start + 25)
         left = (weak[moving] @ part[moving]) / (part[moving] @ part[moving])
         assert -np.log(left) == pytest.approx(expected, abs=0.05 * max(starts))
+    # neither a run without force nor a law that diverges in one ends the search
+    law[data.runs[2]], law[data.runs[3]] = 0.0, np.nan
+    assert np.isfinite(evaluate(core, data, law, numbers)["force"][data.runs[1]]).all()
 
 
 @pytest.mark.parametrize("first", [0, 1])

@@ -127,7 +127,8 @@ def after_rests(
         step = misfit @ slope / size
         moved = float(first[k, 0] + step)
         result[k] = np.clip(moved, 0.0, most)
-        end = np.flatnonzero(np.isfinite(left))[-1]
+        known = np.flatnonzero(np.isfinite(left))
+        end = int(known[-1]) if known.size else -1  # none where the law diverges
         heat = -float(np.log(max(left[end], 1e-300)))
         own = Past(0.0, 0.0, 0.0, 0.0, data.force[run] @ data.v[run] * data.dt[k], 0.0)
         if by is not None and slopes is not None:

@@ -152,14 +152,13 @@ class _Runs:
             return Weakened(law * left, law * left, left)
         spared = self.effect.spared(self.signals, tuple(self.parameters))
         force = law + self.out[self.rows.index("force")]
-        part, left = law - spared, np.full_like(law, np.nan)
+        part, weak = law - spared, force - spared
+        with np.errstate(divide="ignore", invalid="ignore"):
+            left = weak / part
         for run in self.data.runs:
             size = np.abs(part[run])
-            large = size >= _LARGE * size.max()
-            left[run][large] = (force - spared)[run][large] / np.where(size > 0, part[run], 1)[
-                large
-            ]
-        return Weakened(force, force - spared, left)
+            left[run][size < _LARGE * size.max()] = np.nan
+        return Weakened(force, weak, left)
 
     def _weakened_slopes(
         self, now: Weakened, by_law: NDArray, by_out: NDArray, own: int
