@@ -258,17 +258,24 @@ class ValidatedSearch:
         """Find an effect that corrects next to nothing."""
         squared = self.errors.squared
         without = [self._force_without(best, k) for k in range(len(best.effects))]
-        added = np.array([squared(force) - squared(self.after) for force in without])
-        corrected = np.sqrt(np.maximum(added, 0.0))
+
+        def corrected_on(chosen: NDArray) -> NDArray:
+            added = np.array([squared(one, chosen) for one in without]) - squared(
+                self.after, chosen
+            )
+            return np.sqrt(np.maximum(added, 0.0))
+
+        corrected = corrected_on(self.errors.validation_samples)
         explained = np.maximum(squared(self.before) - squared(self.after), 0.0)
         # as a share of the whole force, and on average of each run's own
         small = np.tile(np.sqrt(MINOR * explained), (len(corrected), 1))
         # what completes the law is no correction of another's form
         completing = self._completing(best, without, corrected[:, 0] ** 2)
-        small[completing] = 0.0
-        fitted = np.array([squared(force, self.data.fitted) for force in without])
-        fitted = np.maximum(fitted - squared(self.after, self.data.fitted), 0.0)
-        corrected[completing] = np.maximum(corrected, np.sqrt(fitted))[completing]
+        if any(completing):
+            small[completing] = 0.0
+            corrected[completing] = np.maximum(corrected, corrected_on(self.data.fitted))[
+                completing
+            ]
         allowed = np.maximum(max(self.errors.significance, 1e-9), np.minimum(small, MOST_MINOR))
         beyond = np.max(corrected / allowed, axis=1)
         least = int(np.argmin(beyond))
