@@ -17,6 +17,13 @@ NEAREST = {
 }
 
 
+def exit_code(path, current, *options):
+    """End of the command that exports a scenario or a law at a current."""
+    with pytest.raises(SystemExit) as stop:
+        main(["export", "opensees", str(path), "--current", str(current), *options])
+    return stop.value.code
+
+
 def device_of(law):
     return iso.law(law).scaled(length=10, force=3000)
 
@@ -64,18 +71,14 @@ def test_the_command_prints_and_writes_it(tmp_path, capsys):
         '[isolator]\nlaw = "kelvin_voigt"\nlength_scale = 1.0\nforce_scale = 1.0\n'
         "parameters = { k = 2e5, c = 3e4 }\ntested_deformation_m = 0.1\n"
     )
-    with pytest.raises(SystemExit) as stop:
-        main(["export", "opensees", str(law), "--current", "0"])
-    assert stop.value.code == 0
+    assert exit_code(law, 0) == 0
     captured = capsys.readouterr().out
     assert "# error of the force up to 0.1 m at 1 Hz: " in captured
     assert "ops.uniaxialMaterial('Parallel', 3, 1, 2)" in captured
     compile(captured, "told", "exec")
     out = tmp_path / "material.tcl"
     for code, words in ((0, [str(out)]), (2, [str(out)]), (2, [str(tmp_path / "x.txt")])):
-        with pytest.raises(SystemExit) as stop:
-            main(["export", "opensees", str(law), "--current", "0", "--out", *words])
-        assert stop.value.code == code
+        assert exit_code(law, 0, "--out", *words) == code
     assert out.read_text().splitlines()[-1] == "uniaxialMaterial Parallel 3 1 2"
 
 
@@ -88,9 +91,7 @@ def test_loops_of_a_scenario_have_the_frequency_of_its_building(tmp_path, capsys
     for current, options in runs:
         if current == 1.0:  # of its scaled isolators alone, too
             path.write_text('[isolator]\nlaw = "strain_stiffening"\n')
-        with pytest.raises(SystemExit) as stop:
-            main(["export", "opensees", str(path), "--current", str(current), *options])
-        assert stop.value.code == 0
+        assert exit_code(path, current, *options) == 0
         period = isolated.effective(0.08, current).period
         expected = float(options[1]) if options else 1 / period
         assert f"up to 0.08 m at {expected:.3g} Hz: " in capsys.readouterr().out
@@ -102,19 +103,15 @@ def test_which_of_several_elements_it_is_is_told(tmp_path, capsys):
         "[[element]]\nname = 'bearing'\ndirection = 'base'\nlaw = 'linear'\n"
         "parameters = { k = 1e6 }\nlength_scale = 1.0\nforce_scale = 1.0\n"
     )
-    with pytest.raises(SystemExit) as stop:
-        main(["export", "opensees", str(path), "--current", "1"])
+    assert exit_code(path, 1) == 0
     captured = capsys.readouterr().out
-    assert stop.value.code == 0
     assert captured.startswith("# of isolator alone; further elements: bearing\n# Strain stiff")
 
 
 def test_a_current_out_of_range_is_refused(tmp_path, capsys):
     path = tmp_path / "main.toml"
     path.write_text('[ground]\nname = "el_centro_1940_ns"\n')
-    with pytest.raises(SystemExit) as stop:
-        main(["export", "opensees", str(path), "--current", "9"])
-    assert stop.value.code == 2 and "current 9 A is outside" in capsys.readouterr().err
+    assert exit_code(path, 9) == 2 and "current 9 A is outside" in capsys.readouterr().err
 
 
 def test_a_building_without_a_period_has_the_usual_loops():

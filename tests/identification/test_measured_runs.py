@@ -101,31 +101,30 @@ def test_noise_of_an_accelerometer_is_not_the_motion(runs):
     assert np.std((computed.a - np.concatenate(seen))[inner]) < 0.03
 
 
-def test_noise_of_a_measured_velocity_is_not_the_motion():
-    rng, time = np.random.default_rng(7), np.arange(2000) / 200.0
+def with_velocity(seed, of_displacement, of_velocity):
+    """A sinusoid with noise of both channels, m and m/s; its run and exact velocity."""
+    rng, time = np.random.default_rng(seed), np.arange(2000) / 200.0
     phase = 2 * np.pi * 1.5 * time
     x, v = 0.007 * np.sin(phase), 0.007 * 2 * np.pi * 1.5 * np.cos(phase)
-    recorded = v + 2e-4 * rng.standard_normal(time.size)
-    noisy_x = x + 1e-6 * rng.standard_normal(time.size)
+    recorded = v + of_velocity * rng.standard_normal(time.size)
+    noisy_x = x + of_displacement * rng.standard_normal(time.size)
     run = TestRun("a", time, noisy_x, recorded, 1e4 * x, 0 * x, velocity_measured=True)
+    return run, v
+
+
+def test_noise_of_a_measured_velocity_is_not_the_motion():
+    run, v = with_velocity(7, 1e-6, 2e-4)
     data = measured_runs([run])
-    assert np.std(data.v - v) < 0.3 * np.std(recorded - v)
+    assert np.std(data.v - v) < 0.3 * np.std(run.velocity - v)
     assert data.velocity_noise[0] == pytest.approx(2e-4, rel=0.2)
-    # what the velocity shows and the displacement does not is motion
-    noisy_x = x + 2e-4 * rng.standard_normal(time.size)
-    exact = replace(run, displacement=noisy_x, velocity=v)
-    assert np.std(measured_runs([exact]).v - v) < 1e-3 * np.std(v)
     assert np.isinf(measured_runs([replace(run, velocity_measured=False)]).velocity_noise[0])
+    # what the velocity shows and the displacement does not is motion
+    exact, v = with_velocity(7, 2e-4, 0.0)
+    assert np.std(measured_runs([exact]).v - v) < 1e-3 * np.std(v)
 
 
 def test_noise_of_a_measured_velocity_passes_the_smoothing():
-    rng, time = np.random.default_rng(8), np.arange(2000) / 200.0
-    phase = 2 * np.pi * 1.5 * time
-    x, v = 0.007 * np.sin(phase), 0.007 * 2 * np.pi * 1.5 * np.cos(phase)
-    recorded = v + 5e-3 * rng.standard_normal(time.size)
-    noisy_x = x + 1e-4 * rng.standard_normal(time.size)
-    data = measured_runs(
-        [TestRun("a", time, noisy_x, recorded, 1e4 * x, 0 * x, velocity_measured=True)]
-    )
+    run, v = with_velocity(8, 1e-4, 5e-3)
+    data = measured_runs([run])
     drawn = motion_noise(data, 8)[:, 1]
     assert np.std(drawn) == pytest.approx(np.std(data.v - v), rel=0.5)
