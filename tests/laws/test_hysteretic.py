@@ -6,6 +6,7 @@ from scipy.integrate import solve_ivp
 
 from isolation_sim.laws import law
 from isolation_sim.laws.emit import symbols
+from isolation_sim.laws.registry import LAWS
 
 BOUC_WEN = {
     "k": 2e4, "c": 300.0, "alpha": 4e4, "A": 1.0, "beta": 4e4, "gamma": 2e4, "n": 2.0, "F0": 5.0,
@@ -188,3 +189,40 @@ def test_derivatives_by_parameters_exist_at_rest_and_in_motion(device):
     for size in (0.0, 1e-160, 1e-9, 1e-3, -1e-3):
         computed = jacobian(casadi.DM([size] * len(motion) + list(numbers)))
         assert np.all(np.isfinite(np.array(computed)))
+
+
+HIGH_DAMPING_RUBBER = {
+    "a1": 2e4, "a2": -1e7, "a3": 1e11, "c": 300.0, "b1": 100.0, "b2": 5e5, "b3": 400.0,
+}  # fmt: skip
+
+
+def test_hysteresis_of_high_damping_rubber_grows_with_the_deformation():
+    """Pulled out from rest, dh/dx = b3 (b1 + b2 x^2 - h)."""
+    device = law("high_damping_rubber", HIGH_DAMPING_RUBBER)
+    x = np.linspace(0.0, 20e-3, 50)
+    out = solve_ivp(lambda x, h: device.rates(x, 1.0, h, 0.0), (0, x[-1]), (0.0,), t_eval=x,
+                    rtol=1e-9, atol=1e-12)  # fmt: skip
+    b1, b2, b3 = (HIGH_DAMPING_RUBBER[name] for name in ("b1", "b2", "b3"))
+    start = b1 + 2 * b2 / b3**2
+    exact = b1 + b2 * (x**2 - 2 * x / b3 + 2 / b3**2) - start * np.exp(-b3 * x)
+    np.testing.assert_allclose(out.y[0], exact, atol=1e-6 * start)
+
+
+def test_high_damping_rubber_in_a_circle_leads_the_deformation():
+    """At the radius R, |h| = (b1 + b2 R^2) sin(phi), by the angle phi with tan(phi) = b3 R."""
+    biaxial = LAWS["high_damping_rubber"].in_plan
+    radius, omega = 10e-3, 2.0
+    end = 5 * 2 * np.pi / omega
+
+    def moving(t):
+        x = radius * np.cos(omega * t), radius * np.sin(omega * t)
+        return x, (-omega * x[1], omega * x[0])
+
+    def rates(t, h):
+        return biaxial.rates(*moving(t), tuple(h), tuple(HIGH_DAMPING_RUBBER.values()))
+
+    h = solve_ivp(rates, (0, end), (0.0, 0.0), rtol=1e-9, atol=1e-9).y[:, -1]
+    b1, b2, b3 = (HIGH_DAMPING_RUBBER[name] for name in ("b1", "b2", "b3"))
+    limit, phi = b1 + b2 * radius**2, np.arctan(b3 * radius)
+    expected = limit * np.sin(phi) * np.array([np.cos(phi), np.sin(phi)])
+    np.testing.assert_allclose(h, expected, rtol=1e-5)
