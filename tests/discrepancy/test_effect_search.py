@@ -130,6 +130,7 @@ def test_a_small_share_counts_of_a_named_effect_that_leaves_less():
         # those that are followed cannot ask for it: then the fitted ones are to be left with noise
         ("force_offset", 400, 6.0, 1.0, True, True, None, True),
         ("force_offset", 400, 6.0, 1.0, False, True, None, False),
+        ("force_offset", 400, 11.0, 1.0, True, True, None, False),  # they object: more is left
         # the first form is not quite right
         ("force_offset", 400, 3.0, 0.0, False, False, None, False),
         # what heats and wears looks like either, unless the fitted runs are left with noise

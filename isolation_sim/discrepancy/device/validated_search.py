@@ -168,12 +168,12 @@ class ValidatedSearch:
             return best
         missed, before = self._misses_held_out(best), self.final
         self._extend(more)
-        # runs held out that are followed to noise cannot tell: then the fitted ones have to be
+        # runs held out that are followed to noise can only object: the fitted ones have to be noise
         taken = (
-            errors.misfit(self.after) < COMPLETES * left if missed
-            else errors.is_noise(self.after, self.data.fitted)
-        )  # fmt: skip
-        taken = taken and self._may_complete(more)
+            errors.misfit(self.after) <= (COMPLETES if missed else 1.0) * left
+            and (missed or errors.is_noise(self.after, self.data.fitted))
+            and self._may_complete(more)
+        )
         # one that imitates another does not replace it
         if taken and imitate(more.effects):
             taken = self._superfluous(more) is None
