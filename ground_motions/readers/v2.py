@@ -24,8 +24,8 @@ from ground_motions.readers.lines import (
 from ground_motions.record import Record
 from ground_motions.units import UNITS, to_m_s2, unit_name
 
-_FIRST = re.compile(r"\s*CORRECTED ACCEL", re.IGNORECASE)
-_OTHERS = re.compile(r"\s*(CORRECTED (VELOC|DISPL)|RESPONSE SPECTR)", re.IGNORECASE)
+_FIRST = re.compile(r"\s*CORRECTED (?P<kind>ACCEL|DISPL)", re.IGNORECASE)
+_OTHERS = re.compile(r"\s*(CORRECTED VELOC|RESPONSE SPECTR)", re.IGNORECASE)
 # CSMIP: "  4000 points of accel data equally spaced at  .020 sec, in cm/sec2. (8f10.3)", and
 # until about 1990 " 1138 POINTS OF ACCEL DATA EQUALLY SPACED AT  .020 SEC.  (UNITS: CM/SEC/SEC)"
 _CSMIP = re.compile(
@@ -151,14 +151,20 @@ def component_of(path: str | Path) -> Component | None:
 
 
 def _accelerations(lines: list[str], path: str | Path) -> list[Series]:
-    return [each for each in all_series(lines, path) if not each.is_displacement]
+    found = [each for each in all_series(lines, path) if not each.is_displacement]
+    if not found:
+        raise AnotherQuantityError(f"{path}, line 1", excerpt(lines[0].strip()), _EXPECTED)
+    return found
 
 
 def all_series(lines: list[str], path: str | Path) -> list[Series]:
     """Accelerations and displacements of all channels."""
-    if not _FIRST.match(lines[0]):
+    first = _FIRST.match(lines[0])
+    if first is None:
         kind = AnotherQuantityError if _OTHERS.match(lines[0]) else InputError
         raise kind(f"{path}, line 1", excerpt(lines[0].strip()), _EXPECTED)
+    # behind accelerations, displacements have the header of these
+    alone = first["kind"].lower() == "displ"
     series: list[Series] = []
     begin = 0
     for place, line in enumerate(lines):
@@ -172,18 +178,18 @@ def all_series(lines: list[str], path: str | Path) -> list[Series]:
         if unit is None or (moved and unit not in UNITS["displacement"]):
             expected = "cm" if moved else "cm/sec2 or g"
             raise InputError(where, f"units {excerpt(match['unit'])}", expected)
-        if moved and not series:
+        if moved and not (series or alone):
             raise InputError(where, "displacements of no channel", "accelerations before them")
         if numbers is None and (cosmos or "(" in match["format"]):
             raise InputError(where, excerpt(line.strip()), "a format at its end, such as (8f10.3)")
         columns, width = numbers.group("columns", "width") if numbers else _USUAL
-        if moved:
+        if moved and not alone:
             last = series[-1]
             channel, dt = last.channel, last.dt
             direction, location, recording = last.direction, last.location, last.recording
         else:
             header = _own_header(lines[begin:place])
-            number = sum(not each.is_displacement for each in series) + 1
+            number = sum(each.is_displacement == alone for each in series) + 1
             channel = _first(header, _STATION_CHANNEL, _CHANNEL) or str(number)
             direction, location = _first(header, _DIRECTION), _first(header, _LOCATION)
             recording = " ".join(filter(None, (_first(header, each) for each in _RECORDING)))
@@ -214,7 +220,7 @@ def all_series(lines: list[str], path: str | Path) -> list[Series]:
             f"{_EXPECTED}: a line such as '4000 points of accel data equally spaced at .005 sec, "
             "in cm/sec2. (8f10.3)'",
         )  # fmt: skip
-    names = [each.channel for each in series if not each.is_displacement]
+    names = [each.channel for each in series if each.is_displacement == alone]
     if len(set(names)) < len(names):
         raise InputError(str(path), f"channels {', '.join(names)}", "different numbers")
     return series
