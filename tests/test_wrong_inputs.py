@@ -30,7 +30,16 @@ SCENARIOS = [
     ("nme = 'a'", "unknown key 'nme'; did you mean 'name'?"),
     ("ground = 1", "ground"),
     ("ground = []", "ground"),
-    ("[ground]\nname = 'el_centro'", "el_centro_1940_ns"),
+    ("[ground]\nname = 'el_centro'", "ground: record name: given 'el_centro'; did you mean"),
+    ("[ground]\nsoil = 'firm'", "ground.kind is missing"),
+    (
+        "[ground]\nfile = 'a.csv'\ncolum = 'b'",
+        "ground: unknown key 'colum'; did you mean 'column'?",
+    ),
+    (
+        "[[ground]]\n[[ground]]\nscale_factor = 'x'",
+        "ground[1].scale_factor is 'x'; expected: a number",
+    ),
     ("[ground]\nnam = 'el_centro_1940_ns'", "unknown key 'nam'; did you mean 'name'?"),
     ("[ground]\nkind = 'recrd'", "ground.kind is 'recrd'; did you mean 'record'?"),
     ("[ground]\nstart_s = -1.0", "ground.start_s is -1.0; expected: 0 or more"),
@@ -95,6 +104,7 @@ SCENARIOS = [
         "target_period_s = 2.0",
         "heights",
     ),
+    ("[structure]\nkind = 'matrices'", "structure.file is missing"),
     ("[structure]\nfile = 'none.npz'", "none.npz"),
     ("[structure]\nfile = 'motion.csv'", "motion.csv"),
     ("[structure]\nfile = 'lacking.npz'", "array 'K' is missing"),
@@ -111,6 +121,8 @@ SCENARIOS = [
     ),
     ("[isolator]\nparameters = 'genralised'", "unknown parameter set of strain_stiffening"),
     ("[isolator]\nparameters = { q = 1.0 }", "q"),
+    ("[isolator]\nparameters = 4", "isolator.parameters is 4; expected: text or a table"),
+    ("[isolator.parameters]\nk0 = ['a']", "isolator.parameters.k0[0] is 'a'"),
     ("[isolator]\nlaw = 'kelvin_voigt'\nparameters = { k = -1.0, c = 1.0 }", "parameter 'k' is -1"),
     ("[isolator]\nlaw = 'kelvin_voigt'\nparameters = { k = 1.0 }", "c"),
     ("[isolator]\nlaw = 'kelvin_voigt'", "no published set; parameters needed: k, c"),
@@ -143,18 +155,25 @@ SCENARIOS = [
     ("[[element]]\ndirection = [1.0]\nlaw = 'linear'\nparameters = { k = 1.0 }", "has shape (1,)"),
     ("[[element]]\ndirection = 'storey1'", "has no channel"),
     ("[[element]]\ndirection = 'storey1'\nchannel = 5", "without gaps"),
-    ("[[controller]]\nname = 'clipped_lqrr'", "unknown controller 'clipped_lqrr'"),
+    ("[[controller]]\nname = 'clipped_lqrr'", "controller[0]: unknown controller 'clipped_lqrr'"),
     ("[[controller]]\namperes = 1.0", "controller[0].name is missing"),
     ("[[controller]]\nname = 'constant'\namperes = 'high'", "amperes"),
     ("[[controller]]\nname = 'constant'\nampere = 1.0", "did you mean 'amperes'?"),
     ("[[controller]]\nname = 'on_off'\nperiod = -1.0", "period"),
     ("[[controller]]\nname = 'on_off'\nperiod = 1e-9", "period is 1e-09 s, "),
     ("[[controller]]\nname = 'on_off'\n[[controller]]\nname = 'on_off'", "two controllers have"),
-    ("controller = []", "controller"),
+    ("controller = []", "controller is []; expected: a list of 1 or more"),
+    ("controller = 3", "controller is 3; expected: a list"),
+    (
+        "[controller]\nname = 'on_off'",
+        "expected: a list (of tables: [[controller]], double brackets)",
+    ),
+    ("driver = 3", "driver is 3; expected: a table"),
     ("[driver]\nlag_s = -0.1", "driver.lag_s is -0.1; expected: 0 or more"),
     ("[driver]\nslew_A_per_s = 0.0", "driver.slew_A_per_s is 0.0; expected: a number above 0"),
     ("[driver]\nlow_A = 2.0\nhigh_A = 1.0", "high"),
-    ("[driver]\nlag = 0.1", "unknown key 'lag'; did you mean 'lag_s'?"),
+    ("[driver]\nlag = 0.1", "driver: unknown key 'lag'; did you mean 'lag_s'?"),
+    ("[driver]\nlag_s = -1\nslew_A_per_s = -1", "0 or more (and 1 more problem)"),
     ("[sensors]\ndropout = 1.0", "sensors.dropout is 1.0; expected: a number below 1"),
     ("[sensors]\nseed = -1", "sensors.seed is -1; expected: 0 or more"),
     ("[sensors]\nseed = 1.5", "sensors.seed is 1.5; expected: a whole number"),
@@ -563,7 +582,7 @@ def answer(files, monkeypatch, capsys):
 def test_a_scenario(answer, files, text, message):
     (files / "job.toml").write_text(text)
     line = answer("run", "job.toml", "--no-figures")
-    assert "job.toml" in line and message in line
+    assert line.startswith("isolation-sim: job.toml: ") and message in line
 
 
 @pytest.mark.parametrize(("text", "message"), PLANS)
