@@ -108,9 +108,6 @@ def test_a_failing_case_is_reported_and_ends_with_one(plan, capsys):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["nothing.toml"], "no such file"),
-        (["show", "nowhere"], "no sweep there"),
-        (["plan.toml", "--workers", "0"], "workers is 0"),
         (["show", "results/plan", "--best", "0"], "best is 0; expected: 1 or more"),
         (["show", "results/plan", "--figures", "plan.toml"], "plan.toml: a file; expected:"),
         (["show", "results/plan", "--csv", "results", "--no-draw"], "results: a folder; expected"),

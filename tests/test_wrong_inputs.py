@@ -201,10 +201,21 @@ PLANS = [
     (VARY + "low = 1.0\nhigh = 2.0", "isolator.count has limits but no count"),
     (VARY + "low = 1.0\nhigh = 2.0\nstep = 1e-12", "makes 1e+12 values"),
     (VARY + "values = [1.0]\nnames = ['a', 'b']", "names and values differ in number"),
-    (VARY + "values = [-1.0]", "isolator.count"),
+    (
+        VARY + "values = [-1.0]",
+        "isolator.count = -1.0: isolator.count is -1.0; expected: a number a",
+    ),
+    (VARY + "valus = [1.0]", "did you mean 'values'?"),
     (VARY + "values = ['many']", "isolator.count"),
     ("[[vary]]\nfield = 'isolator.cuont'\nvalues = [1.0]", "count"),
     ("[[vary]]\nfield = 'isolator..count'\nvalues = [1.0]", "cannot be read"),
+    ("[[vary]]\nfield = 'controller.amperes'\nvalues = [1.0]", "unknown field"),
+    (
+        "[[vary]]\nfield = 'isolator.target_period_s'\nlabel = 'T'\nvalues = [0.4, 0.3]",
+        "T = 0.4: isolator: ",
+    ),
+    ("vry = []", "did you mean 'vary'?"),
+    ("[sample]\ncount = 4", "no quantity is sampled"),
     ("[[vary]]\nfield = 'controller[9].amperes'\nvalues = [1.0]", "controller"),
     (VARY + "values = [1.0]\n" + VARY + "values = [2.0]", "is varied twice"),
     (VARY + "low = 1.0\nhigh = 2.0\n[sample]\ncount = 0", "sample.count is 0"),
@@ -588,7 +599,8 @@ def test_a_scenario(answer, files, text, message):
 @pytest.mark.parametrize(("text", "message"), PLANS)
 def test_a_plan(answer, files, text, message):
     (files / "varied.toml").write_text(text)
-    assert message in answer("sweep", "varied.toml", "--workers", "1")
+    line = answer("sweep", "varied.toml", "--workers", "1")
+    assert line.startswith("isolation-sim: varied.toml: ") and message in line
 
 
 @pytest.mark.parametrize(("command", "message"), COMMANDS)
