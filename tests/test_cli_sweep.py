@@ -131,10 +131,3 @@ def test_resume_and_a_plan_that_changed(plan, capsys):
     plan.write_text(PLAN.format(last=3.0))
     code, _, err = command(capsys, "sweep", "plan.toml", "--resume")
     assert code == 2 and "vary[0].values[2] was 2.0, is 3.0" in err
-
-
-def test_new_writes_a_plan_once(plan, capsys):
-    code, out, _ = command(capsys, "sweep", "new", "fresh.toml")
-    assert code == 0 and "isolation-sim sweep fresh.toml" in out
-    code, _, err = command(capsys, "sweep", "new", "fresh.toml")
-    assert code == 2 and "--force" in err

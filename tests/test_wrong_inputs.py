@@ -247,8 +247,13 @@ COMMANDS = [
     ("fit none --law linear", "none: a folder that does not exist"),
     ("fit . --law linear --starts few", "Invalid value for '--starts'"),
     ("fit . --law linear --fix k", "--fix k"),
-    ("fit . --law linear --out motion.csv", "motion.csv: exists; expected: a new name, or --force"),
-    ("fit . --law linear --report motion.csv", "motion.csv: exists"),
+    (
+        "fit no --law linear --out motion.csv",
+        "motion.csv: exists; expected: a new name, or --force",
+    ),
+    ("fit no --law linear --report motion.csv", "motion.csv: exists"),
+    ("fit no --law linear --out new.toml --report motion.csv", "motion.csv: exists"),
+    ("fit no --law linear --figure loops", "loops.svg: exists"),
     ("fit . --law linear --out motion.csv/a.toml", "motion.csv is a file; expected: a folder"),
     ("diagnose none.csv", "none.csv"),
     ("diagnose motion.csv", "motion.csv: a building record needs its building"),
@@ -554,6 +559,7 @@ def files(tmp_path_factory):
     (folder / "text.csv").write_text("time_s,ground_acceleration_m_s2\n0,a\n1,b\n")
     (folder / "motion.txt").write_text("0.1\n0.2\n")
     (folder / "motion.xyz").write_text("0.1\n0.2\n")
+    (folder / "loops.svg").write_text("mine")
     (folder / "short.at2").write_text("PEER\n")
     (folder / "plan.toml").write_text(VARY + "values = [1.0]\n")
     (folder / "own.py").write_text(
