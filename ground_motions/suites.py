@@ -152,41 +152,28 @@ def read_folder(
     if not files:
         expected = f"files {', '.join(sorted(suffixes))}{hint}"
         raise InputError(str(folder), "no file of a record", expected)
-    if others:
-        warn(f"{folder}: not used: {_listed([path.name for path in others])}{hint}", UserWarning)
     vertical: list[Path] = []
     single = {path: component for path, component in components.items() if component}
     grouped = _group_components(files, single, vertical.append)
     groups = sorted(grouped, key=lambda each: min(each[1]))
     if vertical and not groups:
         raise InputError(str(folder), "vertical components alone", "horizontal components")
-    places = [
+    on_structure = [
         f"{path.name} ({each.location})" for path, each in single.items() if each.is_on_structure
     ]
-    if places:
-        warn(
-            f"{folder}: not called free field by their headers, as sensors on a structure are: "
-            f"{_listed(places)}",
-            UserWarning,
-        )
     deep = [path.name for _, paths in groups for path in paths if _is_borehole(path)]
-    if deep:
-        warn(
-            f"{folder}: not at the surface, as KiK-net's sensors 1 are in a borehole: "
-            f"{_listed(deep)}",
-            UserWarning,
-        )
-    if vertical:
-        alone = _listed([path.name for path in vertical])
-        warn(f"{folder}: not used, vertical components alone: {alone}", UserWarning)
-    named = [f"{name} ({', '.join(path.name for path in paths)})" for name, paths in groups
-             if len(paths) > 1 and not _KNET.fullmatch(paths[0].suffix)]  # fmt: skip
-    if named:
-        warn(
-            f"{folder}: components of one record, by the ends of their names or by their headers: "
-            f"{_listed(named)}; a list of files in [ground] pairs them otherwise",
-            UserWarning,
-        )
+    paired = [f"{name} ({', '.join(path.name for path in paths)})" for name, paths in groups
+              if len(paths) > 1 and not _KNET.fullmatch(paths[0].suffix)]  # fmt: skip
+    for told, names, remedy in (
+        ("not used", [path.name for path in others], hint),
+        ("not called free field by their headers, as sensors on a structure are", on_structure, ""),
+        ("not at the surface, as KiK-net's sensors 1 are in a borehole", deep, ""),
+        ("not used, vertical components alone", [path.name for path in vertical], ""),
+        ("components of one record, by the ends of their names or by their headers", paired,
+         "; a list of files in [ground] pairs them otherwise"),
+    ):  # fmt: skip
+        if names:
+            warn(f"{folder}: {told}: {_listed(names)}{remedy}", UserWarning)
     return _unique(_readable(groups, unit, dt, column, on_unreadable))
 
 

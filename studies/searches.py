@@ -92,7 +92,7 @@ def measured_damper(folder: Path, at: str = "1 A") -> Problem:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class MethodComparison:
     """All methods on one problem."""
 
     name: str  # Of the problem
@@ -157,7 +157,7 @@ def compare_methods(
     budget: int = BUDGET,
     seeds: int = SEEDS,
     advance: Callable[[], None] = lambda: None,
-) -> Comparison:
+) -> MethodComparison:
     """Search by every method, over several seeds."""
     searches: dict[str, list[Convergence]] = {}
     for method in (LEAST_SQUARES, *available_methods()):
@@ -173,7 +173,7 @@ def compare_methods(
     ]
     costs = [problem.cost(x) for x in tight]
     costs += [one.best() for each in searches.values() for one in each]
-    return Comparison(problem.name, len(u.scale), budget, float(np.nanmin(costs)), searches)
+    return MethodComparison(problem.name, len(u.scale), budget, float(np.nanmin(costs)), searches)
 
 
 def outcome(folder: Path, short: bool, step: Step) -> Outcome:
@@ -196,7 +196,7 @@ def outcome(folder: Path, short: bool, step: Step) -> Outcome:
     )
 
 
-def finding(comparison: Comparison) -> str:
+def finding(comparison: MethodComparison) -> str:
     """Say which methods solve a problem and at what price, from the numbers alone."""
     rows = comparison.records()
     ours = rows[0]
@@ -224,7 +224,7 @@ def finding(comparison: Comparison) -> str:
     return text
 
 
-def figure(comparisons: Sequence[Comparison]) -> Figure:
+def figure(comparisons: Sequence[MethodComparison]) -> Figure:
     """Draw the median cost over the best known, not below 1e-6, against evaluations."""
     from isolation_sim.reports.style import DOUBLE_COLUMN, legend, line_styles, new_figure, style
 

@@ -128,11 +128,6 @@ def test_the_reader_of_imports_sees_each_kind(monkeypatch, tmp_path):
     assert layers({"a": {"b", "c"}, "b": {"c"}}) == 3
 
 
-def test_ground_motions_stand_alone():
-    own = [name for name in files() if name.split(".")[0] == "ground_motions"]
-    assert all(each.split(".")[0] == "ground_motions" for name in own for each in graph()[name])
-
-
 def test_packages_import_one_way():
     rank = {package: k for k, package in enumerate(PACKAGES)}
     upward = {

@@ -270,29 +270,13 @@ def test_list(call, subject, shown):
     assert shown in out
 
 
-def test_list_refuses_an_unknown_subject(call):
-    assert "unknown subject 'lawz'; did you mean 'laws'?" in refused(call, "list", "lawz")
-
-
 def test_version(call):
     assert call("--version") == (0, f"isolation-sim {isolation_sim.__version__}\n", "")
-
-
-def test_options_are_checked(call):
-    code, out, err = call("run", "--jsn")
-    assert (code, out) == (2, "")
-    assert "--jsn" in err and "Traceback" not in err
 
 
 CSV = "time_s,ground_acceleration_m_s2\n0.00,0.1\n0.01,-0.2\n0.02,0.1\n"
 BAD_INPUT = {
     "missing scenario": (None, {}, "job.toml: no such file; expected: a scenario"),
-    "not TOML": ("ground = [", {}, "job.toml: not TOML: "),
-    "missing file": (
-        '[ground]\nfile = "motion.csv"',
-        {},
-        "job.toml: ground: {here}/motion.csv: no such file",
-    ),
     "no motion": (
         "[ground]\nscale_factor = 0",
         {},
@@ -316,11 +300,6 @@ BAD_INPUT = {
         "job.toml: ground: {here}/motion.csv, line 1: given columns 'time_s, "
         "ground_acceleration_yd_s2'; expected: an acceleration column whose name ends in a unit: ",
     ),
-    "wrong unit": (
-        '[ground]\nfile = "motion.txt"\nunit = "feet"\ndt_s = 0.01',
-        {"motion.txt": "0.1\n0.2\n"},
-        "job.toml: ground: {here}/motion.txt, unit: given unit 'feet'; expected: ",
-    ),
     "NaN": (
         '[ground]\nfile = "motion.csv"',
         {"motion.csv": CSV.replace("-0.2", "nan")},
@@ -332,23 +311,6 @@ BAD_INPUT = {
         {"motion.csv": CSV.replace("0.02", "0.01")},
         "job.toml: ground: {here}/motion.csv, column time_s, line 4: given 0.01 after 0.01; "
         "expected: times that increase",
-    ),
-    "negative mass": (
-        "[structure]\nfloor_masses_kg = [-1e5]\nstorey_stiffnesses_N_per_m = [1e8]\n"
-        "base_mass_kg = 1e5",
-        {},
-        "job.toml: structure.floor_masses_kg[0] is -100000.0; expected: a number above 0",
-    ),
-    "unknown key": (
-        "[isolator]\nlenght_scale = 10.0",
-        {},
-        "job.toml: isolator: unknown key 'lenght_scale'; did you mean 'length_scale'? expected: ",
-    ),
-    "unknown name": (
-        '[isolator]\nlaw = "strain_stifening"',
-        {},
-        "job.toml: isolator: unknown law 'strain_stifening'; did you mean 'strain_stiffening'? "
-        "expected: ",
     ),
     "current out of range": (
         '[[controller]]\nname = "constant"\namperes = 6.0',

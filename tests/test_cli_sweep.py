@@ -108,9 +108,6 @@ def test_a_failing_case_is_reported_and_ends_with_one(plan, capsys):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["nothing.toml"], "no such file"),
-        (["show", "nowhere"], "no sweep there"),
-        (["plan.toml", "--workers", "0"], "workers is 0"),
         (["show", "results/plan", "--best", "0"], "best is 0; expected: 1 or more"),
         (["show", "results/plan", "--figures", "plan.toml"], "plan.toml: a file; expected:"),
         (["show", "results/plan", "--csv", "results", "--no-draw"], "results: a folder; expected"),
@@ -134,10 +131,3 @@ def test_resume_and_a_plan_that_changed(plan, capsys):
     plan.write_text(PLAN.format(last=3.0))
     code, _, err = command(capsys, "sweep", "plan.toml", "--resume")
     assert code == 2 and "vary[0].values[2] was 2.0, is 3.0" in err
-
-
-def test_new_writes_a_plan_once(plan, capsys):
-    code, out, _ = command(capsys, "sweep", "new", "fresh.toml")
-    assert code == 0 and "isolation-sim sweep fresh.toml" in out
-    code, _, err = command(capsys, "sweep", "new", "fresh.toml")
-    assert code == 2 and "--force" in err

@@ -259,31 +259,6 @@ def test_files_are_new_and_places_can_be_written(tmp_path):
         check_writable(old / "below")
 
 
-def test_fit_refuses_its_output_place_before_the_work(tmp_path, capsys):
-    """Before the campaign is looked at, which is not there."""
-    for name, options in (("a.toml", ["--out"]), ("a.html", ["--report"]), ("a.svg", ["--figure"])):
-        (tmp_path / name).write_text("mine")
-        inputs = tmp_path / ("a" if options == ["--figure"] else name)
-        code, out, err = command(
-            capsys, "fit", tmp_path / "none", "--law", "bouc_wen", *options, inputs
-        )
-        assert (code, out) == (2, "")
-        assert "exists; expected: a new name, or --force" in err and len(err.splitlines()) == 1
-        assert (tmp_path / name).read_text() == "mine"
-    code, _, err = command(
-        capsys,
-        "fit",
-        tmp_path / "none",
-        "--law",
-        "bouc_wen",
-        "--out",
-        tmp_path / "b.toml",
-        "--report",
-        tmp_path / "a.html",
-    )
-    assert code == 2 and "a.html: exists" in err
-
-
 def test_results_are_replaced_on_request_alone(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("job.toml").write_text(SHORT)

@@ -581,40 +581,6 @@ def test_no_file_waits_for_its_line(group, folder, holds):
     assert {place.partition(":")[0] for place in own()[group].values()} == with_it
 
 
-def imported(path: Path) -> set[str]:
-    """Packages that a file imports anywhere, but for the type checker alone."""
-    results: set[str] = set()
-
-    def visit(node: ast.AST) -> None:
-        if isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
-            for each in node.orelse:
-                visit(each)
-            return
-        if isinstance(node, ast.Import):
-            results.update(alias.name.partition(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            results.add((node.module or "").partition(".")[0])
-        elif isinstance(node, ast.Call) and "import_module" in ast.unparse(node.func):
-            results.update(each.value.partition(".")[0] for each in node.args[:1]
-                         if isinstance(each, ast.Constant))  # fmt: skip
-        for each in ast.iter_child_nodes(node):
-            visit(each)
-
-    visit(ast.parse(path.read_text(encoding="utf-8")))
-    return results
-
-
-@pytest.mark.parametrize("package", PACKAGES)
-def test_packages_import_one_way(package):
-    later = set(PACKAGES[PACKAGES.index(package) + 1 :])
-    climbs = {
-        path.relative_to(ROOT).as_posix(): sorted(imported(path) & later)
-        for path in (ROOT / package).rglob("*.py")
-        if imported(path) & later
-    }
-    assert not climbs
-
-
 def test_a_law_loads_no_other_law_and_no_controller():
     code = (
         "import sys, isolation_sim as iso\n"

@@ -30,7 +30,16 @@ SCENARIOS = [
     ("nme = 'a'", "unknown key 'nme'; did you mean 'name'?"),
     ("ground = 1", "ground"),
     ("ground = []", "ground"),
-    ("[ground]\nname = 'el_centro'", "el_centro_1940_ns"),
+    ("[ground]\nname = 'el_centro'", "ground: record name: given 'el_centro'; did you mean"),
+    ("[ground]\nsoil = 'firm'", "ground.kind is missing"),
+    (
+        "[ground]\nfile = 'a.csv'\ncolum = 'b'",
+        "ground: unknown key 'colum'; did you mean 'column'?",
+    ),
+    (
+        "[[ground]]\n[[ground]]\nscale_factor = 'x'",
+        "ground[1].scale_factor is 'x'; expected: a number",
+    ),
     ("[ground]\nnam = 'el_centro_1940_ns'", "unknown key 'nam'; did you mean 'name'?"),
     ("[ground]\nkind = 'recrd'", "ground.kind is 'recrd'; did you mean 'record'?"),
     ("[ground]\nstart_s = -1.0", "ground.start_s is -1.0; expected: 0 or more"),
@@ -95,6 +104,7 @@ SCENARIOS = [
         "target_period_s = 2.0",
         "heights",
     ),
+    ("[structure]\nkind = 'matrices'", "structure.file is missing"),
     ("[structure]\nfile = 'none.npz'", "none.npz"),
     ("[structure]\nfile = 'motion.csv'", "motion.csv"),
     ("[structure]\nfile = 'lacking.npz'", "array 'K' is missing"),
@@ -111,6 +121,8 @@ SCENARIOS = [
     ),
     ("[isolator]\nparameters = 'genralised'", "unknown parameter set of strain_stiffening"),
     ("[isolator]\nparameters = { q = 1.0 }", "q"),
+    ("[isolator]\nparameters = 4", "isolator.parameters is 4; expected: text or a table"),
+    ("[isolator.parameters]\nk0 = ['a']", "isolator.parameters.k0[0] is 'a'"),
     ("[isolator]\nlaw = 'kelvin_voigt'\nparameters = { k = -1.0, c = 1.0 }", "parameter 'k' is -1"),
     ("[isolator]\nlaw = 'kelvin_voigt'\nparameters = { k = 1.0 }", "c"),
     ("[isolator]\nlaw = 'kelvin_voigt'", "no published set; parameters needed: k, c"),
@@ -143,18 +155,25 @@ SCENARIOS = [
     ("[[element]]\ndirection = [1.0]\nlaw = 'linear'\nparameters = { k = 1.0 }", "has shape (1,)"),
     ("[[element]]\ndirection = 'storey1'", "has no channel"),
     ("[[element]]\ndirection = 'storey1'\nchannel = 5", "without gaps"),
-    ("[[controller]]\nname = 'clipped_lqrr'", "unknown controller 'clipped_lqrr'"),
+    ("[[controller]]\nname = 'clipped_lqrr'", "controller[0]: unknown controller 'clipped_lqrr'"),
     ("[[controller]]\namperes = 1.0", "controller[0].name is missing"),
     ("[[controller]]\nname = 'constant'\namperes = 'high'", "amperes"),
     ("[[controller]]\nname = 'constant'\nampere = 1.0", "did you mean 'amperes'?"),
     ("[[controller]]\nname = 'on_off'\nperiod = -1.0", "period"),
     ("[[controller]]\nname = 'on_off'\nperiod = 1e-9", "period is 1e-09 s, "),
     ("[[controller]]\nname = 'on_off'\n[[controller]]\nname = 'on_off'", "two controllers have"),
-    ("controller = []", "controller"),
+    ("controller = []", "controller is []; expected: a list of 1 or more"),
+    ("controller = 3", "controller is 3; expected: a list"),
+    (
+        "[controller]\nname = 'on_off'",
+        "expected: a list (of tables: [[controller]], double brackets)",
+    ),
+    ("driver = 3", "driver is 3; expected: a table"),
     ("[driver]\nlag_s = -0.1", "driver.lag_s is -0.1; expected: 0 or more"),
     ("[driver]\nslew_A_per_s = 0.0", "driver.slew_A_per_s is 0.0; expected: a number above 0"),
     ("[driver]\nlow_A = 2.0\nhigh_A = 1.0", "high"),
-    ("[driver]\nlag = 0.1", "unknown key 'lag'; did you mean 'lag_s'?"),
+    ("[driver]\nlag = 0.1", "driver: unknown key 'lag'; did you mean 'lag_s'?"),
+    ("[driver]\nlag_s = -1\nslew_A_per_s = -1", "0 or more (and 1 more problem)"),
     ("[sensors]\ndropout = 1.0", "sensors.dropout is 1.0; expected: a number below 1"),
     ("[sensors]\nseed = -1", "sensors.seed is -1; expected: 0 or more"),
     ("[sensors]\nseed = 1.5", "sensors.seed is 1.5; expected: a whole number"),
@@ -182,10 +201,21 @@ PLANS = [
     (VARY + "low = 1.0\nhigh = 2.0", "isolator.count has limits but no count"),
     (VARY + "low = 1.0\nhigh = 2.0\nstep = 1e-12", "makes 1e+12 values"),
     (VARY + "values = [1.0]\nnames = ['a', 'b']", "names and values differ in number"),
-    (VARY + "values = [-1.0]", "isolator.count"),
+    (
+        VARY + "values = [-1.0]",
+        "isolator.count = -1.0: isolator.count is -1.0; expected: a number a",
+    ),
+    (VARY + "valus = [1.0]", "did you mean 'values'?"),
     (VARY + "values = ['many']", "isolator.count"),
     ("[[vary]]\nfield = 'isolator.cuont'\nvalues = [1.0]", "count"),
     ("[[vary]]\nfield = 'isolator..count'\nvalues = [1.0]", "cannot be read"),
+    ("[[vary]]\nfield = 'controller.amperes'\nvalues = [1.0]", "unknown field"),
+    (
+        "[[vary]]\nfield = 'isolator.target_period_s'\nlabel = 'T'\nvalues = [0.4, 0.3]",
+        "T = 0.4: isolator: ",
+    ),
+    ("vry = []", "did you mean 'vary'?"),
+    ("[sample]\ncount = 4", "no quantity is sampled"),
     ("[[vary]]\nfield = 'controller[9].amperes'\nvalues = [1.0]", "controller"),
     (VARY + "values = [1.0]\n" + VARY + "values = [2.0]", "is varied twice"),
     (VARY + "low = 1.0\nhigh = 2.0\n[sample]\ncount = 0", "sample.count is 0"),
@@ -217,8 +247,13 @@ COMMANDS = [
     ("fit none --law linear", "none: a folder that does not exist"),
     ("fit . --law linear --starts few", "Invalid value for '--starts'"),
     ("fit . --law linear --fix k", "--fix k"),
-    ("fit . --law linear --out motion.csv", "motion.csv: exists; expected: a new name, or --force"),
-    ("fit . --law linear --report motion.csv", "motion.csv: exists"),
+    (
+        "fit no --law linear --out motion.csv",
+        "motion.csv: exists; expected: a new name, or --force",
+    ),
+    ("fit no --law linear --report motion.csv", "motion.csv: exists"),
+    ("fit no --law linear --out new.toml --report motion.csv", "motion.csv: exists"),
+    ("fit no --law linear --figure loops", "loops.svg: exists"),
     ("fit . --law linear --out motion.csv/a.toml", "motion.csv is a file; expected: a folder"),
     ("diagnose none.csv", "none.csv"),
     ("diagnose motion.csv", "motion.csv: a building record needs its building"),
@@ -524,6 +559,7 @@ def files(tmp_path_factory):
     (folder / "text.csv").write_text("time_s,ground_acceleration_m_s2\n0,a\n1,b\n")
     (folder / "motion.txt").write_text("0.1\n0.2\n")
     (folder / "motion.xyz").write_text("0.1\n0.2\n")
+    (folder / "loops.svg").write_text("mine")
     (folder / "short.at2").write_text("PEER\n")
     (folder / "plan.toml").write_text(VARY + "values = [1.0]\n")
     (folder / "own.py").write_text(
@@ -563,13 +599,14 @@ def answer(files, monkeypatch, capsys):
 def test_a_scenario(answer, files, text, message):
     (files / "job.toml").write_text(text)
     line = answer("run", "job.toml", "--no-figures")
-    assert "job.toml" in line and message in line
+    assert line.startswith("isolation-sim: job.toml: ") and message in line
 
 
 @pytest.mark.parametrize(("text", "message"), PLANS)
 def test_a_plan(answer, files, text, message):
     (files / "varied.toml").write_text(text)
-    assert message in answer("sweep", "varied.toml", "--workers", "1")
+    line = answer("sweep", "varied.toml", "--workers", "1")
+    assert line.startswith("isolation-sim: varied.toml: ") and message in line
 
 
 @pytest.mark.parametrize(("command", "message"), COMMANDS)

@@ -13,6 +13,7 @@ from ground_motions.component_names import Component
 from ground_motions.errors import InputError
 from ground_motions.readers.lines import (
     excerpt,
+    numbers_in,
     parse_number,
     read_lines,
     require_count,
@@ -73,10 +74,7 @@ def read_at2(path: str | Path) -> Record:
     after, npts, dt = _npts_and_dt(lines, path)
     unit = _unit(lines[:after], path, accepted)
 
-    samples = []
-    for number, line in enumerate(lines[after:], start=after + 1):
-        for column, cell in enumerate(line.split(), start=1):
-            samples.append(parse_number(cell, f"{path}, line {number}, column {column}"))
+    samples = numbers_in(lines, range(after, len(lines)), path)
     require_count(len(samples), npts, f"{path}, line {after}", "NPTS")
     require_two(len(samples), str(path))
     return Record(

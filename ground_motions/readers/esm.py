@@ -14,7 +14,7 @@ from ground_motions.readers.lines import (
     AnotherQuantityError,
     excerpt,
     is_number,
-    parse_number,
+    numbers_in,
     read_lines,
     require_count,
     require_two,
@@ -59,11 +59,7 @@ def read_esm(path: str | Path) -> Record:
             raise InputError(f"{path}, line 1", excerpt(lines[0].strip()), _EXPECTED)
     unit, place = header[_UNIT]
     factor, step = to_m_s2(unit, place), positive(header[_STEP][1], header[_STEP][0])
-    samples = [
-        parse_number(line.strip(), f"{path}, line {number}")
-        for number, line in enumerate(lines[len(header) :], start=len(header) + 1)
-        if line.strip()
-    ]
+    samples = numbers_in(lines, range(len(header), len(lines)), path)
     announced = positive(header[_COUNT][1], header[_COUNT][0])
     require_count(len(samples), round(announced), str(path), _COUNT)
     require_two(len(samples), str(path))

@@ -10,7 +10,7 @@ import numpy as np
 from ground_motions.argument_types import checked
 from ground_motions.checks import positive
 from ground_motions.errors import InputError, wrong_choice
-from ground_motions.readers.lines import excerpt, fixed_cells, parse_number, read_lines, require_two
+from ground_motions.readers.lines import excerpt, numbers_in, read_lines, require_two
 from ground_motions.record import Record
 from ground_motions.units import to_m_s2
 
@@ -72,7 +72,7 @@ def read_geonet(path: str | Path, column: str | None = None) -> Record:
         raise wrong_choice(f"{path}, column", column, names)
     chosen = components[0 if column is None else names.index(column)]
     rows = range(chosen.line, chosen.line + _rows(chosen.n_samples))
-    samples = _numbers(lines, rows, path)
+    samples = numbers_in(lines, rows, path, _WIDTH)
     if len(samples) != chosen.n_samples:
         place = f"{path}, lines {chosen.line + 1} to {rows[-1] + 1}"
         raise InputError(place, f"{len(samples)} samples", f"{chosen.n_samples}, as in the header")
@@ -128,20 +128,11 @@ def _components(lines: list[str], path: str | Path) -> list[_Component]:
 
 def _header(lines: list[str], at: int, rows: int, last: int, path: str | Path) -> list[float]:
     """Numbers of a header up to a place."""
-    cells = _numbers(lines, range(at, at + rows), path)
+    cells = numbers_in(lines, range(at, at + rows), path, _WIDTH)
     if len(cells) <= last:
         place = f"{path}, lines {at + 1} to {at + rows}"
         raise InputError(place, f"{len(cells)} numbers", f"{rows * _COLUMNS}")
     return cells
-
-
-def _numbers(lines: list[str], rows: range, path: str | Path) -> list[float]:
-    """Numbers of some lines, which are given from 0."""
-    return [
-        parse_number(cell, f"{path}, line {k + 1}, column {i}")
-        for k in rows
-        for i, cell in enumerate(fixed_cells(lines[k], _WIDTH), start=1)
-    ]
 
 
 def _rows(count: int) -> int:

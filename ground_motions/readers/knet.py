@@ -12,7 +12,7 @@ from ground_motions.checks import positive
 from ground_motions.errors import InputError
 from ground_motions.readers.lines import (
     excerpt,
-    parse_number,
+    numbers_in,
     read_lines,
     require_count,
     require_two,
@@ -70,11 +70,7 @@ def read_knet(path: str | Path) -> Record:
     duration = positive(f"{path}, duration (s)", _entry(header, _DURATION, path)["a"])
     scale = _entry(header, _SCALE, path)
     station = _entry(header, _STATION, path)["a"]
-    counts = [
-        parse_number(cell, f"{path}, line {number}, column {column}")
-        for number, line in enumerate(lines[_HEADER:], start=_HEADER + 1)
-        for column, cell in enumerate(line.split(), start=1)
-    ]
+    counts = numbers_in(lines, range(_HEADER, len(lines)), path)
     require_count(len(counts), round(duration * frequency), str(path), "duration times frequency")
     require_two(len(counts), str(path))
     factor = float(scale["a"]) / positive(f"{path}, scale factor", scale["b"]) * to_m_s2("gal")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -103,6 +103,20 @@ def parse_number(cell: str, place: str) -> float:
     if not math.isfinite(value):
         raise InputError(place, excerpt(cell), "a finite number")
     return value
+
+
+def numbers_in(
+    lines: Sequence[str], rows: Iterable[int], path: str | Path, width: int = 0
+) -> list[float]:
+    """Numbers of some lines, which are counted from 0: of a fixed width, or between blanks."""
+    return [
+        parse_number(cell, f"{path}, line {row + 1}, column {column}")
+        for row in rows
+        if row < len(lines)
+        for column, cell in enumerate(
+            fixed_cells(lines[row], width) if width else lines[row].split(), start=1
+        )
+    ]
 
 
 def counted(count: int, noun: str) -> str:

@@ -15,8 +15,7 @@ from ground_motions.errors import InputError, warn
 from ground_motions.readers.lines import (
     AnotherQuantityError,
     excerpt,
-    fixed_cells,
-    parse_number,
+    numbers_in,
     read_lines,
     require_count,
     require_two,
@@ -80,7 +79,7 @@ def read_smc(path: str | Path) -> Record:
             "the corrected accelerogram of this record",
         )  # fmt: skip
     begin = _TEXT + _INTEGERS + _REALS + header.comments
-    samples = _numbers(lines, range(begin, len(lines)), 10, path)
+    samples = numbers_in(lines, range(begin, len(lines)), path, 10)
     require_count(len(samples), header.samples, str(path), "number of samples")
     require_two(len(samples), str(path))
     if not is_corrected:
@@ -121,9 +120,9 @@ def _station(lines: list[str]) -> tuple[str, str]:
 
 
 def _header(lines: list[str], path: str | Path) -> _Header:
-    integers = _numbers(lines, range(_TEXT, _TEXT + _INTEGERS), 10, path)
+    integers = numbers_in(lines, range(_TEXT, _TEXT + _INTEGERS), path, 10)
     begin = _TEXT + _INTEGERS
-    reals = _numbers(lines, range(begin, begin + _REALS), 15, path)
+    reals = numbers_in(lines, range(begin, begin + _REALS), path, 15)
     for name, cells, rows, width in (
         ("whole", integers, _INTEGERS, 10), ("real", reals, _REALS, 15),
     ):  # fmt: skip
@@ -142,13 +141,3 @@ def _header(lines: list[str], path: str | Path) -> _Header:
         count,
         positive(f"{path}, line {begin + 1}, sampling rate (Hz)", rate) if known else None,
     )
-
-
-def _numbers(lines: list[str], rows: range, width: int, path: str | Path) -> list[float]:
-    """Numbers of some lines, which are given from 0."""
-    return [
-        parse_number(cell, f"{path}, line {k + 1}, column {i}")
-        for k in rows
-        if k < len(lines)
-        for i, cell in enumerate(fixed_cells(lines[k], width), start=1)
-    ]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ground_motions.readers.lines import (
     AnotherQuantityError,
     excerpt,
     fixed_cells,
+    numbers_in,
     parse_number,
     read_lines,
     require_count,
@@ -24,8 +26,8 @@ from ground_motions.readers.lines import (
 from ground_motions.record import Record
 from ground_motions.units import UNITS, to_m_s2, unit_name
 
-_FIRST = re.compile(r"\s*CORRECTED ACCEL", re.IGNORECASE)
-_OTHERS = re.compile(r"\s*(CORRECTED (VELOC|DISPL)|RESPONSE SPECTR)", re.IGNORECASE)
+_FIRST = re.compile(r"\s*CORRECTED (?P<kind>ACCEL|DISPL)", re.IGNORECASE)
+_OTHERS = re.compile(r"\s*(CORRECTED VELOC|RESPONSE SPECTR)", re.IGNORECASE)
 # CSMIP: "  4000 points of accel data equally spaced at  .020 sec, in cm/sec2. (8f10.3)", and
 # until about 1990 " 1138 POINTS OF ACCEL DATA EQUALLY SPACED AT  .020 SEC.  (UNITS: CM/SEC/SEC)"
 _CSMIP = re.compile(
@@ -151,62 +153,37 @@ def component_of(path: str | Path) -> Component | None:
 
 
 def _accelerations(lines: list[str], path: str | Path) -> list[Series]:
-    return [each for each in all_series(lines, path) if not each.is_displacement]
+    found = [each for each in all_series(lines, path) if not each.is_displacement]
+    if not found:
+        raise AnotherQuantityError(f"{path}, line 1", excerpt(lines[0].strip()), _EXPECTED)
+    return found
 
 
 def all_series(lines: list[str], path: str | Path) -> list[Series]:
     """Accelerations and displacements of all channels."""
-    if not _FIRST.match(lines[0]):
+    first = _FIRST.match(lines[0])
+    if first is None:
         kind = AnotherQuantityError if _OTHERS.match(lines[0]) else InputError
         raise kind(f"{path}, line 1", excerpt(lines[0].strip()), _EXPECTED)
+    # behind accelerations, displacements have the header of these
+    alone = first["kind"].lower() == "displ"
     series: list[Series] = []
     begin = 0
     for place, line in enumerate(lines):
-        csmip, cosmos = _CSMIP.match(line), _COSMOS.match(line)
-        match = csmip or cosmos
+        match = _CSMIP.match(line) or _COSMOS.match(line)
         if match is None:
             continue
         where = f"{path}, line {place + 1}"
-        moved, numbers = match["kind"].lower() == "displ", _FORMAT.search(match["format"])
-        unit = match["unit"].lower() if moved else unit_name(match["unit"])
-        if unit is None or (moved and unit not in UNITS["displacement"]):
-            expected = "cm" if moved else "cm/sec2 or g"
-            raise InputError(where, f"units {excerpt(match['unit'])}", expected)
-        if moved and not series:
-            raise InputError(where, "displacements of no channel", "accelerations before them")
-        if numbers is None and (cosmos or "(" in match["format"]):
-            raise InputError(where, excerpt(line.strip()), "a format at its end, such as (8f10.3)")
-        columns, width = numbers.group("columns", "width") if numbers else _USUAL
-        if moved:
-            last = series[-1]
-            channel, dt = last.channel, last.dt
-            direction, location, recording = last.direction, last.location, last.recording
+        block = _block(match, where)
+        if block["is_displacement"] and not alone:
+            if not series:
+                raise InputError(where, "displacements of no channel", "accelerations before them")
+            series.append(replace(series[-1], line=place + 1, **block))
         else:
-            header = _own_header(lines[begin:place])
-            number = sum(not each.is_displacement for each in series) + 1
-            channel = _first(header, _STATION_CHANNEL, _CHANNEL) or str(number)
-            direction, location = _first(header, _DIRECTION), _first(header, _LOCATION)
-            recording = " ".join(filter(None, (_first(header, each) for each in _RECORDING)))
-            dt = (
-                positive(f"{where}, step (s)", match["dt"])
-                if csmip
-                else _cosmos_step(lines[begin:place], match, where, path)
-            )
-        series.append(
-            Series(
-                place + 1,
-                channel,
-                direction,
-                location,
-                recording,
-                moved,
-                int(match["count"]),
-                dt,
-                unit,
-                int(columns),
-                int(width),
-            )
-        )
+            header = lines[begin:place]
+            number = sum(each.is_displacement == alone for each in series) + 1
+            dt = _step(header, match, where, path)
+            series.append(Series(line=place + 1, dt=dt, **block, **_channel(header, number)))
         begin = place + 1
     if not series:
         raise InputError(
@@ -214,10 +191,38 @@ def all_series(lines: list[str], path: str | Path) -> list[Series]:
             f"{_EXPECTED}: a line such as '4000 points of accel data equally spaced at .005 sec, "
             "in cm/sec2. (8f10.3)'",
         )  # fmt: skip
-    names = [each.channel for each in series if not each.is_displacement]
+    names = [each.channel for each in series if each.is_displacement == alone]
     if len(set(names)) < len(names):
         raise InputError(str(path), f"channels {', '.join(names)}", "different numbers")
     return series
+
+
+def _block(match: re.Match[str], where: str) -> dict[str, Any]:
+    """What the heading of a block of samples says of them."""
+    moved = match["kind"].lower() == "displ"
+    unit = match["unit"].lower() if moved else unit_name(match["unit"])
+    if unit is None or (moved and unit not in UNITS["displacement"]):
+        expected = "cm" if moved else "cm/sec2 or g"
+        raise InputError(where, f"units {excerpt(match['unit'])}", expected)
+    numbers = _FORMAT.search(match["format"])
+    if numbers is None and (match.re is _COSMOS or "(" in match["format"]):
+        raise InputError(where, excerpt(match[0].strip()), "a format at its end, such as (8f10.3)")
+    columns, width = map(int, numbers.group("columns", "width") if numbers else _USUAL)
+    return {
+        "is_displacement": moved, "count": int(match["count"]), "unit": unit, "columns": columns,
+        "width": width,
+    }  # fmt: skip
+
+
+def _channel(header: list[str], number: int) -> dict[str, Any]:
+    """What the header above a block says of its channel; ``number`` if it has none."""
+    own = _own_header(header)
+    return {
+        "channel": _first(own, _STATION_CHANNEL, _CHANNEL) or str(number),
+        "direction": _first(own, _DIRECTION),
+        "location": _first(own, _LOCATION),
+        "recording": " ".join(filter(None, (_first(own, each) for each in _RECORDING))),
+    }
 
 
 def _own_header(header: list[str]) -> list[str]:
@@ -235,8 +240,10 @@ def _first(header: list[str], *patterns: re.Pattern[str]) -> str:
     return ""
 
 
-def _cosmos_step(header: list[str], heading: re.Match[str], where: str, path: str | Path) -> float:
-    """Return the step in s of a COSMOS series, which fits the duration in its heading."""
+def _step(header: list[str], heading: re.Match[str], where: str, path: str | Path) -> float:
+    """Return the step in s of a block; in a COSMOS file it fits the duration in its heading."""
+    if heading.re is _CSMIP:
+        return positive(f"{where}, step (s)", heading["dt"])
     starts = [k for k, line in enumerate(header) if _REALS.match(line)]
     if not starts:
         raise InputError(where, "no real header above", "the real header of a COSMOS file")
@@ -272,12 +279,13 @@ def _cosmos_step(header: list[str], heading: re.Match[str], where: str, path: st
 def samples_of(lines: list[str], series: Series, path: str | Path) -> list[float]:
     """Samples of a channel, in its unit."""
     rows = -(-series.count // series.columns)
-    samples = [
-        parse_number(cell, f"{path}, line {number}, column {column}")
-        for number, line in enumerate(lines[series.line : series.line + rows], series.line + 1)
-        if not line.lstrip().startswith(("/&", "End"))
-        for column, cell in enumerate(fixed_cells(line, series.width), start=1)
-    ]
+    block = range(series.line, min(series.line + rows, len(lines)))
+    samples = numbers_in(
+        lines,
+        (row for row in block if not lines[row].lstrip().startswith(("/&", "End"))),
+        path,
+        series.width,
+    )
     require_count(len(samples), series.count, f"{path}, line {series.line}", "number of points")
     require_two(len(samples), str(path))
     return samples

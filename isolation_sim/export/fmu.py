@@ -10,8 +10,7 @@ import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
-from xml.sax.saxutils import quoteattr
+from typing import TYPE_CHECKING, Any
 
 from ground_motions.files import atomic_write
 
@@ -63,13 +62,13 @@ def write_fmu(part: Part, path: str | Path, version: str = "2.0") -> Path:
     token = hashlib.sha256("".join([*part.files.values(), wrapper]).encode()).hexdigest()[:32]
     token = "-".join([token[:8], token[8:12], token[12:16], token[16:20], token[20:]])
     sources = {**part.files, "fmu.c": wrapper.replace("NAME", part.name).replace("GUID", token)}
-    describe = _description_2 if version == "2.0" else _description_3
     texts = {
-        "modelDescription.xml": describe(part, token, sources),
+        "modelDescription.xml": _described(f"fmi{version[0]}.xml.j2", part, token, sources),
         **{f"sources/{name}": text for name, text in sources.items()},
     }
     if version == "3.0":
-        texts["sources/buildDescription.xml"] = _build_description(part.name, sources)
+        build = _described("fmi3_build.xml.j2", part, token, sources)
+        texts["sources/buildDescription.xml"] = build
     folder_2, folder_3, ending = PLATFORMS[here]
     binary = f"binaries/{folder_2 if version == '2.0' else folder_3}/{part.name}{ending}"
     library = _library(sources)
@@ -103,110 +102,36 @@ def _library(sources: Mapping[str, str]) -> bytes:
         return (Path(folder) / "library").read_bytes()
 
 
-def _unit(name: str) -> str | None:
+def _described(template: str, part: Part, token: str, sources: Mapping[str, str]) -> str:
+    """A description in XML by its template beside this file."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(FOLDER), autoescape=True, trim_blocks=True, lstrip_blocks=True,
+        keep_trailing_newline=True, undefined=StrictUndefined,
+    )  # fmt: skip
+    names = (*part.inputs, *part.outputs)
+    used = dict.fromkeys(end for name in names if (end := _ending(name)))
+    return environment.get_template(template).render(
+        part=part, token=token, version=__version__, units=dict(UNITS[end] for end in used),
+        sources=[source for source in sources if source.endswith(".c")],
+        variables=[*_variables(part)], outputs=range(len(part.inputs), len(names)),
+    )  # fmt: skip
+
+
+def _ending(name: str) -> str | None:
     return next((end for end in UNITS if name.endswith(end)), None)
 
 
-def _units(part: Part, time: bool) -> list[str]:
-    used = dict.fromkeys(end for name in (*part.inputs, *part.outputs) if (end := _unit(name)))
-    lines = ["  <UnitDefinitions>"]
-    for end in used:
-        unit, exponents = UNITS[end]
-        base = " ".join(f'{key}="{value}"' for key, value in exponents.items())
-        lines.append(f'    <Unit name="{unit}"><BaseUnit {base}/></Unit>')
-    if time:
-        lines.append('    <Unit name="s"><BaseUnit s="1"/></Unit>')
-    return [*lines, "  </UnitDefinitions>"] if len(lines) > 1 else []
-
-
-def _variables(part: Part) -> Iterator[tuple[str, str]]:
+def _variables(part: Part) -> Iterator[dict[str, dict[str, Any]]]:
     """Attributes of each variable in both versions, and those of its type."""
-    output = f'output" variability="{"discrete" if part.sampled else "continuous"}"'
     for k, name in enumerate((*part.inputs, *part.outputs)):
-        end = _unit(name)
-        more = f' unit="{UNITS[end][0]}"' if end else ""
-        shared = f'name={quoteattr(name)} valueReference="{k}"'
-        if k < len(part.inputs):
-            yield f'{shared} causality="input" variability="continuous"', f'{more} start="0"'
-        else:
-            yield f'{shared} causality="{output} initial="calculated"', more
-
-
-def _outputs(part: Part) -> range:
-    return range(len(part.inputs), len(part.inputs) + len(part.outputs))
-
-
-def _description_2(part: Part, token: str, sources: Mapping[str, str]) -> str:
-    unknown = [f'      <Unknown index="{k + 1}"/>' for k in _outputs(part)]
-    return "\n".join([
-        '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<fmiModelDescription fmiVersion="2.0" modelName="{part.name}" guid="{token}"'
-        f' description={quoteattr(part.title)} generationTool="isolation-sim {__version__}"'
-        ' variableNamingConvention="flat">',
-        f'  <CoSimulation modelIdentifier="{part.name}"'
-        ' canHandleVariableCommunicationStepSize="true"'
-        ' canGetAndSetFMUstate="true" canSerializeFMUstate="true">',
-        "    <SourceFiles>",
-        *(f'      <File name="{source}"/>' for source in sources if source.endswith(".c")),
-        "    </SourceFiles>",
-        "  </CoSimulation>",
-        *_units(part, time=False),
-        f'  <DefaultExperiment startTime="0" stepSize="{part.period!r}"/>',
-        "  <ModelVariables>",
-        *(
-            f"    <ScalarVariable {shared}><Real{more}/></ScalarVariable>"
-            for shared, more in _variables(part)
-        ),
-        "  </ModelVariables>",
-        "  <ModelStructure>",
-        "    <Outputs>",
-        *unknown,
-        "    </Outputs>",
-        "    <InitialUnknowns>",
-        *unknown,
-        "    </InitialUnknowns>",
-        "  </ModelStructure>",
-        "</fmiModelDescription>",
-        "",
-    ])  # fmt: skip
-
-
-def _description_3(part: Part, token: str, sources: Mapping[str, str]) -> str:
-    return "\n".join([
-        '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<fmiModelDescription fmiVersion="3.0" modelName="{part.name}"'
-        f' instantiationToken="{token}" description={quoteattr(part.title)}'
-        f' generationTool="isolation-sim {__version__}"'
-        ' variableNamingConvention="flat">',
-        f'  <CoSimulation modelIdentifier="{part.name}"'
-        ' canHandleVariableCommunicationStepSize="true"'
-        ' canGetAndSetFMUState="true" canSerializeFMUState="true"/>',
-        *_units(part, time=True),
-        f'  <DefaultExperiment startTime="0" stepSize="{part.period!r}"/>',
-        "  <ModelVariables>",
-        f'    <Float64 name="time" valueReference="{_outputs(part).stop}" causality="independent"'
-        ' variability="continuous" unit="s"/>',
-        *(f"    <Float64 {shared}{more}/>" for shared, more in _variables(part)),
-        "  </ModelVariables>",
-        "  <ModelStructure>",
-        *(f'    <Output valueReference="{k}"/>' for k in _outputs(part)),
-        *(f'    <InitialUnknown valueReference="{k}"/>' for k in _outputs(part)),
-        "  </ModelStructure>",
-        "</fmiModelDescription>",
-        "",
-    ])  # fmt: skip
-
-
-def _build_description(name: str, sources: Mapping[str, str]) -> str:
-    files = [f'      <SourceFile name="{s}"/>' for s in sources if s.endswith(".c")]
-    return "\n".join([
-        '<?xml version="1.0" encoding="UTF-8"?>',
-        '<fmiBuildDescription fmiVersion="3.0">',
-        f'  <BuildConfiguration modelIdentifier="{name}">',
-        '    <SourceFileSet language="C99">',
-        *files,
-        "    </SourceFileSet>",
-        "  </BuildConfiguration>",
-        "</fmiBuildDescription>",
-        "",
-    ])  # fmt: skip
+        end, is_input = _ending(name), k < len(part.inputs)
+        kind = {"causality": "input", "variability": "continuous"}
+        if not is_input:
+            variability = "discrete" if part.sampled else "continuous"
+            kind = {"causality": "output", "variability": variability, "initial": "calculated"}
+        yield {
+            "shared": {"name": name, "valueReference": k, **kind},
+            "type": {"unit": UNITS[end][0] if end else None, "start": 0 if is_input else None},
+        }

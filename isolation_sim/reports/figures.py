@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from textwrap import fill
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -29,6 +30,12 @@ if TYPE_CHECKING:
 
 _MOST_TOGETHER = 4
 """Largest number of runs whose lines can be told apart in one panel over time."""
+
+_LEAST_WIDTH, _ONE_COLUMN = 3.0, 5.0
+"""Least width of a run's page, and largest width with all panels in a column, inches."""
+
+_LETTERS = 13
+"""Letters of a page's title on an inch."""
 
 Runs: TypeAlias = Run | Mapping[str, Run] | Sequence[Run]
 
@@ -258,7 +265,9 @@ def floor_spectra(runs: Runs, direction: str | None = None) -> Figure:
 
 
 @checked
-def run_figure(run: Run, direction: str | None = None, element: str | None = None) -> Figure:
+def run_figure(
+    run: Run, direction: str | None = None, element: str | None = None, width_in: float = 7.2
+) -> Figure:
     """Draw one run on one page: time histories, loop, peaks over the height, energies.
 
     Parameters
@@ -269,38 +278,47 @@ def run_figure(run: Run, direction: str | None = None, element: str | None = Non
         Direction of ground motion of the histories; the first by default.
     element : str, optional
         Name of the element of the loop; the first along that direction by default.
+    width_in : float, default 7.2, inches
+        Width. Up to 5 inches, as for one column of 3.5 inches, all panels are below each other.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Two columns wide.
+        Two columns wide by default.
 
     Raises
     ------
     InputError
-        If there is no such direction or element.
+        If there is no such direction or element, or the width is below 3 inches.
     """
+    if not width_in >= _LEAST_WIDTH:
+        raise InputError("width_in", f"{width_in:g}", f"{_LEAST_WIDTH:g} or more")
     by_name = {run.controller: run}
     number = panels.direction_number(run, direction)
     # a structure without elements has no loop
     elements = [_element(run, element, number)] if run.isolated.elements or element else []
     with style():
-        figure = new_figure(DOUBLE_COLUMN, 9.0)
+        if width_in <= _ONE_COLUMN:
+            figure = new_figure(width_in, 11.0)
+            column = figure.add_gridspec(3, 1, height_ratios=[1.7, 1.8, 1])
+            left, right, below = (column[k] for k in range(3))
+        else:
+            figure = new_figure(width_in, 9.0)
+            page = figure.add_gridspec(2, 1, height_ratios=[2.6, 1])
+            above, below = page[0].subgridspec(1, 2, width_ratios=[1.7, 1]), page[1]
+            left, right = above[0], above[1]
         motions = ", ".join(record.name for record in run.records)
-        figure.suptitle(
-            f"{run.isolated.structure.name}, {motions}, {as_written(run.controller)}", fontsize=9
-        )
-        page = figure.add_gridspec(2, 1, height_ratios=[2.6, 1])
-        above = page[0].subgridspec(1, 2, width_ratios=[1.7, 1])
-        histories = _column(above[0].subgridspec(3 + _coils(by_name), 1), sharex=True)
+        title = f"{run.isolated.structure.name}, {motions}, {as_written(run.controller)}"
+        figure.suptitle(fill(title, int(_LETTERS * width_in), break_on_hyphens=False), fontsize=9)
+        histories = _column(left.subgridspec(3 + _coils(by_name), 1), sharex=True)
         _histories(histories, by_name, number)
         for panel, unit in zip(histories, ("m/s²", "mm", "m/s²"), strict=False):
             _mark_peak(panel, unit)
-        *force, acceleration, drift = _column(above[1].subgridspec(2 + len(elements), 1))
+        *force, acceleration, drift = _column(right.subgridspec(2 + len(elements), 1))
         for panel, name in zip(force, elements, strict=True):
             panels.loop(panel, run, name)
         panels.envelopes(acceleration, drift, by_name)
-        energy = figure.add_subplot(page[1])
+        energy = figure.add_subplot(below)
         draw_ledger(energy, run.energy)
         legend(figure, energy, "outside lower center")
     return figure

@@ -151,8 +151,8 @@ def legend(
 ) -> None:
     """Draw the legend of one panel for all panels."""
     handles, labels = axes.get_legend_handles_labels()
-    # a letter takes about 1/140 of the width, and the line beside it ten letters
-    fitting = int(140 / (10 + max(map(len, labels))))
+    # a letter takes about 1/19 inch, and the line beside it ten letters
+    fitting = int(19.4 * figure.get_figwidth() / (10 + max(map(len, labels))))
     ncols = max(1, min(len(labels), fitting, 4))
     figure.legend(handles, labels, loc=place, ncols=ncols)
 

@@ -36,7 +36,9 @@ def comparison_table(suite: Suite) -> TextTable:
             for (text, best), one in zip(means, of_all, strict=True)
         )))  # fmt: skip
     headings = ("criterion", "unit", *map(as_written, suite.controllers))
-    caption = "mean ± standard deviation over the motions; * best mean of the row"
+    caption = "mean ± standard deviation over the motions"
+    if any("*" in cell for row in rows for cell in row[2:]):
+        caption += "; * best mean of the row"
     if reference is not None:
         caption += f"; n/N: better than {as_written(reference)} in n of N motions"
     return TextTable(

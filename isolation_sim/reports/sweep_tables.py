@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from ..criteria import is_gain
 from ..written_names import as_written, number_text
-from .tables import RATIOS, TextTable, is_reference, mark_best, title_of
+from .tables import RATIOS, TextTable, best_note, is_reference, mark_best, title_of
 from .units import unit_of
 
 if TYPE_CHECKING:
@@ -16,14 +17,15 @@ if TYPE_CHECKING:
 
 def controllers_table(sweep: Sweep) -> TextTable:
     """Median of every peak and RMS value, and of J1 to J9, one column per controller."""
+    medians = median_cells(sweep)
     rows = [
-        (name, unit, *(f"{text}{'*' if best else ' '}" for text, best in cells))
-        for name, unit, cells in median_rows(sweep)
+        (title_of(name), unit_of(name)[0], *(f"{text}{'*' if best else ' '}" for text, best in row))
+        for name, row in medians.items()
     ]
     return TextTable(
         f"{sweep.name}: {medians_title(sweep)}",
         ("", "unit", *map(as_written, sweep.controllers)), rows, keys=2,
-        caption="* best of the row" * (len(sweep.controllers) > 1),
+        caption=best_note(chain(*medians.values())),
     )  # fmt: skip
 
 
@@ -35,18 +37,17 @@ def medians_title(sweep: Sweep) -> str:
     return f"medians over {sweep.table['case'].nunique()} cases{left_out}{state}"
 
 
-def median_rows(sweep: Sweep) -> list[tuple[str, str, list[tuple[str, bool]]]]:
-    """Median of every peak and RMS value, and of J1 to J9, as text."""
+def median_cells(sweep: Sweep) -> dict[str, list[tuple[str, bool]]]:
+    """Median of every peak and RMS value, and of J1 to J9, as text, and whether it is the best."""
     medians = sweep.table.groupby("controller", sort=False)[list(sweep.criteria)].median()
-    rows = []
+    cells = {}
     alone = len(sweep.controllers) == 1 and is_reference(medians.iloc[0])
     for name in sweep.criteria:
         if name.startswith(("energy_", "normalised_")) or (alone and name in RATIOS):
             continue
-        unit, factor = unit_of(name)
-        values = [float(value) * factor for value in medians[name]]
-        rows.append((title_of(name), unit, mark_best(values, max if is_gain(name) else min)))
-    return rows
+        values = [float(value) * unit_of(name)[1] for value in medians[name]]
+        cells[name] = mark_best(values, max if is_gain(name) else min)
+    return cells
 
 
 def heading(criterion: str) -> str:

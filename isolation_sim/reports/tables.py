@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..criteria import QUANTITIES
@@ -226,15 +226,8 @@ def _criteria_columns(
     from rich.table import Table
     from rich.text import Text
 
-    several = len(criteria) > 1
     columns = [k for k, name in enumerate([*criteria, *baseline]) if name in shown]
-    table = Table(
-        title=title or None,
-        caption="* best of the row" if several else None,
-        box=SIMPLE_HEAD,
-        padding=0,
-        show_edge=False,
-    )
+    table = Table(title=title or None, box=SIMPLE_HEAD, padding=0, show_edge=False)
     table.add_column("", no_wrap=True)
     for name in shown:
         # one word per line, since rich would break within words
@@ -243,11 +236,12 @@ def _criteria_columns(
     for group, lines in criteria_lines(criteria, energy, baseline, optima).items():
         table.add_row(Text(group, style="bold"))
         for label, values in lines:
+            part = [values[k] for k in columns]
             cells = [
-                Text(f"{text}*", style="bold") if best else Text(f"{text} ")
-                for text, best in (values[k] for k in columns)
+                Text(f"{text}*", style="bold") if best else Text(f"{text} ") for text, best in part
             ]
             table.add_row(f"  {label}", *cells)
+            table.caption = best_note(part) or table.caption
         table.add_section()
     return table
 
@@ -335,6 +329,17 @@ def as_html(table: Any) -> str:
     from html import escape
 
     return f'<pre style="line-height:1.2">{escape(as_text(table))}</pre>'
+
+
+def best_note(cells: Iterable[tuple[str, bool]]) -> str:
+    """Explain the mark of the best, if a cell has it."""
+    return "* best of the row" if any(best for _, best in cells) else ""
+
+
+def ratios_note(criteria: Iterable[str], reference: str | None) -> str:
+    """Name the run to which the ratios among some criteria refer."""
+    ratios = sorted(RATIOS.intersection(criteria))
+    return f"{ratios[0]} to {ratios[-1]} refer to {reference}" if ratios and reference else ""
 
 
 def mark_best(

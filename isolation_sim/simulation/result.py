@@ -303,7 +303,9 @@ class Run(Printed, Trajectory):
         return result
 
     @checked
-    def plot(self, direction: str | None = None, element: str | None = None) -> Figure:
+    def plot(
+        self, direction: str | None = None, element: str | None = None, width_in: float = 7.2
+    ) -> Figure:
         """Draw the run on one page: time histories, loop, peaks over the height, energies.
 
         Parameters
@@ -312,6 +314,8 @@ class Run(Printed, Trajectory):
             Direction of ground motion of the histories; the first by default.
         element : str, optional
             Name of the element of the loop; the first along that direction by default.
+        width_in : float, default 7.2, inches
+            Width. Up to 5 inches, as for one column of 3.5 inches, all panels are below each other.
 
         Returns
         -------
@@ -320,6 +324,6 @@ class Run(Printed, Trajectory):
         Raises
         ------
         InputError
-            If there is no such direction or element.
+            If there is no such direction or element, or the width is below 3 inches.
         """
-        return render("figures:run_figure", self, direction, element)
+        return render("figures:run_figure", self, direction, element, width_in)

@@ -351,20 +351,7 @@ class Sweep(Printed):
         """
         return render("sweep_figures:sensitivity", self, criterion, controller)
 
-    @checked
-    def plot(self, criteria: Sequence[str] | None = None) -> Figure:
-        """Draw the criteria of all controllers; the same as `plot_comparison`.
-
-        Parameters
-        ----------
-        criteria : sequence of str, optional
-            Columns of results; the peaks by default.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-        """
-        return self.plot_comparison(criteria)
+    plot = plot_comparison
 
     def _shown(self) -> Iterator[Any]:
         yield render("sweep_tables:controllers_table", self)

@@ -8,11 +8,11 @@ from types import ModuleType
 
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.results_folder import ResultsFolder, write_contents
-from isolation_sim.reports.html.page import Block, Cell, Page, Picture, Prose, Row, Section, Table
+from isolation_sim.reports.html.page import Block, Page, Picture, Prose, Section, Table
 from isolation_sim.reports.style import save
 
 from . import figures_000, figures_001, figures_002, paper_000, paper_001, paper_002, paper_003
-from .table import COLUMNS, Check, Claim, Comparison, Verdict, tally, texts
+from .table import Check, Claim, PrintedNumber, Verdict, layout, tally
 
 PAPERS: dict[str, tuple[ModuleType, ModuleType]] = {
     "paper_000": (paper_000, figures_000),
@@ -48,7 +48,7 @@ def reproduce(
 def report(papers: Sequence[tuple[str, list[Check], list[Path]]]) -> Page:
     """Page of the study."""
     every = [check for _, checks, _ in papers for check in checks]
-    printed = [check for check in every if isinstance(check, Comparison | Claim)]
+    printed = [check for check in every if isinstance(check, PrintedNumber | Claim)]
     good = sum(check.verdict in (Verdict.REPRODUCED, Verdict.WITHIN) for check in printed)
     first = (
         f"Of {len(printed)} printed numbers and statements that can be computed, {good} were "
@@ -56,20 +56,10 @@ def report(papers: Sequence[tuple[str, list[Check], list[Path]]]) -> Page:
     )
     sections = [Section("Verdict", [Prose((first, f"In all: {tally(every)}."), "verdict")])]
     for title, checks, figures in papers:
-        blocks: list[Block] = [Prose((f"{tally(checks)}.",)), _table(title, checks)]
+        numbers = Table.of(
+            layout(title, checks), f"Numbers of: {title}", note="", filters=("Verdict",)
+        )
+        blocks: list[Block] = [Prose((f"{tally(checks)}.",)), numbers]
         blocks += [Picture(path.stem.replace("_", " "), path) for path in figures]
         sections.append(Section(title, blocks))
     return Page("What the papers' numbers are worth", "Recomputed by isolation-sim", sections)
-
-
-def _table(title: str, checks: Sequence[Check]) -> Table:
-    rows = []
-    for check in checks:
-        label, *cells = texts(check)
-        rows.append(Row(label, tuple(Cell(text) for text in cells)))
-    return Table(
-        caption=f"Numbers of: {title}",
-        headings=tuple(COLUMNS),
-        rows=tuple(rows),
-        filters=("verdict",),
-    )

@@ -12,10 +12,9 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
-if TYPE_CHECKING:
-    from rich.table import Table
+from isolation_sim.reports.tables import TextTable
 
 
 class Verdict(StrEnum):
@@ -138,7 +137,7 @@ class Check(ABC):
 
 
 @dataclass(frozen=True)
-class Comparison(Check):
+class PrintedNumber(Check):
     """A printed number beside the computed one."""
 
     # Largest difference that still counts as reproduced, beyond the rounding, percent
@@ -264,9 +263,9 @@ def compare(
     meant: str = "",
     meant_within: float = 0.1,
     source: Outlier | None = None,
-) -> Comparison:
-    """Compare a printed number with the computed one; arguments as of `Comparison`."""
-    return Comparison(
+) -> PrintedNumber:
+    """Compare a printed number with the computed one; arguments as of `PrintedNumber`."""
+    return PrintedNumber(
         what, where, computed, unit, remark, within, meant, meant_within, source,
         published=published,
     )  # fmt: skip
@@ -294,30 +293,13 @@ def reading(
     )  # fmt: skip
 
 
-def layout(title: str, checks: Iterable[Check]) -> Table:
-    """Lay out a paper's checks for the terminal."""
-    from rich.table import Table
-
-    checks = list(checks)
-    table = Table(box=None, pad_edge=False, header_style="bold", title=title, caption=tally(checks))
-    for heading, side in COLUMNS.items():
-        table.add_column(heading, justify="right" if side == "right" else "left")
-    for check in checks:
-        table.add_row(*texts(check))
-    return table
+COLUMNS = ("what", "where", "published", "computed", "unit", "diff %", "verdict", "remark")
+"""Headings of the table of checks."""
 
 
-COLUMNS = {
-    "what": "left",
-    "where": "left",
-    "published": "right",
-    "computed": "right",
-    "unit": "left",
-    "diff %": "right",
-    "verdict": "left",
-    "remark": "left",
-}
-"""Headings of the table of checks, and the side at which a column lines up."""
+def layout(title: str, checks: Sequence[Check]) -> TextTable:
+    """Lay out a paper's checks."""
+    return TextTable(title, COLUMNS, [*map(texts, checks)], keys=2, caption=tally(checks))
 
 
 def texts(check: Check) -> tuple[str, ...]:

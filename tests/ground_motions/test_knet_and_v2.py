@@ -179,10 +179,12 @@ def test_cosmos_files_of_a_station_are_one_record(written, tmp_path):
     assert record.vertical is not None
 
 
-def test_velocities_beside_accelerations_in_a_folder_are_not_used(written, tmp_path):
+def test_other_quantities_beside_accelerations_in_a_folder_are_not_used(written, tmp_path):
     written("BMR.BNE.acc.V2c", cosmos())
     written("BMR.BNE.vel.V2c", cosmos().replace("Corrected acceleration", "Corrected velocity"))
-    with pytest.warns(UserWarning, match=r"not used: BMR.BNE.vel.V2c"):
+    moved = cosmos().replace("cm/sec2(04)", "cm(06)").replace("acceleration", "displacement")
+    written("BMR.BNE.dis.V2c", moved)
+    with pytest.warns(UserWarning, match=r"not used: BMR.BNE.dis.V2c, BMR.BNE.vel.V2c"):
         (record,) = read_folder(tmp_path)
     assert record.name == "BMR.BNE.acc"
 

@@ -127,6 +127,19 @@ def test_figure_of_one_run(runs):
     assert len(figure.axes) == 8
 
 
+def test_a_figure_of_one_run_fits_one_column(runs):
+    figure = runs["on_off"].plot(width_in=3.5)
+    figure.draw_without_rendering()
+    assert len(figure.axes) == 8
+    inside = figure.bbox
+    parts = [*(axes.get_tightbbox() for axes in figure.axes), figure.legends[0].get_window_extent()]
+    for k, one in enumerate(parts):
+        assert inside.x0 <= one.x0 and one.x1 <= inside.x1
+        assert not any(one.overlaps(other) for other in parts[k + 1 :])
+    with pytest.raises(iso.InputError, match=r"width_in: given 2\.5; expected: 3 or more"):
+        runs["on_off"].plot(width_in=2.5)
+
+
 def test_two_directions_without_coils(passive_biaxial):
     figure = figures.run_figure(passive_biaxial, direction="y")
     check(figure)

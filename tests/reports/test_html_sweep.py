@@ -9,6 +9,7 @@ import pytest
 from isolation_sim.errors import InputError
 from isolation_sim.reports.html.explorer import explorer
 from isolation_sim.reports.html.sweep_report import sweep_report
+from isolation_sim.reports.sweep_tables import controllers_table
 from isolation_sim.sweeps import Sweep, sweep
 from isolation_sim.written_names import as_written
 from studies.report import study_report
@@ -105,6 +106,15 @@ def test_controllers_that_print_alike_are_equally_good(swept):
     # nothing to choose where all print alike; J6 is 1 for every isolated building
     assert marks["peak storey drift, mm"] == marks["J6 control device / base shear"] == ["", ""]
     assert sorted(marks["peak base displacement, mm"]) == ["", "best"]
+    assert page.sections[1].blocks[0].note == "* best of the row. J1 to J8 refer to passive off."
+
+
+def test_a_table_without_marks_explains_none(swept):
+    alone = Sweep(swept.folder)
+    off = swept.table["controller"] == "passive_off"
+    vars(alone).update(table=swept.table[off], controllers=("passive_off",))
+    page = sweep_report(alone, FLOOR)
+    assert page.sections[1].blocks[0].note == controllers_table(alone).caption == ""
 
 
 def test_a_sweep_without_a_good_run_still_has_a_report(swept):

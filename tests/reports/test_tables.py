@@ -6,7 +6,13 @@ import pytest
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval
 from isolation_sim.discrepancy.interval import percent
 from isolation_sim.reports.diagnosis import causes_table, shown
-from isolation_sim.reports.tables import TextTable, as_text, criteria_lines, title_of
+from isolation_sim.reports.tables import (
+    TextTable,
+    as_text,
+    criteria_lines,
+    criteria_tables,
+    title_of,
+)
 from isolation_sim.written_names import as_written, number_text
 
 HEADINGS = ("run", "simulation.computation_delay_s", "95 % interval", "error, %", "what it is",
@@ -136,3 +142,14 @@ def test_one_run_has_no_ratios_to_itself():
     ones = {f"J{k}": 1.0 for k in range(1, 9)}
     assert "Benchmark" not in criteria_lines({"off": ones}, {"off": {}})
     assert "Benchmark" in criteria_lines({"off": ones, "on": ones}, {"off": {}, "on": {}})
+
+
+def test_a_star_is_explained_where_one_stands():
+    names = [f"controller_{k}" for k in range(9)]
+    criteria = {name: {"peak_drift_m": 1e-3 * k} for k, name in enumerate(names, 1)}
+    first, *_, last = as_text(criteria_tables(criteria, {name: {} for name in names}), 80).split(
+        "\n\n"
+    )
+    assert "1.000*" in first and first.endswith("* best of the row") and "*" not in last
+    alike = {name: {"peak_drift_m": 1e-3} for name in names}
+    assert "*" not in as_text(criteria_tables(alike, {name: {} for name in names}))

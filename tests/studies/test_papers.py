@@ -24,10 +24,10 @@ from studies.papers.table import (
     Basis,
     Check,
     Claim,
-    Comparison,
     Consequence,
     Equation,
     Outlier,
+    PrintedNumber,
     Reading,
     Remark,
     Verdict,
@@ -279,11 +279,11 @@ def other_verdict(check: Check) -> Check:
     """The same row with a number that must turn its verdict."""
     change = dataclasses.replace
     match check:
-        case Comparison(source=Outlier(verdict=Verdict.CORRUPT) as source):
+        case PrintedNumber(source=Outlier(verdict=Verdict.CORRUPT) as source):
             return change(check, source=change(source, computed=source.lowest))
-        case Comparison(verdict=Verdict.REPRODUCED | Verdict.WITHIN):
+        case PrintedNumber(verdict=Verdict.REPRODUCED | Verdict.WITHIN):
             return change(check, computed=2 * check.computed + 1)
-        case Comparison():
+        case PrintedNumber():
             return change(check, computed=float(check.published))
         case Claim(verdict=Verdict.WRONG):
             middle = (max(check.above, -1e30) + min(check.below, 1e30)) / 2

@@ -114,48 +114,6 @@ def test_seeds_follow_from_the_case_not_from_its_place():
     assert not set(seeds(vary, count=4, base=1).values()) & set(first.values())
 
 
-@pytest.mark.parametrize(
-    ("keys", "said"),
-    [
-        ({"vary": [{"field": "isolator.cuont", "values": [1.0]}]},
-         "did you mean 'isolator.count'?"),
-        ({"vary": [{"field": "isolator.count", "values": [1.0, -2.0]}]},
-         "isolator.count = -2.0: isolator.count is -2.0; expected: a number above 0"),
-        ({"vary": [{"field": "isolator.target_period_s", "label": "T", "values": [0.4, 0.3]}]},
-         "T = 0.4: isolator: "),
-        ({"vary": [{"field": "isolator.count", "low": 1.0, "high": 2.0}]},
-         "count or step, or a [sample]"),
-        ({"vary": [{"field": "isolator.count", "low": 3.0, "high": 2.0, "count": 2}]}, "low < "),
-        ({"vary": [{"field": "isolator.count", "low": 1.0}]}, "expected: values, or low and high"),
-        ({"vary": [{"field": "isolator.count", "valus": [1.0]}]}, "did you mean 'values'?"),
-        ({"sample": {"count": 4}}, "no quantity is sampled"),
-        ({"vry": []}, "did you mean 'vary'?"),
-        ({"scenario": {"isolatr": {}}}, "did you mean 'isolator'?"),
-        ({"vary": [{"field": "controller.amperes", "values": [1.0]}]}, "unknown field"),
-    ],
-)  # fmt: skip
-def test_what_is_refused(keys, said):
-    with pytest.raises(InputError) as error:
-        design_of(**keys)
-    assert said in str(error.value)
-    assert "\n" not in str(error.value)
-
-
-def test_a_file_is_named_in_its_errors(tmp_path):
-    path = tmp_path / "plan.toml"
-    for text, said in (
-        ("vary = 3\n", "vary is 3; expected: a list"),
-        ('[[vary]]\nfield = "isolator.cuont"\nvalues = [1.0]\n', "did you mean"),
-        ("name =", "not TOML"),
-    ):
-        path.write_text(text)
-        with pytest.raises(InputError) as error:
-            Design(SweepPlan.read(path), str(path))
-        assert str(error.value).startswith(f"{path}: ") and said in str(error.value)
-    with pytest.raises(InputError, match="no such file"):
-        SweepPlan.read(tmp_path / "none.toml")
-
-
 def test_the_content_names_what_differs(tmp_path):
     file = tmp_path / "motion.csv"
     file.write_text("time_s,ground_acceleration_m_s2\n0,0\n0.02,1\n0.04,0\n")

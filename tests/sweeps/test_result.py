@@ -193,7 +193,7 @@ def test_the_reference_is_recognised_by_what_it_is(tmp_path):
     assert ratios["bare"] == 1.0 and ratios["passive_off"] != 1.0
     assert ratios["passive_off"] == pytest.approx(peaks["passive_off"] / peaks["bare"])
     assert result.plot_comparison().axes[0].get_ylabel() == "ratio to bare (-)"
-    assert "J1 to J9 refer to bare" in result.to_html(tmp_path / "report.html").read_text()
+    assert "J1 to J8 refer to bare." in result.to_html(tmp_path / "report.html").read_text()
     alone = iso.sweep(plan_of(scenario={"controller": entries[:1]}), tmp_path / "two", workers=1)
     assert alone.reference is None and "J4" not in alone.table
 

@@ -8,6 +8,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
+from ground_motions.readers.lines import AnotherQuantityError
 from ground_motions.registry import Registry
 
 from ...errors import InputError
@@ -50,7 +51,13 @@ def tables_by_name(
 
     for path in raw_files(places, kind):
         progress(f"reading {path.name}")
-        tables = [] if left_out(path.name, path.stem) else read_tables(path)
+        try:
+            tables = [] if left_out(path.name, path.stem) else read_tables(path)
+        except AnotherQuantityError:
+            if path in places:
+                raise
+            notes.append(f"{path.name}: neither accelerations nor displacements; left out")
+            continue
         for table in tables:
             part = _KIND.sub("", table.part) if len(tables) > 1 else ""
             name = _NOT_IN_NAMES.sub("_", f"{path.stem} {part}".strip())

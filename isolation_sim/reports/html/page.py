@@ -75,6 +75,16 @@ class Row:
     cells: tuple[Cell, ...] = ()  # One per column; empty for a heading above other rows
 
 
+def marked_row(label: str, cells: Iterable[tuple[str, bool]]) -> Row:
+    """A row of texts, of which the best is marked."""
+    return Row(label, tuple(Cell(text, "best" * best) for text, best in cells))
+
+
+def table_note(*notes: str) -> str:
+    """The note of a table from several, of which some may be empty."""
+    return " ".join(f"{note}." for note in notes if note)
+
+
 def text_rows(rows: Iterable[Sequence[str]]) -> tuple[Row, ...]:
     """Rows from plain texts; the first text of each is its label."""
     return tuple(Row(label, tuple(map(Cell, texts))) for label, *texts in rows)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -17,14 +17,13 @@ from ..chart import FIXED_BASE_LOOK
 from ..drawing import drawing_title, structure_drawing
 from ..references import of_runs
 from ..style import svg_text
-from ..tables import criteria_lines
+from ..tables import best_note, criteria_lines, ratios_note
 from ..verdict import verdict
 from .animation import animation
 from .charts import looks
 from .page import (
     Block,
     Bullets,
-    Cell,
     Facts,
     LineChoice,
     Listing,
@@ -35,6 +34,8 @@ from .page import (
     Section,
     Table,
     TimeRange,
+    marked_row,
+    table_note,
 )
 from .run_charts import energies, envelopes, loops, time_histories, trade_off
 
@@ -108,28 +109,20 @@ def _in_words(comparison: Comparison) -> Comparison:
 
 def criteria_table(comparison: Comparison) -> Table:
     """Criteria and energies, one column per controller; the best of each row is marked."""
-    rows = []
     baseline = comparison.baseline
-    for group, lines in _lines(comparison):
+    groups = criteria_lines(comparison.criteria, comparison.energy, baseline, comparison.optima)
+    rows, marked = [], []
+    for group, lines in groups.items():
         rows.append(Row(group))
-        rows += [
-            Row(label, tuple(Cell(text, "best" if best else "") for text, best in cells))
-            for label, cells in lines
-        ]
-    several = len(comparison.runs) > 1
-    against = f" J1 to J9 refer to {comparison.reference}." if comparison.reference else ""
+        rows += [marked_row(label, cells) for label, cells in lines]
+        marked += [cell for _, cells in lines for cell in cells]
+    ratios = next(iter(comparison.criteria.values())) if "Benchmark" in groups else ()
     return Table(
-        caption="Criteria and energies of each run, with units",
-        headings=("Quantity", *comparison.runs, *baseline),
-        rows=tuple(rows),
-        note=f"* best of the row.{against}" if several else "",
+        "Criteria and energies of each run, with units",
+        ("Quantity", *comparison.runs, *baseline),
+        tuple(rows),
+        table_note(best_note(marked), ratios_note(ratios, comparison.reference)),
     )
-
-
-def _lines(comparison: Comparison) -> Iterable[tuple[str, list[Any]]]:
-    return criteria_lines(
-        comparison.criteria, comparison.energy, comparison.baseline, comparison.optima
-    ).items()
 
 
 def _sides(comparison: Comparison) -> tuple[str, str]:

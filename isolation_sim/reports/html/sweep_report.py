@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from ...criteria import is_gain
 from ...errors import InputError, check_name
 from ...written_names import as_written, capital
-from ..sweep_tables import median_rows, medians_title, sensitivity_table, value_text
-from ..tables import title_of
+from ..sweep_tables import heading, median_cells, medians_title, sensitivity_table, value_text
+from ..tables import best_note, ratios_note, title_of
 from ..units import unit_of
 from .charts import looks
 from .explorer import explorer
-from .page import Block, Cell, Facts, Key, Page, Prose, Row, Section, Table, text_rows
+from .page import (
+    Block,
+    Facts,
+    Key,
+    Page,
+    Prose,
+    Section,
+    Table,
+    marked_row,
+    table_note,
+    text_rows,
+)
 from .run_report import versions
 
 if TYPE_CHECKING:
@@ -98,21 +110,13 @@ def _verdict(sweep: Sweep, criterion: str) -> tuple[str, str]:
 
 
 def _medians(sweep: Sweep) -> Table:
-    rows = tuple(
-        Row(
-            f"{name}, {unit}" if unit else name,
-            tuple(Cell(text, "best" if best else "") for text, best in cells),
-        )
-        for name, unit, cells in median_rows(sweep)
-    )
-    notes = ["* best of the row."] * (len(sweep.controllers) > 1)
-    if sweep.reference:
-        notes.append(f"J1 to J9 refer to {as_written(sweep.reference)}.")
+    medians = median_cells(sweep)
+    reference = None if sweep.reference is None else as_written(sweep.reference)
     return Table(
-        caption=capital(medians_title(sweep)),
-        headings=("Criterion", *map(as_written, sweep.controllers)),
-        rows=rows,
-        note=" ".join(notes),
+        capital(medians_title(sweep)),
+        ("Criterion", *map(as_written, sweep.controllers)),
+        tuple(marked_row(heading(name), cells) for name, cells in medians.items()),
+        table_note(best_note(chain(*medians.values())), ratios_note(medians, reference)),
     )
 
 

@@ -693,6 +693,38 @@ def test_a_corrected_record_of_an_instrumented_building(tmp_path):
     )
 
 
+def file_of_cosmos(number, location, quantity, values, units):
+    """Samples of one channel as COSMOS writes them: real headers with the step in ms at 62."""
+    headers = [1000 / RATE if k == 62 else -999.0 for k in range(1, 101)]
+    lines = [
+        f"Corrected {quantity}   (Format v01.20 with 13 text lines)",
+        f"Sta Chan {number}: 90 deg  (Rcrdr Chan  {number}) Location:{location}",
+        " 100 Real-header values follow on 10 lines, Format= (10F13.6)",
+        *("".join(f"{each:13.6f}" for each in headers[k : k + 10]) for k in range(0, 100, 10)),
+        f" {N} {quantity} pts, approx {N / RATE:.0f} secs, units={units},Format=(1E15.6)",
+        *(f"{100 * value:15.6e}" for value in values),
+        f"End-of-data for Chan {number} {quantity}",
+    ]
+    return "\n".join([*lines, ""])
+
+
+def test_a_record_in_one_file_for_each_quantity_of_each_channel(tmp_path):
+    channels = motion()
+    ground, base, floor, x = channels.values()
+    places = {"Foundation": (ground, 0 * x), "Base slab": (base, x), "1st floor": (floor, x)}
+    for k, (place, (acceleration, displacement)) in enumerate(places.items(), 1):
+        for end, *one in (
+            ("acc", "acceleration", acceleration, "cm/sec2(04)"),
+            ("vel", "velocity", 0 * acceleration, "cm/sec(05)"),
+            ("dis", "displacement", displacement, "cm(06)"),
+        ):
+            written(tmp_path, file_of_cosmos(k, place, *one), f"bmr.{k}.{end}.V2c")
+    imported = iso.import_building_record(tmp_path)
+    assert_is(imported.record, channels, atol=1e-6)
+    assert "bmr.1.vel.V2c: neither accelerations nor displacements; left out" in imported.notes
+    assert "Corrected velocity" in refused(tmp_path / "bmr.1.vel.V2c")
+
+
 @pytest.mark.parametrize(
     ("azimuths", "settings", "signs"),
     [
