@@ -268,6 +268,10 @@ MOST_NOISE = 0.5
 Convention."""
 LEAST_SENSOR_NOISE = 1e-3
 """Smallest sensor noise, as a share of a channel's RMS. Instruments' data sheets."""
+MOST_COLOUR = 4.0
+"""Largest noise of a sensor in the building's band over that above it, at equal widths of
+frequency. That of noise whose power falls with the frequency over four octaves; slower and stronger
+noise is no longer that of instruments. Convention."""
 LEAST_SENSOR_ERROR = 3e-3
 """Smallest calibration error, as a share of a channel's reading. Instruments' data sheets."""
 MANY_NUMBERS = 3

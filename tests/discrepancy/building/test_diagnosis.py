@@ -32,7 +32,7 @@ from isolation_sim.discrepancy.building.comparison import (
     with_causes,
 )
 from isolation_sim.discrepancy.building.errors import excess_error
-from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, p_value
+from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, is_quiet, p_value
 from isolation_sim.discrepancy.building.isolator_causes import layer_effect
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
@@ -141,6 +141,46 @@ def test_residuals_of_noise_alone_are_white(isolated):
     assert np.all(np.abs(ratios) < 6 * np.log(part.noise_cells).std(axis=0))
     # twice the noise is no longer what was expected
     assert adequacy([part], [2 * whitened]) < 1e-3 < adequacy([part], [whitened])
+
+
+def _with_colour(shape):
+    """Noise of one colour in every channel, the ground's too: a factor of its amplitude in Hz."""
+
+    def coloured(values, size, rng, dt):
+        white = np.fft.rfft(rng.standard_normal(values.shape), axis=0)
+        noise = np.fft.irfft(
+            shape(np.fft.rfftfreq(len(values), dt))[:, np.newaxis] * white, len(values), axis=0
+        )
+        rms = np.sqrt(np.mean(values**2, axis=0) / np.mean(noise**2, axis=0))
+        return values + size * rms * noise
+
+    return coloured
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        lambda f: np.maximum(f, 0.02) ** -0.25,  # grows as the frequency falls
+        lambda f: 1 / np.sqrt(1 + (f / 20.0) ** 8),  # has passed the filter of a logger
+    ],
+)
+def test_noise_of_any_colour_is_noise(isolated, shape):
+    quiet, rng = _record(isolated, noise=0.0), np.random.default_rng(4)
+    coloured, dt = _with_colour(shape), quiet.dt
+    values = coloured(quiet.values, NOISE, rng, dt)
+    shaking = coloured(quiet.ground[0].acceleration[:, np.newaxis], NOISE, rng, dt)[:, 0]
+    record = BuildingRecord(
+        "quake", replace(quiet.ground[0], acceleration=shaking),
+        dict(zip(CHANNELS, values.T, strict=True)),
+    )  # fmt: skip
+    model = building_model(isolated, [record])
+    floor = noise_floor(model, record)
+    np.testing.assert_allclose(
+        np.sqrt(np.mean(floor.sensor_noise(np.fft.rfftfreq(len(record), dt)) ** 2, axis=0)),
+        NOISE * np.sqrt(np.mean(quiet.values**2, axis=0)), rtol=0.3,
+    )  # fmt: skip
+    comparison = compare_records(model, [record])
+    assert is_quiet(comparison, comparison.evaluate(()))
 
 
 def test_nothing_is_said_where_nothing_is_wrong(isolated):
@@ -521,6 +561,7 @@ def test_many_numbers_give_way_to_one_that_leaves_noise_alone(isolated, monkeypa
     current = comparison.fit((), ((many, min(many.starts)),))
     # were it nearer to the fitted data by errors of the simulation
     monkeypatch.setattr(cause_search, "_is_nearer", lambda *_: False)
+    monkeypatch.setattr(CauseSearch, "_is_calibration", lambda *_: False)
     monkeypatch.setattr(FittedBuilding, "held_out_cost", 1.0)
     assert space._exchange_for_simpler(current).causes == ("isolator_force_error",)
     monkeypatch.setattr(CauseSearch, "is_explained", lambda *_: False)
