@@ -242,6 +242,10 @@ MISFIT_LEVEL = 0.005
 """Level of the test for adequacy. Theory: rate of false alarms."""
 BUILDING_EXPLAINED = 0.95
 """Removed share of the misfit above which the verdict is "explained". Blind buildings."""
+SEVERAL_TIMES = 3.0
+"""Error that causes leave beyond the noise, over the noise, above which they do not explain a
+record, however little of the signal it is: right ones of an inexact form left 2.8 and less, and a
+limit of the supply in place of a saturation 5. Convention, seen on records of two authors."""
 UNRESOLVED = 0.5
 """Part of a sample. A cause beside others that changes the current less than a delay by so much
 does not differ from how the current goes between the samples: held and linear are so far apart.

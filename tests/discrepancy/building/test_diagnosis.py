@@ -31,7 +31,7 @@ from isolation_sim.discrepancy.building.comparison import (
     compare_records,
     with_causes,
 )
-from isolation_sim.discrepancy.building.errors import excess_error
+from isolation_sim.discrepancy.building.errors import excess_error, largest_excess
 from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, is_quiet, p_value
 from isolation_sim.discrepancy.building.isolator_causes import layer_effect
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
@@ -583,6 +583,30 @@ def test_a_cause_tried_last_is_only_a_rival_where_it_is_ranked_below(isolated, m
     assert space.choose(space.before, [simple, flexible]) is simple
     assert space.choose(space.before, [flexible]) is flexible
     assert space.choose(space.before, []) is None
+    # kept for later, even where it was no rival
+    space._last = [flexible]
+    space.choose(space.before, [simple])
+    assert [one.name for one, _ in space._others["base_mass_error"]] == ["self_heating"]
+
+
+@pytest.mark.parametrize("stands", [True, False])
+def test_a_cause_tried_last_takes_the_place_of_an_earlier_one_where_it_stands(
+    isolated, monkeypatch, stands
+):
+    """Beside the cause found after it: the likelihood alone does not count."""
+    record = _record(
+        isolated, lambda m: _with(_heavier(0.3)(m), "isolator_force_error", "", (0.1,))
+    )
+    model = building_model(isolated, [record])
+    listed = {c.name: c for c in candidates(model, [record]) if not (c.place or c.form)}
+    space = CauseSearch(compare_records(model, [record]))
+    last = replace(listed["base_mass_error"], last=True)
+    first = listed["structural_damping_error"]
+    space._others[first.label] = [(last, (0.1,))]
+    current = space.comparison.fit((), ((first, (0.1,)), (listed["isolator_force_error"], (0.1,))))
+    monkeypatch.setattr(space, "_stands_for", lambda one, best: stands and best is current)
+    name = last.label if stands else first.label
+    assert space._exchange_causes(current).causes == (name, "isolator_force_error")
 
 
 def test_a_cause_tried_last_stands_where_it_alone_leaves_noise(isolated, monkeypatch):
@@ -768,6 +792,20 @@ def test_what_the_fitted_part_lacks_is_not_explained(isolated):
             and excess_error(space.comparison, evaluation) < 0.03
         )
         assert (excess_error(space.comparison, evaluation, held_out=False) < 0.03) is explained
+        assert space.explains(evaluation, 0.0) is explained
+
+
+def test_several_times_the_noise_are_not_explained(isolated):
+    """However little of the signal they are."""
+    record = _record(isolated, _heavier(0.3), noise=1e-3)
+    model = building_model(isolated, [record])
+    space = CauseSearch(compare_records(model, [record]))
+    base = next(c for c in candidates(model, [record]) if c.name == "base_mass_error")
+    space._compared_beside(((base, (0.3,)),))
+    for mass, explained in ((0.295, True), (0.283, False)):
+        evaluation = space.comparison.evaluate(((base, (mass,)),))
+        assert space.removed_share(evaluation) > 0.95
+        assert largest_excess(space.comparison, evaluation) < 0.03
         assert space.explains(evaluation, 0.0) is explained
 
 
