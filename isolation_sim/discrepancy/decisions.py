@@ -292,6 +292,10 @@ first order; of those that are only tried late, fewer. Effort."""
 ALONG_MOTION, PROPOSALS = 24, 3
 """Forms of effects that are fitted along the isolators' motion, of those that follow their force
 best to first order, and causes of these that are then tried in the building. Effort."""
+ABRUPT = 1e-3
+"""Range over which friction of the isolators develops, over the largest deformation or velocity,
+below which it is not looked for. A deformation crosses it within a sample, and simulations of less
+take up to 1000 times as long. Effort."""
 PROPOSED_GAIN = 0.1
 """Share of the layer's misfit above noise that a form must remove to be tried: else what is wrong
 is elsewhere. Effort."""

@@ -572,7 +572,7 @@ def test_a_cause_tried_last_is_only_a_rival_where_it_is_ranked_below(isolated, m
     record = _record(isolated, _heavier(0.15), seed=7)
     model = building_model(isolated, [record])
     listed = {c.name: c for c in candidates(model, [record])}
-    listed["self_heating"] = layer_effect(model, effect("self_heating"), (1e-8, 20.0))
+    listed["self_heating"] = layer_effect(model, [record], effect("self_heating"), (1e-8, 20.0))
     space = CauseSearch(compare_records(model, [record]))
     monkeypatch.setattr(space, "_is_significant", lambda current, one: True)
     simple, flexible = (
@@ -614,7 +614,7 @@ def test_a_cause_tried_last_stands_where_it_alone_leaves_noise(isolated, monkeyp
     model = building_model(isolated, [record])
     listed = {c.name: c for c in candidates(model, [record])}
     degradation = effect("cyclic_degradation")
-    listed["cyclic_degradation"] = layer_effect(model, degradation, (0.1, 1.0))
+    listed["cyclic_degradation"] = layer_effect(model, [record], degradation, (0.1, 1.0))
     space = CauseSearch(compare_records(model, [record]))
     # beside noise both errors are nearly zero, and their ratio says nothing
     monkeypatch.setattr(cause_search, "largest_excess", lambda *_: 0.005)
@@ -919,7 +919,9 @@ def test_intervals_are_those_of_a_linear_fit(isolated):
     outcome = comparison.fit((), ((bias, (0.01,)),))
     cause_values = intervals(comparison, outcome)[0]["mean"]
     n = comparison.middle
-    half = 1.96 * comparison.floors[0].sensors[3] / np.sqrt(n)
+    slow = comparison.floors[0].sensor_noise(np.zeros(1))[0, 3]
+    assert slow < 1.5 * comparison.floors[0].sensors[3]
+    half = 1.96 * slow / np.sqrt(n)
     assert (cause_values.high - cause_values.low) / 2 == pytest.approx(half, rel=0.25)
     # noise need not be independent from sample to sample
     spread = _with_common_noise(comparison).floors[0].examples[:, 0, 3].std(ddof=1)
