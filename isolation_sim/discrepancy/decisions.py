@@ -242,6 +242,10 @@ MISFIT_LEVEL = 0.005
 """Level of the test for adequacy. Theory: rate of false alarms."""
 BUILDING_EXPLAINED = 0.95
 """Removed share of the misfit above which the verdict is "explained". Blind buildings."""
+SEVERAL_TIMES = 3.0
+"""Error that causes leave beyond the noise, over the noise, above which they do not explain a
+record, however little of the signal it is: right ones of an inexact form left 2.8 and less, and a
+limit of the supply in place of a saturation 5. Convention, seen on records of two authors."""
 UNRESOLVED = 0.5
 """Part of a sample. A cause beside others that changes the current less than a delay by so much
 does not differ from how the current goes between the samples: held and linear are so far apart.
@@ -268,6 +272,10 @@ MOST_NOISE = 0.5
 Convention."""
 LEAST_SENSOR_NOISE = 1e-3
 """Smallest sensor noise, as a share of a channel's RMS. Instruments' data sheets."""
+MOST_COLOUR = 4.0
+"""Largest noise of a sensor in the building's band over that above it, at equal widths of
+frequency. That of noise whose power falls with the frequency over four octaves; slower and stronger
+noise is no longer that of instruments. Convention."""
 LEAST_SENSOR_ERROR = 3e-3
 """Smallest calibration error, as a share of a channel's reading. Instruments' data sheets."""
 MANY_NUMBERS = 3
@@ -284,6 +292,10 @@ first order; of those that are only tried late, fewer. Effort."""
 ALONG_MOTION, PROPOSALS = 24, 3
 """Forms of effects that are fitted along the isolators' motion, of those that follow their force
 best to first order, and causes of these that are then tried in the building. Effort."""
+ABRUPT = 1e-3
+"""Range over which friction of the isolators develops, over the largest deformation or velocity,
+below which it is not looked for. A deformation crosses it within a sample, and simulations of less
+take up to 1000 times as long. Effort."""
 PROPOSED_GAIN = 0.1
 """Share of the layer's misfit above noise that a form must remove to be tried: else what is wrong
 is elsewhere. Effort."""

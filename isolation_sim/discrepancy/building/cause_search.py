@@ -35,6 +35,7 @@ from ..decisions import (
     REMAINS,
     RIVALS_TRIED,
     SCREENING_STEPS,
+    SEVERAL_TIMES,
     SIMULATED,
     STARTS_FITTED,
     STRONG_EVIDENCE,
@@ -79,8 +80,10 @@ class CauseSearch:
         self.rivals: dict[str, list[FittedBuilding]] = {}
         # chance of each model tried, by the noise of its round: its residuals' number may differ
         self.chances: dict[FittedBuilding, float] = {}
-        # for each cause taken, the others that came next to it, with their numbers
+        # for each cause taken, the others that came next to it, with their numbers; and the last
+        # ones that were fitted in the present round
         self._others: dict[str, list[tuple[Candidate, Values]]] = {}
+        self._last: list[FittedBuilding] = []
         self._choices = (
             candidates(comparison.model, comparison.records) if choices is None else choices
         )
@@ -99,6 +102,7 @@ class CauseSearch:
         """
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
+        self._last = []
         first = [cause for cause in self._choices if not cause.late]
         best = self._refined(current, self._fits(current, first, SIMULATED))
         if best and self.is_explained(best[0]) and not best[0].at_bound:
@@ -109,7 +113,7 @@ class CauseSearch:
             return best
         proposed = proposed_effects(self.comparison, current.cause_values)
         proposed = [cause for cause in proposed if cause.key != self._barred]
-        last = self._fits(current, proposed, LATE_SIMULATED)
+        last = self._last = self._fits(current, proposed, LATE_SIMULATED)
         if best:  # flexible causes imitate simple ones
             last = [one for one in last if _is_nearer(one, best[0], -STRONG_EVIDENCE)]
         last = self._refined(current, last)
@@ -207,17 +211,18 @@ class CauseSearch:
         if best is None:
             return None
         self.rivals[best.causes[-1]] = _near(current, best, accepted)
-        self._others[best.causes[-1]] = _best_of_each(eligible, best.cause_values[-1][0])
+        taken = best.cause_values[-1][0]
+        others = _best_of_each([one for one in eligible if not _is_last(one)], taken)
+        self._others[best.causes[-1]] = others + _best_of_each(self._last, taken)
         return best
 
     def revise(self, taken: FittedBuilding) -> FittedBuilding:
         """Estimate the noise again with the cause in the model, and drop needless causes."""
-        again = self.comparison.with_noise_beside(taken.cause_values)
-        self.comparison, causes = again.with_best_sampling(taken.cause_values)
-        self.before = self.comparison.evaluate(())
-        current = self.comparison.fit((), causes)
+        current = self._compared_beside(taken.cause_values)
         if not self.is_explained(current):
-            current = self._exchange_causes(current)
+            exchanged = self._exchange_causes(current)
+            if exchanged is not current:
+                current = self._compared_beside(exchanged.cause_values)
         while len(current.cause_values) > 1:
             best = min(self._without_each(current), key=lambda outcome: outcome.cost)
             if p_value(self.comparison, best, current) * self._n_tests < FALSE_ALARM:
@@ -225,12 +230,28 @@ class CauseSearch:
             current = best
         return current
 
+    def _compared_beside(self, causes: CauseValues) -> FittedBuilding:
+        """Fit causes under the noise and the assumption between samples that are best with them."""
+        again = self.comparison.with_noise_beside(causes)
+        self.comparison, causes = again.with_best_sampling(causes)
+        self.before = self.comparison.evaluate(())
+        return self.comparison.fit((), causes)
+
+    def _with_best_sampling(self, best: FittedBuilding) -> FittedBuilding:
+        """Fit causes again if another assumption between samples is nearer with their last form."""
+        comparison, causes = self.comparison.with_best_sampling(best.cause_values)
+        if comparison is self.comparison:
+            return best
+        self.comparison = comparison
+        self.before = comparison.evaluate(())
+        return comparison.fit((), causes)
+
     def finish(self, best: FittedBuilding) -> FittedBuilding:
         """Replace each cause by a better variant; name none if together they remove too little."""
         best = self._exchange_for_simpler(best)
         if self._is_calibration(best, self.before):
             return self.before
-        best = self._exchange_variants(best)
+        best = self._with_best_sampling(self._exchange_variants(best))
         if len(best.cause_values) > 1:
             best = self._of_one_sensor(self._without_negligible(best))
         # weights may count a little gain that the error itself does not show
@@ -256,11 +277,18 @@ class CauseSearch:
         return float(np.clip(1 - left / misfit, 0.0, 1.0)) if misfit > 0 else 0.0
 
     def explains(self, after: FittedBuilding, chance: float) -> bool:
-        """Whether a model leaves noise, or nearly nothing of the misfit and of the signal."""
+        """Whether a model leaves noise, or nearly nothing of the misfit and of the signal.
+
+        Nearly nothing is not several times the noise of good sensors.
+        """
         if chance >= MISFIT_LEVEL:
             return True
-        left = largest_excess(self.comparison, after)
-        return left <= REMAINS and self.removed_share(after) >= BUILDING_EXPLAINED
+        for held_out in (False, True):
+            noise = np.hypot(relative_noise(self.comparison, held_out), LEAST_SENSOR_ERROR)
+            left = excess_error(self.comparison, after, held_out)
+            if left > min(REMAINS, SEVERAL_TIMES * noise):
+                return False
+        return self.removed_share(after) >= BUILDING_EXPLAINED
 
     def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
         n = one.n_independent
@@ -390,7 +418,10 @@ class CauseSearch:
                 if other[0].label in current.causes:
                     continue
                 trial = self.comparison.fit((), (*before, other, *after))
-                if _is_nearer(trial, current, STRONG_EVIDENCE):
+                if (
+                    self._stands_for(trial, current) if other[0].last
+                    else _is_nearer(trial, current, STRONG_EVIDENCE)
+                ):  # fmt: skip
                     current = trial
                     self.rivals.setdefault(other[0].label, [])
                     self._others.setdefault(other[0].label, [])

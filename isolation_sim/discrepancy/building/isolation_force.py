@@ -177,17 +177,20 @@ def _lacking(
     inside = np.flatnonzero((every > 0) & (every <= floor.band))
     frequencies = every[inside]
     by_force, by_ground, stiffness = _responses(model, record, run, frequencies)
-    sensors = floor.sensors**2
+    sensors = floor.sensor_noise(every) ** 2
     shown, missed = spectra(np.array([record.values, residual]), len(every))
     inexact = LEAST_SENSOR_ERROR**2 / 2 * smooth_spectrum(np.abs(shown) ** 2)[inside]
     expected = comparison.model_error**2 * np.mean(record.values**2, axis=0)
     # the displacement's noise is one in that channel and in the law's force
-    clear = _clear(missed[:, place], floor.sensors[place], every)
-    both = np.eye(len(sensors))[place] - (clear[inside] * stiffness)[:, np.newaxis] * by_force
-    own = sensors * (np.arange(len(sensors)) != place) + expected + inexact
-    noise = own[:, :, np.newaxis] * np.eye(len(sensors))
-    for size, vector in ((sensors[place], both), (floor.ground[0] ** 2, by_ground)):
-        noise = noise + size * vector[:, :, np.newaxis] * vector[:, np.newaxis].conj()
+    clear = _clear(missed[:, place], sensors[:, place], every)
+    both = np.eye(sensors.shape[1])[place] - (clear[inside] * stiffness)[:, np.newaxis] * by_force
+    sensors = sensors[inside]
+    own = sensors * (np.arange(sensors.shape[1]) != place) + expected + inexact
+    noise = own[:, :, np.newaxis] * np.eye(sensors.shape[1])
+    of_ground = floor.ground[0] ** 2 * np.ones(len(inside))
+    for size, vector in ((sensors[:, place], both), (of_ground, by_ground)):
+        outer = vector[:, :, np.newaxis] * vector[:, np.newaxis].conj()
+        noise = noise + size[:, np.newaxis, np.newaxis] * outer
     whitening = np.linalg.inv(np.linalg.cholesky(noise))
     unit = np.einsum("fij,fj->fi", whitening, by_force)
     white = np.einsum("fij,fj->fi", whitening, missed[inside])
@@ -221,10 +224,10 @@ def _responses(
     return by_force, by_ground, layer
 
 
-def _clear(missed: NDArray, noise: float, frequencies: NDArray) -> NDArray:
+def _clear(missed: NDArray, noise: NDArray, frequencies: NDArray) -> NDArray:
     """Low-pass up to the last frequency at which a displacement shows above its noise."""
     power = smooth_spectrum(np.abs(missed) ** 2 / 2)
-    clear = np.flatnonzero(power > _CLEAR * noise**2)
+    clear = np.flatnonzero(power > _CLEAR * noise)
     if not len(clear):
         return np.zeros(len(frequencies))
     cut_off = max(frequencies[clear[-1]], frequencies[1])

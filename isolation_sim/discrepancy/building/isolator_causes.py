@@ -9,9 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...effects import Effect
+from ...effects import Effect, EffectParameter
+from ...effects.coulomb_friction import LENGTH, VELOCITY
 from ...effects.effect import in_sentence
 from ...identification.characteristic_scales import characteristic_scale
+from ..decisions import ABRUPT
 from .candidate import (
     EITHER_SIGN,
     TYPICAL_PERIOD,
@@ -43,11 +45,13 @@ def layer_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Ite
         yield from _effects(model, records)
 
 
-def layer_effect(model: BuildingModel, effect: Effect, start: Values) -> Candidate:
+def layer_effect(
+    model: BuildingModel, records: Sequence[BuildingRecord], effect: Effect, start: Values
+) -> Candidate:
     """An effect that is tried last, fitted from numbers in the device's scale."""
     names = {one.cause: name for name, one in ISOLATOR_EFFECTS.items()}
     name = names.get(effect.cause, effect.cause)
-    return replace(_effect(name, effect, _over_device(model), (start,)), last=True)
+    return replace(_effect(name, effect, _scales_of(model, records), (start,)), last=True)
 
 
 def current_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
@@ -109,16 +113,8 @@ def _force() -> Candidate:
 
 def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
     """Causes that the isolators' law may lack."""
-    deformation = max(float(np.abs(r.displacement(axis)).max()) for r in records for axis in r.axes)
-    accelerations = [
-        np.sqrt(np.mean(r.mean_acceleration(r.values, axis) ** 2))
-        for r in records
-        for axis in r.axes
-    ]
-    force = model.structure.total_mass * float(max(accelerations))
-    # fitted in the device's own scale, reported in the building's, of all isolators together
-    over = _over_device(model)
-    scales = _Scales(force / over.newton, deformation / over.metre, _highest_current(records), over)
+    scales = _scales_of(model, records)
+    over = scales.building
     for name, effect in ISOLATOR_EFFECTS.items():
         if effect is not IMPACT:
             yield _around_the_law(name, effect, scales)
@@ -165,6 +161,20 @@ class _Scales(NamedTuple):
         """Size of a quantity in the device, by its unit."""
         time = TYPICAL_PERIOD / (2 * np.pi)
         return characteristic_scale(unit, self.force, self.length, time, self.current)
+
+
+def _scales_of(model: BuildingModel, records: Sequence[BuildingRecord]) -> _Scales:
+    """Sizes in a device as records show them."""
+    deformation = max(float(np.abs(r.displacement(axis)).max()) for r in records for axis in r.axes)
+    accelerations = [
+        np.sqrt(np.mean(r.mean_acceleration(r.values, axis) ** 2))
+        for r in records
+        for axis in r.axes
+    ]
+    force = model.structure.total_mass * float(max(accelerations))
+    # fitted in the device's own scale, reported in the building's, of all isolators together
+    over = _over_device(model)
+    return _Scales(force / over.newton, deformation / over.metre, _highest_current(records), over)
 
 
 _CONTACTS = {
@@ -257,13 +267,13 @@ def _around_the_law(
         for share in (1.0, _WEAK)
         for k in range(max(len(q.starts) for q in free))
     )  # fmt: skip
-    return _effect(name, effect, scales.building, starts, form, fixed)
+    return _effect(name, effect, scales, starts, form, fixed)
 
 
 def _effect(
     name: str,
     effect: Effect,
-    building: _OverDevice,
+    scales: _Scales,
     starts: tuple[Values, ...],
     form: str = "",
     fixed: Mapping[str, float] = MappingProxyType({}),
@@ -275,9 +285,18 @@ def _effect(
         numbers = dict(zip((q.name for q in free), values, strict=True))
         return replace(model, effects={**model.effects, effect: {**numbers, **fixed}})
 
-    parameters = tuple(
-        Parameter(q.name, q.unit, q.lower, q.upper, factor=building.factor(q.unit), plain=q.plain)
-        for q in free
+    def parameter(q: EffectParameter) -> Parameter:
+        lower, plain = q.lower, q.plain
+        if q in (VELOCITY, LENGTH):
+            # no record tells sharper friction from this one, whose simulation takes far longer
+            lower = max(lower, ABRUPT * scales.size(q.unit))
+            plain = (*plain, lower)
+        factor = scales.building.factor(q.unit)
+        return Parameter(q.name, q.unit, lower, q.upper, factor=factor, plain=plain)
+
+    parameters = tuple(map(parameter, free))
+    starts = tuple(
+        tuple(max(v, p.lower) for v, p in zip(start, parameters, strict=True)) for start in starts
     )
     says = ", ".join(f"{q.name} {{{q.name}:.3g}} {q.unit}" for q in parameters)
     return Candidate(

@@ -55,4 +55,5 @@ def _forms(base: FittedModel) -> list[Effect]:
 def _candidate(comparison: Comparison, fit: FittedModel) -> Candidate:
     """The newest effect of a layer's model, with its numbers to start from."""
     numbers = fit.values[fit.model.slices()[-1]]
-    return layer_effect(comparison.model, fit.effects[-1], tuple(numbers.tolist()))
+    start = tuple(numbers.tolist())
+    return layer_effect(comparison.model, comparison.records, fit.effects[-1], start)

@@ -1,34 +1,72 @@
 """The noise of a building record, from the record itself.
 
 Two noises are told apart: each sensor's own, and what the noise of the measured ground motion does
-to the simulation that is driven by it. The first is white; its size is seen above the building's
-band, where the simulation misses nothing else. The second is shared by all channels and lives
-around the building's modes; it is simulated.
+to the simulation that is driven by it. The size of the first is seen above the building's band,
+where the simulation misses nothing else; its colour in the quiet parts of the record, where it is
+what each channel shows apart from all others. The second is shared by all channels and lives around
+the building's modes; it is simulated.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...structures import IsolatedStructure
-from ..decisions import LEAST_SENSOR_NOISE
+from ..decisions import LEAST_SENSOR_NOISE, MOST_COLOUR
 from .model import BuildingModel
 from .record import BuildingRecord
 
 _WINDOW = 0.5
 """s: over which the noise's size is taken, so that neither shaking nor impacts count for all."""
 _DRAWS, _SMOOTHING = 32, 4
+_SPAN = 4.0
+"""s: over which the colour of noise is taken, so that slow noise is seen and quiet parts are told
+from others."""
+_FEWEST = 8
+"""Windows without which a record has no quiet parts."""
+_OCTAVES = 3
+"""Lowest octaves by which slower noise is extrapolated, to one cycle in a window."""
+_INDEPENDENT = 0.5
+"""Independent ones among the Fourier coefficients of Hann windows that overlap by half. Theory."""
+
+
+class Colour(NamedTuple):
+    """Noise in the building's band over white noise that has its size above the band."""
+
+    frequencies: NDArray  # (n_octaves,), Hz, increasing: Centres of octaves
+    factors: NDArray  # (n_octaves, n_channels): Standard deviation over that of white noise
+    band: float  # Highest frequency in the band, Hz
+
+    def at(self, frequencies: NDArray) -> NDArray:
+        """Factors at other frequencies, (n_frequencies, n_channels)."""
+        if not len(self.frequencies):
+            return np.ones((len(frequencies), self.factors.shape[1]))
+        logs, known = np.log(np.maximum(frequencies, 1 / _SPAN)), np.log(self.frequencies)
+        factors = np.log(self.factors)
+        between = np.transpose([np.interp(logs, known, one) for one in factors.T])
+        # slower noise goes on as it grows in the lowest octaves
+        few = min(_OCTAVES, len(known))
+        falls = np.polyfit(known[:few], factors[:few], 1)[0] if few > 1 else 0.0
+        below = np.maximum(known[0] - logs, 0.0)[:, np.newaxis]
+        inside = np.minimum(between - np.minimum(falls, 0.0) * below, np.log(MOST_COLOUR))
+        return np.where(frequencies[:, np.newaxis] > self.band, 1.0, np.exp(inside))
 
 
 @dataclass(frozen=True, eq=False)
 class NoiseFloor:
     """Noise of one record."""
 
-    sensors: NDArray  # (n_channels,): Standard deviation of each channel's noise, in its unit
+    # (n_channels,): Standard deviation of white noise as each channel's is above the band, in its
+    # unit
+    sensors: NDArray
+    colour: Colour  # Of the channels' noise in the band
     # (n_directions,): Standard deviation of the noise of the measured ground motion, m/s^2
     ground: NDArray
     total: NDArray  # (n_channels,): RMS that both leave in a channel's residual, in its unit
@@ -38,6 +76,10 @@ class NoiseFloor:
     # (n_draws, n, n_channels): Residuals of noise alone; as far off the weights as the noise's
     # estimate may be
     examples: NDArray
+
+    def sensor_noise(self, frequencies: NDArray) -> NDArray:
+        """Noise of each channel by frequency, (n_frequencies, n_channels), as ``sensors``."""
+        return self.sensors * self.colour.at(frequencies)
 
 
 def highest_frequency(isolated: IsolatedStructure, dt: float) -> float:
@@ -85,31 +127,120 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     dt, measured = record.dt, record.values
     band = highest_frequency(model.nominal, dt)
     predicted = model.predict(record)
-    residual = measured - predicted if np.isfinite(predicted).all() else measured
+    is_finite = np.isfinite(predicted).all()
+    residual = measured - predicted if is_finite else measured
     least = LEAST_SENSOR_NOISE * np.sqrt(np.mean(measured**2, axis=0))
     # where the simulation misses more up there than it explains, the signal itself is no worse
     sensors = np.minimum(white_noise(residual, dt, band, 0.5), white_noise(measured, dt, band, 0.5))
     sensors = np.maximum(sensors, least)
+    displacements = np.array([one.is_displacement for one in record.sensors])
+    quiet = _quiet_windows((predicted if is_finite else measured) / sensors, dt, band)
+
+    def colour_of(noise: NDArray) -> Colour:
+        return _colour(noise / sensors, dt, band, quiet, displacements)
+
+    colour = colour_of(residual)
     shaking = np.column_stack([motion.acceleration for motion in record.ground])
     most = white_noise(shaking, dt, band, 0.1)
-    draws = _simulated_noise(model, record, most, predicted)
-    felt = _felt(draws[:_DRAWS], sensors, int(band * dt * len(measured)), len(most))
-    share = float(_ground_shares(residual[np.newaxis], sensors, felt)[0])
+    # accelerometers of the ground are as those of the building
+    of_ground = colour._replace(factors=colour.factors[:, ~displacements][:, :1])
+    draws = _simulated_noise(model, record, most, of_ground, predicted)
+    at = np.arange(int(band * dt * len(measured))) / (dt * len(measured))
+    own_noise = sensors * colour.at(at)
+    felt = _felt(draws[:_DRAWS], own_noise, len(most))
+    share = float(_ground_shares(residual[np.newaxis], own_noise, felt)[0])
     shaken = share * draws[_DRAWS:]
     own = np.empty_like(shaken)
     for k in range(len(own)):
-        own[k] = np.random.default_rng(k).standard_normal(own[k].shape)
+        white = np.random.default_rng(k).standard_normal(own[k].shape)
+        own[k] = _coloured(white, dt, colour)
         own[k] *= sensors / white_noise(own[k], dt, band, 0.5)
-    # from these examples the ground's noise would have been estimated differently
-    guesses = np.maximum(_ground_shares(own - shaken, sensors, felt), share / 2)
+        # from this example the colour would have been estimated differently
+        guess = colour_of(own[k] - shaken[k])
+        own[k] = _coloured(own[k], dt, colour._replace(factors=colour.factors / guess.factors))
+    # and so would the ground's noise
+    guesses = np.maximum(_ground_shares(own - shaken, own_noise, felt), share / 2)
     examples = own - shaken * (share / guesses)[:, np.newaxis, np.newaxis]
     ground, draws = share * most, share * draws[:_DRAWS]
-    total = np.sqrt(sensors**2 + np.mean(draws**2, axis=(0, 1)))
-    return NoiseFloor(sensors, ground, total, band, draws, examples)
+    every = sensors * colour.at(np.fft.rfftfreq(len(measured), dt))
+    total = np.sqrt(np.mean(every**2, axis=0) + np.mean(draws**2, axis=(0, 1)))
+    return NoiseFloor(sensors, colour, ground, total, band, draws, examples)
+
+
+def _windows(values: NDArray, dt: float) -> NDArray:
+    """Fourier coefficients of windows in time, (n_windows, n_frequencies, n_channels).
+
+    Those of white noise of unit variance have unit mean square.
+    """
+    n = min(round(_SPAN / dt), len(values))
+    shape = np.hanning(n + 1)[:n, np.newaxis]
+    parts = np.array([values[a : a + n] for a in range(0, len(values) - n + 1, max(n // 2, 1))])
+    # neither an offset nor a drift is noise
+    line = np.column_stack([np.ones(n), np.linspace(-1, 1, n)])
+    line = np.linalg.qr(line)[0]
+    parts = parts - line @ (line.T @ parts)
+    return np.fft.rfft(shape * parts, axis=1) / np.linalg.norm(shape)
+
+
+def _octaves(n_frequencies: int) -> list[slice]:
+    """Octaves among the frequencies of a window up to a band's end, from above."""
+    edges = [n_frequencies]
+    while edges[-1] // 2 >= 2:
+        edges.append(edges[-1] // 2)
+    return [slice(low, high) for high, low in pairwise(edges)]
+
+
+def _n_frequencies(n_samples: int, dt: float, band: float) -> int:
+    """Frequencies of a window up to a band's end."""
+    return int(band * dt * min(round(_SPAN / dt), n_samples)) + 1
+
+
+def _quiet_windows(predicted: NDArray, dt: float, band: float) -> list[NDArray]:
+    """The half of the windows in which a simulation has the least motion, for each octave."""
+    power = (np.abs(_windows(predicted, dt)) ** 2).sum(axis=2)
+    n = -(-len(power) // 2)
+    octaves = _octaves(_n_frequencies(len(predicted), dt, band))
+    return [np.argsort(power[:, one].sum(axis=1))[:n] for one in octaves]
+
+
+def _colour(
+    residual: NDArray, dt: float, band: float, quiet: Sequence[NDArray], displacements: NDArray
+) -> Colour:
+    """Noise in the band from residuals over its size above the band."""
+    # What the simulation misses, and the noise of the ground, show in several channels together.
+    # A channel's noise is what no sum of the others predicts. Sensors of a kind are alike.
+    shown, n_channels = _windows(residual, dt), residual.shape[1]
+    octaves = _octaves(_n_frequencies(len(residual), dt, band))
+    centres, factors = [], []
+    for one, windows in zip(octaves, quiet, strict=True):
+        cells = shown[windows, one].reshape(-1, n_channels)
+        independent = _INDEPENDENT * len(cells)
+        if len(shown) < _FEWEST or independent < 2 * n_channels:
+            break
+        together = (cells.T @ cells.conj()).real / len(cells) + 1e-9 * np.eye(n_channels)
+        alone = 1 / np.diag(np.linalg.inv(together)).real
+        # the others follow some of any noise
+        free = independent - n_channels + 1
+        alone *= independent / free
+        sizes = np.empty(n_channels)
+        for kind in (displacements, ~displacements):
+            if kind.any():
+                # no more than stands out from chance
+                chance = 1 + 2 / np.sqrt(free * kind.sum())
+                sizes[kind] = np.sqrt(np.median(alone[kind]) / chance)
+        centres.append(np.sqrt(one.start * one.stop) / (dt * min(round(_SPAN / dt), len(residual))))
+        factors.append(np.clip(sizes, 1.0, MOST_COLOUR))
+    return Colour(np.array(centres[::-1]), np.array(factors[::-1]).reshape(-1, n_channels), band)
+
+
+def _coloured(white: NDArray, dt: float, colour: Colour) -> NDArray:
+    """Noise of a colour from white noise, (n, n_channels)."""
+    factors = colour.at(np.fft.rfftfreq(len(white), dt))
+    return np.fft.irfft(factors * np.fft.rfft(white, axis=0), len(white), axis=0)
 
 
 def _simulated_noise(
-    model: BuildingModel, record: BuildingRecord, sizes: NDArray, predicted: NDArray
+    model: BuildingModel, record: BuildingRecord, sizes: NDArray, colour: Colour, predicted: NDArray
 ) -> NDArray:
     """Errors of the simulation by noise of the ground's sensors, (n_draws, n, n_channels)."""
     random = np.random.default_rng(1)
@@ -119,24 +250,25 @@ def _simulated_noise(
     for _ in range(2 * _DRAWS):
         shaken = []
         for motion, size in zip(record.ground, sizes, strict=True):
-            noise = size * random.standard_normal(len(record))
+            noise = size * random.standard_normal((len(record), 1))
+            noise = _coloured(noise, record.dt, colour)[:, 0]
             shaken.append(replace(motion, acceleration=motion.acceleration + noise))
         draws.append(model.predict(record, shaken) - predicted)
     return np.nan_to_num(np.array(draws))
 
 
-def _felt(draws: NDArray, sensors: NDArray, n: int, n_directions: int) -> tuple[NDArray, NDArray]:
+def _felt(draws: NDArray, noise: NDArray, n_directions: int) -> tuple[NDArray, NDArray]:
     """Size and proportions of the errors in the channels by noise of the ground's sensors."""
     # Variance over that of the channels' own noise, (n_frequencies, n_directions), and the unit
     # vectors of it, (n_frequencies, n_channels, n_directions).
-    felt = spectra(draws, n) / sensors
+    felt = spectra(draws, len(noise)) / noise
     vectors = np.linalg.eigh(covariance(felt))[1][:, :, -n_directions:]
     # not smoothed: beside a peak it would be too much, and the noise found too little
     along = np.einsum("fic,dfi->dfc", vectors.conj(), felt)
     return np.mean(np.abs(along) ** 2, axis=0) / 2, vectors
 
 
-def _ground_shares(residuals: NDArray, sensors: NDArray, felt: tuple[NDArray, NDArray]) -> NDArray:
+def _ground_shares(residuals: NDArray, noise: NDArray, felt: tuple[NDArray, NDArray]) -> NDArray:
     """Noise of the ground's sensors over its upper limits, from the part that channels share."""
     # Strong shaking is never without fast motion, so that what lies above the band bounds the noise
     # of the ground's sensor but seldom is it. The residual's part along what such noise does to the
@@ -145,7 +277,7 @@ def _ground_shares(residuals: NDArray, sensors: NDArray, felt: tuple[NDArray, ND
     used = variance > 1.0
     if used.sum() < 16:
         return np.ones(len(residuals))
-    spectrum = spectra(residuals, len(variance)) / sensors
+    spectrum = spectra(residuals, len(variance)) / noise
     along = np.einsum("fcd,rfc->rfd", vectors.conj(), spectrum)
     result, variance = np.abs(along[:, used]) ** 2, variance[used]
     low, high = np.zeros(len(residuals)), np.ones(len(residuals))

@@ -97,7 +97,8 @@ def make_segment(
     shown = spectra(record.values[np.newaxis, samples], len(frequencies))[0]
     inexact = LEAST_SENSOR_ERROR**2 / 2 * smooth_spectrum(np.abs(shown) ** 2)
     missed = model_error**2 * np.mean(record.values[samples] ** 2, axis=0)
-    own = (floor.sensors**2 + missed + inexact)[:, :, np.newaxis] * np.eye(len(missed))
+    noise = floor.sensor_noise(frequencies) ** 2
+    own = (noise + missed + inexact)[:, :, np.newaxis] * np.eye(len(missed))
     whitening = np.linalg.inv(np.linalg.cholesky(covariance(felt) + own))
     # noise alone is judged with its estimate's errors, so that they raise no alarm
     cells = [cell_means(_whiten(one[samples], whitening)) for one in floor.examples]

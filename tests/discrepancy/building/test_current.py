@@ -170,6 +170,14 @@ def test_a_ramp_within_a_sample_is_not_named_beside_a_delay(isolated):
         assert space._between_samples(both, without) == place
 
 
+def _with_force(model, error):
+    """Isolators whose force is larger by a share."""
+    force = next(
+        c for c in candidates(model, [_held(5, "after")]) if c.name.endswith("force_error")
+    )
+    return force.apply(model, (error,))
+
+
 def test_a_delay_does_not_keep_a_held_current_linear(isolated):
     """A linear current is half a sample early, which a delay makes up for."""
     record = _held(5, "after")
@@ -187,6 +195,22 @@ def test_a_delay_does_not_keep_a_held_current_linear(isolated):
     held = again.fit((), causes)
     assert held.cause_values[0][1] == pytest.approx((0.06,), abs=1e-9)
     assert held.variance < 1.0
+
+
+def test_half_a_sample_of_delay_is_a_held_current_at_the_end(isolated):
+    """It is found by the last form of the causes, and none remains of the delay."""
+    record = _held(5, "after")
+    record = replace(record, current=np.tile(np.repeat([0.0, 3.0], 5), N // 10))
+    model = building_model(isolated, [record])
+    true = replace(_with_force(model, 0.3), jump=0.0).predict(record)
+    record = replace(record, response=dict(zip(record.channels, true.T, strict=True)))
+    listed = {(c.name, c.form): c for c in candidates(model, [record])}
+    delay, force = listed["actuation_delay", "dead_time"], listed["isolator_force_error", ""]
+    space = CauseSearch(compare_records(model, [record]))
+    found = space.finish(space.comparison.fit((), ((force, (0.2,)), (delay, (0.004,)))))
+    assert found.causes == ("isolator_force_error",)
+    assert found.cause_values[0][1] == pytest.approx((0.3,), abs=0.001)
+    assert space.comparison.model.jump is not None
 
 
 def test_a_dead_time_and_a_lag_are_one_delay(isolated):

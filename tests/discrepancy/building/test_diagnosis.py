@@ -31,8 +31,8 @@ from isolation_sim.discrepancy.building.comparison import (
     compare_records,
     with_causes,
 )
-from isolation_sim.discrepancy.building.errors import excess_error
-from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, p_value
+from isolation_sim.discrepancy.building.errors import excess_error, largest_excess
+from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, is_quiet, p_value
 from isolation_sim.discrepancy.building.isolator_causes import layer_effect
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
@@ -141,6 +141,46 @@ def test_residuals_of_noise_alone_are_white(isolated):
     assert np.all(np.abs(ratios) < 6 * np.log(part.noise_cells).std(axis=0))
     # twice the noise is no longer what was expected
     assert adequacy([part], [2 * whitened]) < 1e-3 < adequacy([part], [whitened])
+
+
+def _with_colour(shape):
+    """Noise of one colour in every channel, the ground's too: a factor of its amplitude in Hz."""
+
+    def coloured(values, size, rng, dt):
+        white = np.fft.rfft(rng.standard_normal(values.shape), axis=0)
+        noise = np.fft.irfft(
+            shape(np.fft.rfftfreq(len(values), dt))[:, np.newaxis] * white, len(values), axis=0
+        )
+        rms = np.sqrt(np.mean(values**2, axis=0) / np.mean(noise**2, axis=0))
+        return values + size * rms * noise
+
+    return coloured
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        lambda f: np.maximum(f, 0.02) ** -0.25,  # grows as the frequency falls
+        lambda f: 1 / np.sqrt(1 + (f / 20.0) ** 8),  # has passed the filter of a logger
+    ],
+)
+def test_noise_of_any_colour_is_noise(isolated, shape):
+    quiet, rng = _record(isolated, noise=0.0), np.random.default_rng(4)
+    coloured, dt = _with_colour(shape), quiet.dt
+    values = coloured(quiet.values, NOISE, rng, dt)
+    shaking = coloured(quiet.ground[0].acceleration[:, np.newaxis], NOISE, rng, dt)[:, 0]
+    record = BuildingRecord(
+        "quake", replace(quiet.ground[0], acceleration=shaking),
+        dict(zip(CHANNELS, values.T, strict=True)),
+    )  # fmt: skip
+    model = building_model(isolated, [record])
+    floor = noise_floor(model, record)
+    np.testing.assert_allclose(
+        np.sqrt(np.mean(floor.sensor_noise(np.fft.rfftfreq(len(record), dt)) ** 2, axis=0)),
+        NOISE * np.sqrt(np.mean(quiet.values**2, axis=0)), rtol=0.3,
+    )  # fmt: skip
+    comparison = compare_records(model, [record])
+    assert is_quiet(comparison, comparison.evaluate(()))
 
 
 def test_nothing_is_said_where_nothing_is_wrong(isolated):
@@ -521,6 +561,7 @@ def test_many_numbers_give_way_to_one_that_leaves_noise_alone(isolated, monkeypa
     current = comparison.fit((), ((many, min(many.starts)),))
     # were it nearer to the fitted data by errors of the simulation
     monkeypatch.setattr(cause_search, "_is_nearer", lambda *_: False)
+    monkeypatch.setattr(CauseSearch, "_is_calibration", lambda *_: False)
     monkeypatch.setattr(FittedBuilding, "held_out_cost", 1.0)
     assert space._exchange_for_simpler(current).causes == ("isolator_force_error",)
     monkeypatch.setattr(CauseSearch, "is_explained", lambda *_: False)
@@ -531,7 +572,7 @@ def test_a_cause_tried_last_is_only_a_rival_where_it_is_ranked_below(isolated, m
     record = _record(isolated, _heavier(0.15), seed=7)
     model = building_model(isolated, [record])
     listed = {c.name: c for c in candidates(model, [record])}
-    listed["self_heating"] = layer_effect(model, effect("self_heating"), (1e-8, 20.0))
+    listed["self_heating"] = layer_effect(model, [record], effect("self_heating"), (1e-8, 20.0))
     space = CauseSearch(compare_records(model, [record]))
     monkeypatch.setattr(space, "_is_significant", lambda current, one: True)
     simple, flexible = (
@@ -542,6 +583,30 @@ def test_a_cause_tried_last_is_only_a_rival_where_it_is_ranked_below(isolated, m
     assert space.choose(space.before, [simple, flexible]) is simple
     assert space.choose(space.before, [flexible]) is flexible
     assert space.choose(space.before, []) is None
+    # kept for later, even where it was no rival
+    space._last = [flexible]
+    space.choose(space.before, [simple])
+    assert [one.name for one, _ in space._others["base_mass_error"]] == ["self_heating"]
+
+
+@pytest.mark.parametrize("stands", [True, False])
+def test_a_cause_tried_last_takes_the_place_of_an_earlier_one_where_it_stands(
+    isolated, monkeypatch, stands
+):
+    """Beside the cause found after it: the likelihood alone does not count."""
+    record = _record(
+        isolated, lambda m: _with(_heavier(0.3)(m), "isolator_force_error", "", (0.1,))
+    )
+    model = building_model(isolated, [record])
+    listed = {c.name: c for c in candidates(model, [record]) if not (c.place or c.form)}
+    space = CauseSearch(compare_records(model, [record]))
+    last = replace(listed["base_mass_error"], last=True)
+    first = listed["structural_damping_error"]
+    space._others[first.label] = [(last, (0.1,))]
+    current = space.comparison.fit((), ((first, (0.1,)), (listed["isolator_force_error"], (0.1,))))
+    monkeypatch.setattr(space, "_stands_for", lambda one, best: stands and best is current)
+    name = last.label if stands else first.label
+    assert space._exchange_causes(current).causes == (name, "isolator_force_error")
 
 
 def test_a_cause_tried_last_stands_where_it_alone_leaves_noise(isolated, monkeypatch):
@@ -549,7 +614,7 @@ def test_a_cause_tried_last_stands_where_it_alone_leaves_noise(isolated, monkeyp
     model = building_model(isolated, [record])
     listed = {c.name: c for c in candidates(model, [record])}
     degradation = effect("cyclic_degradation")
-    listed["cyclic_degradation"] = layer_effect(model, degradation, (0.1, 1.0))
+    listed["cyclic_degradation"] = layer_effect(model, [record], degradation, (0.1, 1.0))
     space = CauseSearch(compare_records(model, [record]))
     # beside noise both errors are nearly zero, and their ratio says nothing
     monkeypatch.setattr(cause_search, "largest_excess", lambda *_: 0.005)
@@ -730,6 +795,20 @@ def test_what_the_fitted_part_lacks_is_not_explained(isolated):
         assert space.explains(evaluation, 0.0) is explained
 
 
+def test_several_times_the_noise_are_not_explained(isolated):
+    """However little of the signal they are."""
+    record = _record(isolated, _heavier(0.3), noise=1e-3)
+    model = building_model(isolated, [record])
+    space = CauseSearch(compare_records(model, [record]))
+    base = next(c for c in candidates(model, [record]) if c.name == "base_mass_error")
+    space._compared_beside(((base, (0.3,)),))
+    for mass, explained in ((0.295, True), (0.283, False)):
+        evaluation = space.comparison.evaluate(((base, (mass,)),))
+        assert space.removed_share(evaluation) > 0.95
+        assert largest_excess(space.comparison, evaluation) < 0.03
+        assert space.explains(evaluation, 0.0) is explained
+
+
 def test_a_biased_sensor_is_named_with_its_channel(isolated):
     record = _record(isolated, seed=4)
     response = dict(record.response)
@@ -840,7 +919,9 @@ def test_intervals_are_those_of_a_linear_fit(isolated):
     outcome = comparison.fit((), ((bias, (0.01,)),))
     cause_values = intervals(comparison, outcome)[0]["mean"]
     n = comparison.middle
-    half = 1.96 * comparison.floors[0].sensors[3] / np.sqrt(n)
+    slow = comparison.floors[0].sensor_noise(np.zeros(1))[0, 3]
+    assert slow < 1.5 * comparison.floors[0].sensors[3]
+    half = 1.96 * slow / np.sqrt(n)
     assert (cause_values.high - cause_values.low) / 2 == pytest.approx(half, rel=0.25)
     # noise need not be independent from sample to sample
     spread = _with_common_noise(comparison).floors[0].examples[:, 0, 3].std(ddof=1)

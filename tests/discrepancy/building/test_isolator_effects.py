@@ -55,7 +55,9 @@ def _recorded(isolated, one, numbers, seed=2, current=False):
     """A record of a building whose isolators have one more effect, with noise."""
     record, random = _blank(current), np.random.default_rng(seed)
     model = building_model(isolated, [record])
-    values = with_causes(model, ((layer_effect(model, one, numbers), numbers),)).predict(record)
+    values = with_causes(model, ((layer_effect(model, [record], one, numbers), numbers),)).predict(
+        record
+    )
     values += 0.003 * np.sqrt(np.mean(values**2, axis=0)) * random.standard_normal(values.shape)
     return replace(record, response=dict(zip(CHANNELS, values.T, strict=True)))
 
@@ -140,16 +142,30 @@ def test_none_is_proposed_where_the_layer_is_no_device_test():
 def test_numbers_are_of_all_isolators_together():
     device = iso.law("kelvin_voigt", {"k": 1.2e6, "c": 1.0e5}).scaled(length=2.0, force=10.0)
     model = building_model(iso.reference_building().on(device), [_blank()])
-    heating = layer_effect(model, HEATING, (1e-8, 20.0))
+    heating = layer_effect(model, [_blank()], HEATING, (1e-8, 20.0))
     factors = {p.name: p.factor for p in heating.parameters}
     # a joule in the device is 20 in the building
     assert factors == pytest.approx({"gain": 1 / 20, "cooling": 1.0})
 
 
+@pytest.mark.parametrize("form", [SMOOTH, DAHL])
+def test_friction_is_no_sharper_than_a_record_shows(form):
+    """Sharper friction is simulated for minutes. At its bound it is Coulomb's, and no imitation."""
+    record = _blank()
+    model = building_model(_isolated(), [record])
+    friction = layer_effect(model, [record], form, (1e4, 1e-6))
+    least = friction.parameters[1].lower
+    peak = np.abs(record.displacement("")).max()
+    assert 1e-4 * peak < least < 5e-3 * peak
+    assert friction.starts == ((1e4, least),)
+    comparison = compare_records(model, [record])
+    assert not comparison.evaluate(((friction, (1e4, least)),)).at_bound
+
+
 def test_a_number_at_its_bound_is_reported():
     record = _blank()
     model = building_model(_isolated(), [record])
-    heating = layer_effect(model, HEATING, (1e-8, 20.0))
+    heating = layer_effect(model, [record], HEATING, (1e-8, 20.0))
     comparison = compare_records(model, [record])
     ends = [comparison.evaluate(((heating, (1e-8, cooling)),)).at_bound for cooling in (20.0, 1e5)]
     assert ends == [False, True]
