@@ -20,7 +20,8 @@ _HINTS = {
     "Control": "controller(name), or an instance of a subclass of controllers.Controller",
     "Device": "a Device, such as law(name)",
     "IsolatedStructure": "an IsolatedStructure, such as structure.on(device)",
-    "Record": "a Record, such as ground_motions.read(path) or Record(acceleration, dt)",
+    "Record": "a Record, such as ground_motions.read(path), load_record(name) or "
+    "Record(acceleration, dt)",
 }
 """Expected objects by the name of their class, where the name alone is not clear."""
 
@@ -290,7 +291,8 @@ def _description(kind: Any) -> str:
     origin = get_origin(kind) or kind
     if origin in (Union, UnionType):
         parts = dict.fromkeys(_description(each) for each in _alternatives(kind))
-        return " or ".join(parts)
+        of_them = {f"a list, each {each}": "a list of them" for each in parts}
+        return " or ".join(of_them.get(each, each) for each in parts)
     if origin is Annotated:
         return str(get_args(kind)[1])
     if origin is Literal:
