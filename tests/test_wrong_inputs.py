@@ -332,8 +332,8 @@ CALLS = [
     (lambda: iso.simulate(None, MOTION), "isolated is None; expected: an IsolatedStructure"),
     (
         lambda: iso.simulate(isolated(), "motion.csv"),
-        "ground is 'motion.csv'; expected: a Record, such as ground_motions.read(path), load_record("
-        "name) or Record(acceleration, dt) or a list of them",
+        "ground is 'motion.csv'; expected: a Record, such as ground_motions.read(path), "
+        "load_record(name) or Record(acceleration, dt) or a list of them",
     ),
     (lambda: iso.simulate(isolated(), 3.0), "ground is 3.0; expected: a Record"),
     (lambda: iso.simulate(isolated(), [1.0, 2.0]), "ground[0] is 1.0; expected: a Record"),

@@ -1,16 +1,18 @@
 """High-damping rubber bearing of Grant, Fenves and Whittaker, for two directions.
 
-``F = (a1 + a2 |x|^2 + a3 |x|^4) x + c v + h``, ``h' = b3 ((b1 + b2 |x|^2) v - |v| h)``: a spring
-that softens and stiffens again, and a hysteretic force h that tends to ``b1 + b2 |x|^2`` within the
-length 1/b3, so that loops of large deformation are wider. The dashpot is ours: theirs depends on no
-rate. Their softening by past deformation is the effect ``stress_softening``.
+``F = (a1 + a2 |x|^2 + a3 |x|^4) x + c v + h``: a spring that softens and stiffens again, a dashpot,
+and a hysteretic force h. In motion along n = v / |v| its distance to ``R n``, with the limit
+``R = b1 + b2 |x|^2``, falls to 1/e within the length 1/b3:
 
-The stored energy is that of the spring, and what h would return. Nothing is gained in a cycle as
-long as ``(b2/b1)^(1/2) < 2 b3``: the hysteretic force returns within a shorter length than that
-over which it grows.
+    h' = b3 (R v - |v| h) + R' n,   R' = 2 b2 x.v
+
+so that loops of large deformation are wider. Along a line and in a circle this is their law. Under
+other motion theirs has the part of R' n along R n - h, which has no direction where h is R n. The
+dashpot is ours: theirs depends on no rate. Their softening by past deformation is the effect
+``stress_softening``.
+
+No stored energy is declared: what unloading to h = 0 would return has no closed form.
 """
-
-from typing import Any
 
 from .in_plan import along_a_line, length
 from .law import InPlan, Law, Quantity
@@ -27,19 +29,13 @@ def plan_force(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
 def plan_rates(x: tuple, v: tuple, states: tuple, parameters: tuple) -> tuple:
     """Rate of the hysteretic force."""
     *_, b1, b2, b3 = parameters
-    limit, speed = b1 + b2 * (x[0] * x[0] + x[1] * x[1]), length(v[0], v[1])
-    return b3 * (limit * v[0] - speed * states[0]), b3 * (limit * v[1] - speed * states[1])
+    speed = length(v[0], v[1])
+    along = b3 * (b1 + b2 * (x[0] * x[0] + x[1] * x[1]))
+    along = along + 2 * b2 * (x[0] * v[0] + x[1] * v[1]) / speed
+    return along * v[0] - b3 * speed * states[0], along * v[1] - b3 * speed * states[1]
 
 
-def plan_energy(x: tuple, states: tuple, parameters: tuple) -> Any:
-    """Energy of the spring and of the hysteretic force."""
-    a1, a2, a3, _, b1, b2, b3 = parameters
-    squared = x[0] * x[0] + x[1] * x[1]
-    spring = squared * (a1 / 2 + squared * (a2 / 4 + squared * a3 / 6))
-    return spring + (states[0] ** 2 + states[1] ** 2) / (2 * b3 * (b1 + b2 * squared))
-
-
-PLAN = InPlan(plan_force, plan_rates, plan_energy)
+PLAN = InPlan(plan_force, plan_rates, None)
 LAW = Law(
     name="high_damping_rubber",
     title="High-damping rubber (Grant, Fenves and Whittaker)",
@@ -49,9 +45,9 @@ LAW = Law(
         Quantity("a2", "N/m^3", "change of the stiffness with the squared deformation"),
         Quantity("a3", "N/m^5", "change of the stiffness with its fourth power"),
         Quantity("c", "N s/m", "viscous damping", lower=0.0),
-        Quantity("b1", "N", "hysteretic force at small deformation", lower=0.0, divides=True),
+        Quantity("b1", "N", "limit of the hysteretic force at rest", lower=0.0),
         Quantity("b2", "N/m^2", "its growth with the squared deformation", lower=0.0),
-        Quantity("b3", "1/m", "inverse length of its return", lower=0.0, divides=True),
+        Quantity("b3", "1/m", "inverse length of the approach to the limit", lower=0.0),
     ),
     **along_a_line(PLAN, n_states=1),
     source="Grant, Fenves and Whittaker (2004)",
