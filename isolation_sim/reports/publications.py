@@ -41,6 +41,10 @@ PUBLICATIONS = {
         "M. Constantinou, A. Mokha, A. Reinhorn, Teflon bearings in base isolation II: modeling, "
         "Journal of Structural Engineering 116 (1990) 455-474."
     ),
+    "Grant, Fenves and Whittaker (2004)": (
+        "D. N. Grant, G. L. Fenves, A. S. Whittaker, Bidirectional modelling of high-damping "
+        "rubber bearings, Journal of Earthquake Engineering 8 (2004) 161-185."
+    ),
     "Payne (1962)": (
         "A. R. Payne, The dynamic properties of carbon black-loaded natural rubber vulcanizates, "
         "Journal of Applied Polymer Science 6 (1962) 57-63."
