@@ -158,6 +158,7 @@ def test_a_model_is_completed_where_held_out_runs_agree(
             validation_samples=None,
             is_noise=lambda model, chosen: noise if chosen is not None else follows,
             misfit=lambda model: held_out if model is more else 10.0,
+            relative=lambda model: held_out if model is more else 10.0,
         )
 
         def __init__(self):

@@ -163,17 +163,18 @@ class ValidatedSearch:
             return best
         if any(any(values_at_bounds(best, place)) for place in range(len(best.effects))):
             return best
-        left, more = errors.misfit(self.after), self._one_more(best, result)
+        more = self._one_more(best, result)
         if more is None or not self.space.completes(best, more):
             return best
-        missed, before = self._misses_held_out(best), self.final
+        missed, before, left = self._misses_held_out(best), self.final, errors.misfit(self.after)
+        error = errors.relative(self.after)
         self._extend(more)
         # runs held out that are followed to noise can only object: the fitted ones have to be noise
-        taken = (
-            errors.misfit(self.after) <= (COMPLETES if missed else 1.0) * left
-            and (missed or errors.is_noise(self.after, self.data.fitted))
-            and self._may_complete(more)
-        )
+        taken = self._may_complete(more) and (
+            errors.misfit(self.after) < COMPLETES * left if missed
+            else errors.is_noise(self.after, self.data.fitted)
+            and errors.relative(self.after) <= error
+        )  # fmt: skip
         # one that imitates another does not replace it
         if taken and imitate(more.effects):
             taken = self._superfluous(more) is None
