@@ -9,6 +9,7 @@ Forms:
     instantaneous    Kraus' factor with |x| in place of the amplitude
     network          1 - d (1 - s), s' = (1 - s) / memory - |v| s / length: the filler's network
                      breaks with the motion and is built again, as in thixotropy
+    storage          F - d x r^m / (1 + r^m): the storage modulus alone falls, a spring d is lost
 
 A is sensed from the motion: a peak of |x| is followed at once (2 ms) and forgotten over the time
 `memory`, or A = sqrt(2 <x^2>) with the mean over `memory`.
@@ -56,6 +57,12 @@ def instantaneous(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def network(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
     return 1 - parameters[0] * (1 - positive(states[0]))
+
+
+def storage(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force that the spring has lost."""
+    stiffness, half, m, _ = parameters
+    return -stiffness * signals.x * hill(positive(states[0]), half, m)
 
 
 def rates_network(signals: Signals, states: tuple, parameters: tuple) -> tuple:
@@ -201,5 +208,24 @@ FORMS = (
         rates=rates_network,
         factor=network,
         source="Moore (1959), structure kinetics; Payne (1965), filler network",
+    ),
+    Effect(
+        cause="amplitude_softening",
+        form="storage",
+        title="Amplitude softening (Payne) of the storage modulus alone",
+        parameters=(
+            EffectParameter(
+                "stiffness", "N/m", "stiffness lost at large amplitude", lower=0.0, magnitude=True,
+                starts=(0.2,),
+            ),
+            HALF,
+            EXPONENT,
+            MEMORY,
+        ),
+        states=(PEAK,),
+        start=start_peak,
+        rates=rates_peak,
+        force=storage,
+        source="Kraus (1984), storage modulus",
     ),
 )  # fmt: skip

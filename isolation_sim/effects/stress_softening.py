@@ -8,9 +8,12 @@ Forms:
     hyperbolic        1 / (1 + c X)
     hill              1 - r u / (1 + u),   u = (X / s)^m
     power             (1 + X / s)^-n
+    rubber            F - d x X / (X + s)              of the rubber alone: a friction, a lead core
+                                                       or a fluid beside it do not soften
+    rubber_below      F - d x tanh((X - |x|) / s)      the same, as ogden_roxburgh
 
-The last two are the shapes of amplitude softening. Data decide between the two causes by the
-memory alone, and not by the shape.
+``hill`` and ``power`` are the shapes of amplitude softening. Data decide between the two causes by
+the memory alone, and not by the shape.
 
 X is the largest |x| so far, followed within a lag of 2 ms; it never falls.
 """
@@ -55,6 +58,20 @@ def power(signals: Signals, states: tuple, parameters: tuple) -> Any:
     return (1 + positive(states[0]) / length) ** (-exponent)
 
 
+def rubber(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force that the rubber has lost: half of it where the largest deformation is a length."""
+    stiffness, length = parameters
+    largest = positive(states[0])
+    return -stiffness * signals.x * largest / (largest + length)
+
+
+def rubber_below(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force that the rubber has lost."""
+    stiffness, length = parameters
+    below = positive(states[0] - np.fabs(signals.x))
+    return -stiffness * signals.x * np.tanh(below / length)
+
+
 def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     """The largest deformation grows."""
     return (rise(np.fabs(signals.x), states[0]),)
@@ -80,6 +97,9 @@ LOSS = EffectParameter(
     "loss", "1", "largest fraction of the force lost", lower=0.0, upper=0.95, magnitude=True,
     starts=(0.2, 0.5),
 )  # fmt: skip
+STIFFNESS = EffectParameter(
+    "stiffness", "N/m", "largest stiffness lost", lower=0.0, magnitude=True, starts=(0.3,)
+)
 
 
 def _length(meaning: str) -> EffectParameter:
@@ -154,6 +174,22 @@ FORMS = (
         ),
         factor=power,
         source="power law of the largest deformation, flat below its knee",
+        **_COMMON,
+    ),
+    Effect(
+        form="rubber",
+        title="Stress softening (Mullins) of rubber beside lead, sliders or friction",
+        parameters=(STIFFNESS, _length("largest deformation at which half of it is lost")),
+        force=rubber,
+        source="damage X / (X + s) of the largest deformation, of the rubber alone",
+        **_COMMON,
+    ),
+    Effect(
+        form="rubber_below",
+        title="Stress softening (Mullins) of rubber alone, below its largest deformation",
+        parameters=(STIFFNESS, _length("deformation below the largest one, over which it is lost")),
+        force=rubber_below,
+        source="Ogden & Roxburgh (1999), of the rubber alone",
         **_COMMON,
     ),
 )  # fmt: skip

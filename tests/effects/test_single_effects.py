@@ -286,6 +286,26 @@ def test_ogden_roxburgh_returns_to_the_virgin_path():
     assert form.factor(at, (9e-3,), (0.4, 1e-3)) == pytest.approx(0.6, abs=1e-4)
 
 
+def test_rubber_beside_a_friction_softens_alone():
+    damaged, below = (effect("stress_softening", form) for form in ("rubber", "rubber_below"))
+    at = REST._replace(x=3e-3, v=0.1)
+    # whatever the force of the law
+    for force in (0.0, 500.0):
+        now = at._replace(force=force)
+        assert damaged.force(now, (9e-3,), (2e4, 1e-3)) == pytest.approx(-2e4 * 3e-3 * 0.9)
+        assert below.force(now, (9e-3,), (2e4, 1e-3)) == pytest.approx(-2e4 * 3e-3 * np.tanh(6))
+    assert below.force(at, (3e-3,), (2e4, 1e-3)) == 0.0  # on the virgin path
+    assert damaged.force(at, (3e-3,), (2e4, 1e-3)) == pytest.approx(-2e4 * 3e-3 * 0.75)
+
+
+def test_a_storage_modulus_falls_with_the_amplitude_and_the_loss_does_not():
+    form = effect("amplitude_softening", "storage")
+    numbers = (2e4, 4e-3, 1.2, 5.0)
+    slow, fast = (form.force(REST._replace(x=2e-3, v=v), (4e-3,), numbers) for v in (0.0, 0.3))
+    assert slow == fast == pytest.approx(-2e4 / 2 * 2e-3)
+    assert form.force(REST._replace(v=0.3), (4e-3,), numbers) == 0.0
+
+
 @pytest.mark.parametrize("form", ["kraus", "mean_square"])
 def test_half_of_the_loss_at_the_half_amplitude(form):
     half = 4e-3

@@ -12,7 +12,6 @@ import numpy as np
 
 from ...effects import Effect, EffectInPlan, EffectParameter, Signals, effect
 from ...effects.followers import positive, raised
-from ...effects.stress_softening import LARGEST, carried, rates, start
 
 _SPEED = 0.1
 """m/s: velocity at which a damper's force is reported."""
@@ -108,34 +107,8 @@ IMPACT = Effect(
 )
 
 
-def _softened_rubber(signals: Signals, states: tuple, parameters: tuple) -> Any:
-    """Force that rubber has lost: half of it where the largest deformation is a length."""
-    stiffness, length = parameters
-    largest = positive(states[0])
-    return -stiffness * signals.x * largest / (largest + length)
-
-
-RUBBER = Effect(
-    cause="stress_softening",
-    form="rubber",
-    title="Stress softening (Mullins) of rubber beside lead or sliders",
-    parameters=(
-        EffectParameter(
-            "stiffness", "N/m", "stiffness that is lost beyond all deformations", lower=0.0,
-            magnitude=True, starts=(0.3,),
-        ),
-        EffectParameter(
-            "length", "m", "largest deformation at which half of it is lost", lower=1e-6,
-            upper=100.0, divides=True, starts=(0.3,),
-        ),
-    ),
-    states=(LARGEST,),
-    start=start,
-    carried=carried,
-    rates=rates,
-    force=_softened_rubber,
-    source="damage X / (X + s) of the largest deformation, of the rubber alone",
-)  # fmt: skip
+RUBBER = effect("stress_softening", "rubber")
+"""Devices that were saved before it was a form of the catalogue find it here."""
 
 ISOLATOR_EFFECTS: dict[str, Effect] = {
     # by the mean square: smooth, so that a run costs little more than without
@@ -154,8 +127,6 @@ LAYER_CAUSES = (
 )  # fmt: skip
 """Causes of device tests that are tried last, in the form that is nearest to the layer's force:
 those that are not of a sensor, and that a building has no cause of its own for."""
-FURTHER_FORMS = (effect(f"{__name__}:RUBBER"),)
-"""Forms beside those of the catalogue of device tests."""
 
 
 def around_the_law(present: Collection[Effect]) -> tuple[Effect, ...]:

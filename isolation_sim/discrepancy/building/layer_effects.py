@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...effects import Effect
-from ..decisions import ALONG_MOTION, PROPOSALS, PROPOSED_GAIN
+from ..decisions import ALONG_MOTION, LEAST_PART, PROPOSALS, PROPOSED_GAIN
 from ..device.model import FittedModel
 from ..device.observable_effects import observable_effects
 from ..device.screen import fit_direction, refine, screen_effect
@@ -17,7 +17,7 @@ from .candidate import Candidate
 from .comparison import CauseValues, Comparison
 from .isolation_force import effect_values, layer_model, unsupported
 from .isolator_causes import layer_effect
-from .isolator_effects import FURTHER_FORMS, ISOLATOR_EFFECTS, LAYER_CAUSES
+from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 
 
 def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[Candidate]:
@@ -36,7 +36,8 @@ def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[Candid
     fits = [fit_direction(base, one) for one in near]
     least = PROPOSED_GAIN * max(base.cost - len(base.residual), 0.0)
     best: dict[str, FittedModel] = {}
-    for fit in sorted(fits, key=lambda fit: fit.cost):
+    # a number more has to lower the cost by more than errors of the layer's force do
+    for fit in sorted(fits, key=lambda fit: fit.cost * (1 + LEAST_PART) ** fit.n_parameters):
         if base.cost - fit.cost > least:
             best.setdefault(fit.causes[-1], fit)
     return [_candidate(comparison, fit) for fit in list(best.values())[:PROPOSALS]]
@@ -44,7 +45,7 @@ def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[Candid
 
 def _forms(base: FittedModel) -> list[Effect]:
     """Effects that may be added to a layer's model; others are tried before."""
-    forms = (*observable_effects(base.model.data), *FURTHER_FORMS)
+    forms = observable_effects(base.model.data)
     tried = {*base.causes, *ISOLATOR_EFFECTS.values()}
     return [
         one for one in forms
