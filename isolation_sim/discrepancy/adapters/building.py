@@ -335,13 +335,14 @@ class BuildingRecords(Problem[FittedBuilding]):
             (record.name, channel, f"{own:.2e}", f"{total:.2e}", percent(total / rms))
             for record, floor in zip(comparison.records, comparison.floors, strict=True)
             for channel, own, total, rms in zip(
-                record.channels, floor.sensors, floor.total,
+                record.channels, floor.own, floor.total,
                 np.sqrt(np.mean(record.values**2, axis=0)), strict=True,
             )
         )  # fmt: skip
         ground = ", ".join(f"{size:.2e}" for floor in comparison.floors for size in floor.ground)
         return Text(
-            f"Seen above {comparison.floors[0].band:.1f} Hz; noise of the measured ground motion "
+            f"Size seen above {comparison.floors[0].band:.1f} Hz, colour in the quiet half of each "
+            "record; noise of the measured ground motion "
             f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}. The best "
             f"model is expected to leave an error of {percent(comparison.model_error)} %.",
             ("record", "channel", "sensor", "with the ground's", "% of RMS"),

@@ -118,8 +118,11 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
     for name, effect in ISOLATOR_EFFECTS.items():
         if effect is not IMPACT:
             yield _around_the_law(name, effect, scales)
-    # a layer that is beyond the gap for most of its motion has no wall, but another law
-    free = min(_rms_displacement(r) for r in records) / over.metre
+    # a layer that is beyond the gap for most of its motion, or by most of it, has no wall, but
+    # another law
+    usual = min(_rms_displacement(r) for r in records) / over.metre
+    least = next(q.least for q in IMPACT.parameters if q.name == "gap")
+    free = max(usual, least * scales.size("m"))
     for form, numbers in _CONTACTS.items():
         fixed = {**numbers, "only": 0.0}
         both = _beyond(free, _around_the_law("moat_impact", IMPACT, scales, form=form, fixed=fixed))
@@ -129,6 +132,7 @@ def _effects(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
         return
     motions = [r.displacement(r.axes[0]) / over.metre for r in records]
     peaks = max(float(x.max()) for x in motions), min(float(x.min()) for x in motions)
+    free = max(usual, least * float(np.abs(peaks).min()))
     for form, numbers in _CONTACTS.items():
         if form != "elastic":  # the others are, where they do not dissipate
             yield _one_wall(scales, peaks, form, numbers, free)

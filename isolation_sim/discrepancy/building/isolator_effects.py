@@ -1,8 +1,8 @@
 """Effects that the law of an isolation layer may lack.
 
 Those that are tried first stand around the law at once, the absent ones with magnitude zero: one
-law to compile, whatever combination is tried. Each that is tried last makes another law, alone or
-beside all of the first.
+law to compile, whatever combination is tried. Each that is tried last makes another law with those
+beside it.
 """
 
 from collections.abc import Collection
@@ -130,12 +130,15 @@ those that are not of a sensor, and that a building has no cause of its own for.
 
 
 def around_the_law(present: Collection[Effect]) -> tuple[Effect, ...]:
-    """The effects of the law that has some of them, in order; absent ones of the first as well."""
+    """The effects of the law that has some of them, in order.
+
+    If they are all tried first, the absent ones of these as well.
+    """
     # a law has one form of each
     every = {one.cause: one for one in (*ISOLATOR_EFFECTS.values(), *present)}.values()
-    if any(one in ISOLATOR_EFFECTS.values() for one in present):
+    if present and all(one in ISOLATOR_EFFECTS.values() for one in present):
         return tuple(every)
-    # most that are tried last are dropped: their law is compiled in a third of the time alone
+    # most that are tried last are dropped: their law is compiled in a quarter of the time without
     return tuple(one for one in every if one in present)
 
 

@@ -67,6 +67,7 @@ class NoiseFloor:
     # unit
     sensors: NDArray
     colour: Colour  # Of the channels' noise in the band
+    own: NDArray  # (n_channels,): RMS of each channel's noise, in its unit
     # (n_directions,): Standard deviation of the noise of the measured ground motion, m/s^2
     ground: NDArray
     total: NDArray  # (n_channels,): RMS that both leave in a channel's residual, in its unit
@@ -163,8 +164,9 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     examples = own - shaken * (share / guesses)[:, np.newaxis, np.newaxis]
     ground, draws = share * most, share * draws[:_DRAWS]
     every = sensors * colour.at(np.fft.rfftfreq(len(measured), dt))
-    total = np.sqrt(np.mean(every**2, axis=0) + np.mean(draws**2, axis=(0, 1)))
-    return NoiseFloor(sensors, colour, ground, total, band, draws, examples)
+    own_rms = np.sqrt(np.mean(every**2, axis=0))
+    total = np.hypot(own_rms, np.sqrt(np.mean(draws**2, axis=(0, 1))))
+    return NoiseFloor(sensors, colour, own_rms, ground, total, band, draws, examples)
 
 
 def _windows(values: NDArray, dt: float) -> NDArray:
@@ -172,12 +174,11 @@ def _windows(values: NDArray, dt: float) -> NDArray:
 
     Those of white noise of unit variance have unit mean square.
     """
-    n = min(round(_SPAN / dt), len(values))
+    n = _per_window(len(values), dt)
     shape = np.hanning(n + 1)[:n, np.newaxis]
     parts = np.array([values[a : a + n] for a in range(0, len(values) - n + 1, max(n // 2, 1))])
     # neither an offset nor a drift is noise
-    line = np.column_stack([np.ones(n), np.linspace(-1, 1, n)])
-    line = np.linalg.qr(line)[0]
+    line = np.linalg.qr(np.column_stack([np.ones(n), np.linspace(-1, 1, n)]))[0]
     parts = parts - line @ (line.T @ parts)
     return np.fft.rfft(shape * parts, axis=1) / np.linalg.norm(shape)
 
@@ -190,9 +191,14 @@ def _octaves(n_frequencies: int) -> list[slice]:
     return [slice(low, high) for high, low in pairwise(edges)]
 
 
+def _per_window(n_samples: int, dt: float) -> int:
+    """Samples of a window."""
+    return min(round(_SPAN / dt), n_samples)
+
+
 def _n_frequencies(n_samples: int, dt: float, band: float) -> int:
     """Frequencies of a window up to a band's end."""
-    return int(band * dt * min(round(_SPAN / dt), n_samples)) + 1
+    return int(band * dt * _per_window(n_samples, dt)) + 1
 
 
 def _quiet_windows(predicted: NDArray, dt: float, band: float) -> list[NDArray]:
@@ -217,7 +223,7 @@ def _colour(
         independent = _INDEPENDENT * len(cells)
         if len(shown) < _FEWEST or independent < 2 * n_channels:
             break
-        together = (cells.T @ cells.conj()).real / len(cells) + 1e-9 * np.eye(n_channels)
+        together = cells.T @ cells.conj() / len(cells) + 1e-9 * np.eye(n_channels)
         alone = 1 / np.diag(np.linalg.inv(together)).real
         # the others follow some of any noise
         free = independent - n_channels + 1
@@ -228,7 +234,7 @@ def _colour(
                 # no more than stands out from chance
                 chance = 1 + 2 / np.sqrt(free * kind.sum())
                 sizes[kind] = np.sqrt(np.median(alone[kind]) / chance)
-        centres.append(np.sqrt(one.start * one.stop) / (dt * min(round(_SPAN / dt), len(residual))))
+        centres.append(np.sqrt(one.start * one.stop) / (dt * _per_window(len(residual), dt)))
         factors.append(np.clip(sizes, 1.0, MOST_COLOUR))
     return Colour(np.array(centres[::-1]), np.array(factors[::-1]).reshape(-1, n_channels), band)
 

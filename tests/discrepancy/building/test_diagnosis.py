@@ -563,7 +563,8 @@ def test_many_numbers_give_way_to_one_that_leaves_noise_alone(isolated, monkeypa
     monkeypatch.setattr(cause_search, "_is_nearer", lambda *_: False)
     monkeypatch.setattr(CauseSearch, "_is_calibration", lambda *_: False)
     monkeypatch.setattr(FittedBuilding, "held_out_cost", 1.0)
-    assert space._exchange_for_simpler(current).causes == ("isolator_force_error",)
+    simple = space._exchange_for_simpler(current)
+    assert simple.n_parameters == 1 < current.n_parameters
     monkeypatch.setattr(CauseSearch, "is_explained", lambda *_: False)
     assert space._exchange_for_simpler(current).causes == current.causes
 
@@ -768,6 +769,21 @@ def test_a_simple_cause_takes_the_place_of_one_of_many_numbers(isolated):
     result = space.finish(imitated)
     assert result.causes == ("isolator_force_error",)
     assert result.cause_values[0][1][0] == pytest.approx(-0.1, abs=5e-3)
+
+
+def test_a_wall_stands_beyond_most_of_the_motion(isolated):
+    """What begins earlier is another law; a single pulse has a small RMS."""
+    record = _record(isolated)
+    moved = record.displacement("")
+    pulse = np.where(np.arange(len(moved)) == 300, moved.max(), 0.01 * moved)
+    record = replace(record, response={**record.response, "isolator_displacement_m": pulse})
+    walls = [
+        c for c in candidates(building_model(isolated, [record]), [record])
+        if c.name == "moat_impact" and not c.form.startswith("one_side")
+    ]  # fmt: skip
+    for wall in walls:
+        assert wall.parameters[1].lower == pytest.approx(0.3 * moved.max())
+        assert all(gap > wall.parameters[1].lower for _, gap, *_ in wall.starts)
 
 
 def test_what_the_fitted_part_lacks_is_not_explained(isolated):

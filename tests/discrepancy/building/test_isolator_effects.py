@@ -70,11 +70,12 @@ def test_a_law_has_one_form_of_each_effect():
         assert set(present) <= set(around)
 
 
-def test_an_effect_that_is_tried_last_stands_alone_around_the_law_or_beside_all_of_the_first():
+def test_an_effect_that_is_tried_last_stands_around_the_law_with_those_beside_it_alone():
     assert around_the_law([HEATING]) == (HEATING,)
     # in the order in which they act with the others
     assert around_the_law([HEATING, DAHL]) == (DAHL, HEATING)
-    assert around_the_law([HEATING, SMOOTH]) == (*ISOLATOR_EFFECTS.values(), HEATING)
+    assert around_the_law([HEATING, SMOOTH]) == (SMOOTH, HEATING)
+    assert around_the_law([]) == ()
 
 
 def test_causes_that_are_proposed_are_of_the_catalogue():
