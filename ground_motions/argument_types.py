@@ -53,7 +53,7 @@ def refuse_wrong_type(place: str, value: Any, kind: Any) -> None:
     wrong = _misfit(place, value, kind)
     if wrong is not None:
         place, value, kind = wrong
-        raise InputError(f"{place} is {shown(value)}; expected: {_description(kind)}")
+        raise InputError(place, shown(value), _description(kind))
 
 
 def shown(value: Any) -> str:
@@ -66,7 +66,7 @@ def shown(value: Any) -> str:
         return f"the path {os.fspath(value)!r}"
     if isinstance(value, list) and len(repr(value)) < 40:
         return repr(value)
-    return f"of type {type(value).__name__}"
+    return f"an object of type {type(value).__name__}"
 
 
 def _with_check(function: Any, module: str) -> Any:
