@@ -85,13 +85,10 @@ SCENARIOS = [
     ("[structure]\nkind = 'sheer'", "structure.kind: given 'sheer'; did you mean 'shear'?"),
     ("[structure]\nfloor_masses_kg = [1e5]", "is missing; it has no default"),
     (SHEAR.format(m="[]", k="[]", b=1e5), "a list of 1 or more"),
-    (
-        SHEAR.format(m="[0.0]", k="[1e8]", b=1e5),
-        "floor_masses_kg[0]: given 0.0; expected: a number",
-    ),
+    (SHEAR.format(m="[0.0]", k="[1e8]", b=1e5), "floor_masses_kg[0]: given 0.0; expected: a num"),
     (
         SHEAR.format(m="[1e5]", k="[-1.0]", b=1e5),
-        "N_per_m[0]: given -1.0; expected: a number above 0",
+        "N_per_m[0]: given -1.0; expected: a number above",
     ),
     (SHEAR.format(m="[1e5]", k="['a']", b=1e5), "N_per_m[0]: given 'a'; expected: a number"),
     (SHEAR.format(m="[1e5, 1e5]", k="[1e8]", b=1e5), "storey_stiffnesses_N_per_m has 1 numbers"),
@@ -99,10 +96,7 @@ SCENARIOS = [
         SHEAR.format(m="[1e5, 1e5]", k="[1e8, 1e8]", b=1e5) + "storey_heights_m = [3.0]",
         "storey_heights_m has 1 numbers; expected: 2, as floor_masses_kg has",
     ),
-    (
-        "[moat_wall]\ngap_m = 350\nstiffness_N_per_m = 1e8",
-        "moat_wall.gap_m: given 350; expected: 10",
-    ),
+    ("[moat_wall]\ngap_m = 350\nstiffness_N_per_m = 1e8", "moat_wall.gap_m: given 350; expected: "),
     (SHEAR.format(m="[1e5]", k="[1e8]", b="'x'"), "base_mass_kg: given 'x'; expected: a number"),
     (SHEAR.format(m="[1e5]", k="[1e8]", b=1e5) + "damping = 'raleigh'", "'rayleigh'"),
     (SHEAR.format(m="[1e5]", k="[1e8]", b=1e5) + "damping_ratio = 2.0", "a number below 1"),
@@ -190,10 +184,7 @@ SCENARIOS = [
     ("[simulation]\ncurrent_outside = 'clip'", "did you mean 'clamp'?"),
     ("[simulation]\nfixed_base = 1", "simulation.fixed_base: given 1; expected: true or false"),
     ("[nominal]\nlaw = 'lineer'", "unknown law 'lineer'"),
-    (
-        "[nominal]\nforce_factor = 0.0",
-        "nominal.force_factor: given 0.0; expected: a number above 0",
-    ),
+    ("[nominal]\nforce_factor = 0.0", "nominal.force_factor: given 0.0; expected: a number ab"),
     ("[nominl]\nforce_factor = 1.0", "unknown key 'nominl'; did you mean 'nominal'?"),
     ("name = 'a'\nname = 'b'", "job.toml: not TOML"),
 ]
@@ -208,10 +199,7 @@ PLANS = [
     (VARY + "low = 2.0\nhigh = 1.0\ncount = 3", "low and high: given 2 and 1; expected: low"),
     (VARY + "low = 1.0\nhigh = 2.0\ncount = 1", "count: given 1; expected: 2 or more"),
     (VARY + "low = 1.0\nhigh = 2.0\ncount = 3\nstep = 0.1", "at most one of them"),
-    (
-        VARY + "low = 0.0\nhigh = 2.0\ncount = 3\nspacing = 'log'",
-        "low: given 0, with log spacing; expected: above 0",
-    ),
+    (VARY + "low = 0.0\nhigh = 2.0\ncount = 3\nspacing = 'log'", "given 0, with log spacing; exp"),
     (VARY + "low = 1.0\nhigh = 2.0\ncount = 3\nspacing = 'logarithmic'", "'log'"),
     (VARY + "low = 1.0\nhigh = 2.0", "isolator.count has limits but no count"),
     (VARY + "low = 1.0\nhigh = 2.0\nstep = 1e-12", "makes 1e+12 values"),
@@ -342,7 +330,7 @@ LISTED = Law("listed", "Listed", (Quantity("k", "N/m", "stiffness"),), listed)
 CALLS = [
     (
         lambda: iso.simulate(iso.reference_building(), MOTION),
-        "isolated: given an object of type Structure; expected: an IsolatedStructure, such as str",
+        "isolated: given a Structure; expected: an IsolatedStructure, such as str",
     ),
     (lambda: iso.simulate(None, MOTION), "isolated: given None; expected: an IsolatedStructure"),
     (
@@ -353,16 +341,13 @@ CALLS = [
     (lambda: iso.simulate(isolated(), [1.0, 2.0]), "ground[0]: given 1.0; expected: a Record"),
     (
         lambda: iso.simulate(isolated(), MOTION.acceleration),
-        "ground: given an object of type ndarray; expected: a Record",
+        "ground: given an array; expected: a Record",
     ),
     (lambda: iso.simulate(isolated(), [MOTION, MOTION]), "takes 1 ground motions"),
     (lambda: iso.compare(isolated(), [MOTION] * 2, ["mpc"]), "or compare_records in Python"),
     (lambda: iso.compare(isolated(), {"a": MOTION}, ["mpc"]), "compare_records takes several"),
     (lambda: iso.simulate(isolated(), MOTION, "clipped_lqrr"), "unknown controller"),
-    (
-        lambda: iso.simulate(isolated(), MOTION, type(iso.controller("on_off"))),
-        "controller: given the class OnOff",
-    ),
+    (lambda: iso.simulate(isolated(), MOTION, type(iso.controller("on_off"))), "the class OnOff"),
     (lambda: iso.simulate(isolated(), MOTION, 1.5), "controller: given 1.5; expected"),
     (
         lambda: (
@@ -370,27 +355,18 @@ CALLS = [
                 isolated(), MOTION, criteria=[iso.Criterion("a_m", "a", lambda run: run.time)]
             ).criteria
         ),
-        "criterion a_m of run passive_off: given an object of type ndarray; expected: a number",
+        "criterion a_m of run passive_off: given an array; expected: a number",
     ),
     (lambda: iso.simulate(isolated(), MOTION, None), "controller: given None; expected"),
     (lambda: iso.simulate(isolated(), MOTION, tolerance=1.0), "tolerance is 1.0; expected"),
-    (
-        lambda: iso.simulate(isolated(), MOTION, tolerance="fine"),
-        "tolerance: given 'fine'; expected",
-    ),
+    (lambda: iso.simulate(isolated(), MOTION, tolerance="fine"), "tolerance: given 'fine'; exp"),
     (lambda: iso.simulate(isolated(), MOTION, current_outside="clip"), "current_outside is 'clip'"),
     (lambda: iso.simulate(isolated(), MOTION, computation_delay=-1), "computation_delay is -1 s"),
-    (
-        lambda: iso.simulate(isolated(), MOTION, driver=Sensors()),
-        "driver: given an object of type Sensors",
-    ),
-    (
-        lambda: iso.simulate(isolated(), MOTION, sensors=CoilDriver()),
-        "sensors: given an object of type Coil",
-    ),
+    (lambda: iso.simulate(isolated(), MOTION, driver=Sensors()), "driver: given a Sensors"),
+    (lambda: iso.simulate(isolated(), MOTION, sensors=CoilDriver()), "sensors: given a Coil"),
     (
         lambda: iso.simulate(isolated(), MOTION, nominal=iso.reference_building()),
-        "nominal: given an object of type Structure; expected: an IsolatedStructure",
+        "nominal: given a Structure; expected: an IsolatedStructure",
     ),
     (
         lambda: iso.simulate(iso.reference_building().on(iso.law(BRANCH, {"k": 1.0})), MOTION),
@@ -420,10 +396,7 @@ CALLS = [
     (lambda: iso.run_scenario(3), "scenario: given 3; expected: a Scenario"),
     (lambda: iso.run_suite(3), "scenario: given 3; expected: a Scenario"),
     (lambda: iso.evaluate(3, "tests"), "law: given 3; expected: a Device"),
-    (
-        lambda: iso.sweep([1]),
-        "plan: given [1]; expected: a SweepPlan or a mapping or text or a path",
-    ),
+    (lambda: iso.sweep([1]), "plan: given [1]; expected: a SweepPlan or a mapping or text or a"),
     (lambda: iso.law(3), "name: given 3; expected: text or a Law"),
     (lambda: iso.controller(3), "name: given 3; expected: text"),
     (lambda: iso.fit("tests", 3), "law: given 3; expected: text or a Law"),
@@ -439,12 +412,9 @@ CALLS = [
     (lambda: iso.Case(isolated(), MOTION, "on_off"), "controller: given 'on_off'; expected: contr"),
     (
         lambda: iso.Case(iso.reference_building(), MOTION, iso.controller("on_off")),
-        "isolated: given an object of type Structure",
+        "isolated: given a Structure",
     ),
-    (
-        lambda: iso.simulate_many([isolated()]),
-        "cases[0]: given an object of type IsolatedStructure",
-    ),
+    (lambda: iso.simulate_many([isolated()]), "cases[0]: given an IsolatedStructure"),
     (lambda: iso.simulate_many([], threads=0), "threads is 0; expected: 1 or more"),
     (
         lambda: iso.reference_building().on("bouc_wen"),
@@ -458,10 +428,7 @@ CALLS = [
     (lambda: iso.read_matrices("none.npz"), "none.npz"),
     (lambda: isolated().periods(99.0), "current 99 A is outside"),
     (lambda: iso.law("bouc_wenn"), "unknown law 'bouc_wenn'; did you mean 'bouc_wen'?"),
-    (
-        lambda: iso.law("strain_stiffening").scaled(length=-1),
-        "length is -1; expected: a number ab",
-    ),
+    (lambda: iso.law("strain_stiffening").scaled(length=-1), "length is -1; expected: a number ab"),
     (lambda: iso.controller("constant", ampers=1.0), "did you mean 'amperes'?"),
     (lambda: iso.fit("none", "bouc_wen"), "none: a folder that does not exist"),
     (lambda: iso.sweep({"vry": []}), "unknown key 'vry'; did you mean 'vary'?"),
@@ -482,11 +449,7 @@ DEVICE, A_CLASS, A_PATH = iso.law("strain_stiffening"), iso.Device, Path("motion
 
 # an exported name, one argument of a wrong type, and what the answer says
 TYPES = [
-    (
-        "Case",
-        {"isolated": DEVICE},
-        "isolated: given an object of type Device; expected: an IsolatedStructure",
-    ),
+    ("Case", {"isolated": DEVICE}, "isolated: given a Device; expected: an IsolatedStructure"),
     ("Case", {"ground": A_PATH}, "ground: given the path 'motion.csv'; expected: a Record"),
     ("CoilDriver", {"lag": "slow"}, "lag: given 'slow'; expected: a number"),
     ("CoilDriver", {"slew": None}, "slew: given None; expected: a number"),
@@ -518,11 +481,7 @@ TYPES = [
     ("VectorSimulator", {"n": 1.5}, "n: given 1.5; expected: a whole number"),
     ("available_sets", {"name": 3}, "name: given 3; expected: text"),
     ("available_conditions", {"name": None}, "name: given None; expected: text"),
-    (
-        "compare",
-        {"isolated": A_CLASS},
-        "isolated: given the class Device; expected: an IsolatedStruct",
-    ),
+    ("compare", {"isolated": A_CLASS}, "isolated: given the class Device; expected: an Isolated"),
     ("compare", {"controllers": 3}, "controllers: given 3; expected: a list"),
     ("compare", {"controllers": ["on_off", 3]}, "controllers[1]: given 3; expected: text or contr"),
     ("compare", {"fixed_base": "no"}, "fixed_base: given 'no'; expected: True or False"),
@@ -540,21 +499,13 @@ TYPES = [
     ("from_fixed_base", {"mass": "heavy"}, "mass: given 'heavy'; expected: an array of numbers"),
     ("from_matrices", {"mass": None}, "mass: given None; expected: an array of numbers"),
     ("from_matrices", {"stiffness": "M.npy"}, "stiffness: given 'M.npy'; expected: an array"),
-    (
-        "from_matrices",
-        {"names": "floor"},
-        "names: given 'floor'; expected: a list, each text or None",
-    ),
+    ("from_matrices", {"names": "floor"}, "names: given 'floor'; expected: a list, each text or"),
     ("from_opensees", {"base": "1"}, "base: given '1'; expected: a whole number"),
     ("import_tests", {"tests": 3}, "tests: given 3; expected: text or a path or a list"),
-    (
-        "import_tests",
-        {"hold_out": "*1Hz"},
-        "hold_out: given '*1Hz'; expected: a whole number or a list",
-    ),
+    ("import_tests", {"hold_out": "*1Hz"}, "hold_out: given '*1Hz'; expected: a whole number or"),
     ("json_report", {"comparison": 3}, "comparison: given 3; expected: a Comparison"),
     ("json_report", {"comparison": iso.Comparison}, "given the class Comparison; expected: a Comp"),
-    ("law", {"name": DEVICE}, "name: given an object of type Device; expected: text or a Law"),
+    ("law", {"name": DEVICE}, "name: given a Device; expected: text or a Law"),
     ("law", {"parameters": 3}, "parameters: given 3; expected: text or a mapping or None"),
     ("law", {"current_range": 3.0}, "current_range: given 3.0; expected: a list, each a number"),
     ("load", {"path": None}, "path: given None; expected: text or a path"),
@@ -570,11 +521,7 @@ TYPES = [
     ("read_record", {"dt": "0.01"}, "dt: given '0.01'; expected: a number or None"),
     ("read_run", {"path": 3}, "path: given 3; expected: text or a path"),
     ("reference_isolators", {"device": "bouc_wen"}, "device: given 'bouc_wen'; expected: a Device"),
-    (
-        "run_scenario",
-        {"scenario": DEVICE},
-        "scenario: given an object of type Device; expected: a Scenario",
-    ),
+    ("run_scenario", {"scenario": DEVICE}, "scenario: given a Device; expected: a Scenario"),
     ("run_suite", {"workers": "two"}, "workers: given 'two'; expected: a whole number or None"),
     ("shear_building", {"masses": 3}, "masses: given 3; expected: a list, each a number"),
     ("shear_building", {"masses": ["3 t"]}, "masses[0]: given '3 t'; expected: a number"),
@@ -586,11 +533,7 @@ TYPES = [
     ("simulate_many", {"cases": 3}, "cases: given 3; expected: a list, each a Case"),
     ("sweep", {"plan": 3}, "plan: given 3; expected: a SweepPlan"),
     ("sweep", {"out": 3}, "out: given 3; expected: text or a path or None"),
-    (
-        "tune",
-        {"name": 3},
-        "name: given 3; expected: a name, a place such as my_controllers.py:Outw",
-    ),
+    ("tune", {"name": 3}, "name: given 3; expected: a name, a place such as my_controllers.py"),
     ("tune", {"evaluations": "many"}, "evaluations: given 'many'; expected: a whole number"),
     ("write_run", {"run": 3}, "run: given 3; expected: a Run"),
     ("write_run", {"path": 3}, "path: given 3; expected: text or a path"),
@@ -694,9 +637,7 @@ def test_every_argument_of_every_exported_function(function):
             "thing", "default", "opensees",
         ):  # fmt: skip
             continue
-        with pytest.raises(
-            InputError, match=f"^{argument.name}: given an object of type object; expected: "
-        ):
+        with pytest.raises(InputError, match=f"^{argument.name}: given an object; expected: "):
             function(**{argument.name: object()})
 
 

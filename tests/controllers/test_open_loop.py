@@ -129,10 +129,7 @@ def test_a_current_that_is_asked_for_is_not_quietly_changed(isolated, record):
         ({"time": [0.5, 1], "amperes": [1, 2]}, "first instant: given 0.5 s; expected: 0"),
         ({"time": [0, 1, 1], "amperes": [1, 2, 3]}, "instant 1 s follows 1 s"),
         ({"time": [0, np.nan], "amperes": [1, 2]}, "time: given .*; expected: finite numbers"),
-        (
-            {"file": "nowhere.csv"},
-            "file: given 'nowhere.csv'; expected: the path of an existing file",
-        ),
+        ({"file": "nowhere.csv"}, "file: given 'nowhere.csv'; expected: the path of an existing"),
     ],
 )
 def test_bad_tables_are_refused(settings, message):

@@ -215,7 +215,7 @@ def test_wrong_types_are_refused_with_what_is_accepted(strong):
         pass
 
     accepted = r"expected: a name, a place such as my_controllers.py:Outwards, or the name of a cl"
-    for wrong, shown in ((Own, "the class Own"), (Own(), "an object of type Own")):
+    for wrong, shown in ((Own, "the class Own"), (Own(), "an Own")):
         with pytest.raises(iso.InputError, match=f"name: given {shown}; {accepted}"):
             iso.tune(wrong)
     with pytest.raises(iso.InputError, match=(

@@ -455,10 +455,7 @@ def test_what_is_not_clear_is_refused(tmp_path, old, new, message):
         ({"channels": {"time": "Zeit"}}, "channels.time: given 'Zeit'; expected: one of 'Time [s]"),
         ({"rate_Hz": 0}, "settings: rate_Hz: given 0; expected: a number above 0"),
         ({"floors": 2.5}, "settings: floors: given 2.5; expected: a whole number"),
-        (
-            {"accelerations": "rel"},
-            "accelerations: given 'rel'; expected: 'absolute' or 'relative'",
-        ),
+        ({"accelerations": "rel"}, "accelerations: given 'rel'; expected: 'absolute' or"),
         ({"directions": {"x": "EW"}}, "settings: directions: {'x': 'EW'}; expected: { x"),
         (
             {"units": {"acc": "g"}},
