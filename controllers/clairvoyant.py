@@ -213,7 +213,7 @@ def pareto(
         If ``n`` is below 2, or the structure diverges at every current to start from.
     """
     if n < 2:
-        raise InputError(f"pareto: n is {n}; expected: 2 or more")
+        raise InputError("pareto: n", f"{n}", "2 or more")
     problem = _problem(plant, period, roughness, (DISPLACEMENT, ACCELERATION), ITERATIONS)
     runs = _starts(plant, starts)
     weights = {

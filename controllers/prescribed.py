@@ -58,7 +58,7 @@ class Prescribed(OpenLoop):
         if len(time) != len(current):
             raise InputError(f"{where}: {len(time)} instants for {len(current)} commands")
         if time[0] != 0:
-            raise InputError(f"{where}: the first instant is {time[0]:g} s; expected: 0")
+            raise InputError(f"{where}: the first instant", f"{time[0]:g} s", "0")
         late = np.flatnonzero(np.diff(time) <= 0)
         if late.size:
             raise InputError(

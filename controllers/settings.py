@@ -70,9 +70,7 @@ class Setting:
             return self.accepts(value)
         except (TypeError, ValueError):
             unit = f", in {self.unit}" if self.unit else ""
-            raise InputError(
-                f"{owner}: {name} is {value!r}; expected: {self.accepts}{unit}"
-            ) from None
+            raise InputError(f"{owner}: {name}", repr(value), f"{self.accepts}{unit}") from None
 
     def with_default(self, owner: str, name: str, value: Any) -> Setting:
         """Return the setting with another default, checked like a given value."""

@@ -54,7 +54,7 @@ def refuse_wrong_type(place: str, value: Any, kind: Any) -> None:
     wrong = _misfit(place, value, kind)
     if wrong is not None:
         place, value, kind = wrong
-        raise InputError(f"{place} is {shown(value)}; expected: {_description(kind)}")
+        raise InputError(place, shown(value), _description(kind))
 
 
 def shown(value: Any) -> str:
@@ -67,7 +67,7 @@ def shown(value: Any) -> str:
         return f"the path {os.fspath(value)!r}"
     if isinstance(value, list) and len(repr(value)) < 40:
         return repr(value)
-    return f"of type {type(value).__name__}"
+    return "an array" if _is_array(type(value)) else _with_article(type(value).__name__)
 
 
 def _with_check(function: Any, module: str) -> Any:
@@ -307,4 +307,8 @@ def _description(kind: Any) -> str:
     if isinstance(origin, type) and issubclass(origin, os.PathLike):
         return "a path"
     name = getattr(origin, "__name__", str(origin))
-    return _HINTS.get(name, f"{'an' if name[0] in 'AEIOU' else 'a'} {name}")
+    return _HINTS.get(name, _with_article(name))
+
+
+def _with_article(name: str) -> str:
+    return f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}"

@@ -23,6 +23,7 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, TypeVar
 
+from ground_motions.argument_types import shown
 from ground_motions.errors import InputError, unknown_name
 
 T = TypeVar("T")
@@ -95,9 +96,7 @@ class Registry(Mapping[str, T]):
 
     def __getitem__(self, name: str) -> T:
         if not isinstance(name, str):
-            raise InputError(
-                f"{self.kind} is {name!r}; expected: a name, or a place such as file.py:NAME"
-            )
+            raise InputError(self.kind, repr(name), "a name, or a place such as file.py:NAME")
         if name in self._registered:
             return self._registered[name]
         if is_place(name):
@@ -211,8 +210,7 @@ class Registry(Mapping[str, T]):
     def _checked(self, loaded: Any, label: str) -> T:
         thing = self._usable(loaded)
         if thing is None:
-            found = "a class" if isinstance(loaded, type) else f"of type {type(loaded).__name__}"
-            raise InputError(f"{label} is {found}; expected: {self.accepted}")
+            raise InputError(label, shown(loaded), self.accepted)
         return thing
 
 

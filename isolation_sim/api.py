@@ -372,14 +372,16 @@ def _nominal_building(
         )
     if significance is not None:
         raise InputError(
-            f"{path}: significance is {significance:g}, which has no meaning for a "
-            "building record; expected: none, or a campaign of device tests"
+            f"{path}: significance",
+            f"{significance:g}, which has no meaning for a building record",
+            "none, or a campaign of device tests",
         )
     if current_degree is not None:
         raise InputError(
-            f"{path}: current degree is {current_degree}, which has no meaning for a "
-            "building record: its isolator's numbers are the scenario's; expected: none, or a "
-            "campaign or loop table, to which a law is fitted"
+            f"{path}: current degree",
+            f"{current_degree}, which has no meaning for a building record: its isolator's numbers "
+            "are the scenario's",
+            "none, or a campaign or loop table, to which a law is fitted",
         )
     return scenario if isinstance(scenario, IsolatedStructure) else scenario.build().isolated
 
@@ -394,7 +396,7 @@ def _record_paths(data: Any, hold_out: Sequence[str | Path]) -> tuple[list[Path]
     if not (several or held) and (not paths or kind_of(paths[0]) != "building"):
         return [], []
     if not paths:
-        raise InputError(f"data is {data!r}; expected: one or several building records")
+        raise InputError("data", repr(data), "one or several building records")
     for path in (*paths, *held):
         if kind_of(path) != "building":
             raise InputError(

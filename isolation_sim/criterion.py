@@ -47,18 +47,16 @@ class Criterion:
 
     def __post_init__(self) -> None:
         if not (isinstance(self.name, str) and self.name.isidentifier()):
-            raise InputError(
-                f"name of a criterion is {self.name!r}; expected: such as 'isolator_travel_m'"
-            )
+            raise InputError("name of a criterion", repr(self.name), "such as 'isolator_travel_m'")
         if _OF_TABLES.fullmatch(self.name):
             raise InputError(
                 f"criterion {self.name} is a column of every table; expected: another name, not J1 "
                 "to J9 and not beginning with normalised_ or energy_"
             )
         if not callable(self.of):
-            raise InputError(f"{self.name}: of is {self.of!r}; expected: a function of a run")
+            raise InputError(f"{self.name}: of", repr(self.of), "a function of a run")
         if self.better not in BETTER:
-            raise InputError(f"{self.name}: better is {self.better!r}; expected: {BETTER}")
+            raise InputError(f"{self.name}: better", repr(self.better), ", ".join(BETTER))
 
     def value(self, run: Any) -> float:
         """Return the criterion of a run.
@@ -89,8 +87,7 @@ class Criterion:
             return float(result)
         except (TypeError, ValueError):
             raise InputError(
-                f"criterion {self.name} of run {run.controller} is {shown(result)}; "
-                "expected: a number"
+                f"criterion {self.name} of run {run.controller}", shown(result), "a number"
             ) from None
 
 

@@ -76,7 +76,7 @@ class _Task:
         self.cost = dict(COST if cost is None else cost)
         for name, size in self.cost.items():
             if not size > 0:
-                raise InputError(f"cost of {name} is {size}; expected: a size above 0")
+                raise InputError(f"cost of {name}", f"{size}", "a size above 0")
         # the outputs of the cost follow the observed outputs
         self.measures = tuple(dict.fromkeys([*observations, *self.cost]))
         self.n_observed = len(tuple(observations))
@@ -191,7 +191,7 @@ class BuildingEnv(gymnasium.Env):
         k = (options or {}).get("motion")
         k = int(self.np_random.integers(len(self.motions)) if k is None else k)
         if not 0 <= k < len(self.motions):
-            raise InputError(f"motion is {k}; expected: 0 to {len(self.motions) - 1}")
+            raise InputError("motion", f"{k}", f"0 to {len(self.motions) - 1}")
         self._simulator = self._simulator_of(k)
         measured = self._simulator.reset(seed=int(self.np_random.integers(2**31)))
         return self._task.observation(np.array(measured)), {"motion": self.motions[k].name}
@@ -323,7 +323,7 @@ class BuildingVectorEnv(gymnasium.vector.VectorEnv):
         drawn = self.np_random.integers(len(self.motions), size=self.num_envs)
         chosen = drawn if motions is None else np.broadcast_to(motions, self.num_envs)
         if not ((chosen >= 0) & (chosen < len(self.motions))).all():
-            raise InputError(f"motion is {motions}; expected: 0 to {len(self.motions) - 1}")
+            raise InputError("motion", f"{motions}", f"0 to {len(self.motions) - 1}")
         self._motion[which], self._k[which] = chosen[which], 0
         return self._simulator.reset(which, self._ground[self._motion, 0][:, None])
 

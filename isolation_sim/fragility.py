@@ -108,7 +108,7 @@ def _counts(
     ):
         if bad.any():
             k = int(np.argmax(bad))
-            raise InputError(f"{name}[{k}] is {values.ravel()[k]:g}; expected: {expected}")
+            raise InputError(f"{name}[{k}]", f"{values.ravel()[k]:g}", expected)
     if not 0 < over.sum() < runs.sum():
         raise InputError(
             f"{over.sum():g} of {runs.sum():g} runs exceed the limit; expected: some but not all, "

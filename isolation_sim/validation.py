@@ -182,13 +182,14 @@ def _message(place: str, details: list[ErrorDetails]) -> str:
     if first["type"] == "missing":
         return f"{place} is missing; it has no default"
     if first["type"] == "list_type" and isinstance(first["input"], Mapping):
-        return f"{place} is a table; expected: a list (of tables: [[{place}]], double brackets)"
+        accepted = f"a list (of tables: [[{place}]], double brackets)"
+        return str(InputError(place, "a table", accepted))
     value = _shown(first["input"])
     if first["type"] == "union_tag_invalid":
         place, value = f"{place}.kind", repr(context["tag"])
     accepted = " or ".join(dict.fromkeys(_accepted(d) for d in details))
     hint = did_you_mean(value.strip("'"), re.findall(r"'([^']*)'", accepted))
-    return f"{place} is {value};{hint} expected: {accepted}"
+    return str(InputError(place, value, accepted, hint))
 
 
 def _accepted(details: ErrorDetails) -> str:

@@ -130,7 +130,7 @@ def run_beside(list_tasks: Callable[[], Sequence[Task[None]]]) -> Iterator[None]
 def processors(workers: int | None) -> int:
     """Return the number of processes that a user asks for: one per processor by default."""
     if workers is not None and workers < 1:
-        raise InputError(f"workers is {workers}; expected: 1 or more")
+        raise InputError("workers", f"{workers}", "1 or more")
     return workers or os.cpu_count() or 1
 
 

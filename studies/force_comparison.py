@@ -65,9 +65,7 @@ def _pair(measured: Any, modelled: Any) -> tuple[np.ndarray, np.ndarray]:
     for what, series in (("measured", a), ("modelled", b)):
         if not np.all(np.isfinite(series)):
             worst = int(np.argmin(np.isfinite(series)))
-            raise InputError(
-                f"{what} force: sample {worst} is {series[worst]}; expected: finite numbers"
-            )
+            raise InputError(f"{what} force: sample {worst}", f"{series[worst]}", "finite numbers")
     return a, b
 
 

@@ -156,10 +156,10 @@ def test_if_every_controller_diverges_there_is_no_comparison():
 def test_a_degree_of_the_current_is_refused_where_it_has_no_meaning(tmp_path):
     record = tmp_path / "record.csv"
     record.write_text("time_s,ground_acceleration_m_s2,base_acceleration_m_s2\n0,0,0\n")
-    with pytest.raises(InputError, match="current degree is 1, which has no meaning") as error:
+    with pytest.raises(InputError, match="current degree: given 1, which has no meaning") as error:
         iso.diagnose(record, scenario=iso.Scenario(), current_degree=1)
     assert str(record) in str(error.value) and "\n" not in str(error.value)
-    with pytest.raises(InputError, match="current degree is 0, which has no meaning"):
+    with pytest.raises(InputError, match="current degree: given 0, which has no meaning"):
         iso.diagnose([record], scenario=iso.Scenario(), current_degree=0)
 
 

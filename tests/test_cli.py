@@ -496,7 +496,7 @@ def test_a_degree_of_the_current_is_refused_for_a_building_record(here, call):
     arguments = ("record.csv", "--scenario", "short.toml", "--current-degree", "1")
     code, out, err = call("diagnose", *arguments)
     assert (code, out) == (2, "")
-    assert re.match("isolation-sim: record.csv: current degree is 1, which has no meaning", err)
+    assert re.match("isolation-sim: record.csv: current degree: given 1, which has no meaning", err)
     assert not (here / "results").exists()
 
 

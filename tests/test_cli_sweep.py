@@ -108,7 +108,7 @@ def test_a_failing_case_is_reported_and_ends_with_one(plan, capsys):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["show", "results/plan", "--best", "0"], "best is 0; expected: 1 or more"),
+        (["show", "results/plan", "--best", "0"], "best: given 0; expected: 1 or more"),
         (["show", "results/plan", "--figures", "plan.toml"], "plan.toml: a file; expected:"),
         (["show", "results/plan", "--csv", "results", "--no-draw"], "results: a folder; expected"),
         (["show", "results/plan", "--criterion", "rms_drft_m"], "did you mean 'rms_drift_m'"),

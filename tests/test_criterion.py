@@ -178,16 +178,16 @@ def _fails(run):
     ("make", "message"),
     [
         (lambda: [iso.Criterion("f_m", "f", _fails)], "criterion f_m, run passive_off: ZeroDiv"),
-        (lambda: [iso.Criterion("f_m", "f", lambda run: "x")], "f_m of run passive_off is 'x'; ex"),
-        (lambda: [iso.Criterion("f m", "f", _fails)], "name of a criterion is 'f m'; expected"),
-        (lambda: [iso.Criterion("f_m", "f", 3.0)], "f_m: of is 3.0; expected: a function"),
-        (lambda: [iso.Criterion("f_m", "f", _fails, "most")], "f_m: better is 'most'; expected"),
+        (lambda: [iso.Criterion("f_m", "f", lambda run: "x")], "f_m of run passive_off: given 'x'"),
+        (lambda: [iso.Criterion("f m", "f", _fails)], "name of a criterion: given 'f m'; expected"),
+        (lambda: [iso.Criterion("f_m", "f", 3.0)], "f_m: of: given 3.0; expected: a function"),
+        (lambda: [iso.Criterion("f_m", "f", _fails, "most")], "f_m: better: given 'most'; exp"),
         (lambda: [iso.Criterion("peak_drift_m", "f", len)], "peak_drift_m is one of every run"),
         (lambda: [iso.Criterion("J1", "f", len)], "criterion J1 is a column of every table"),
         (lambda: [iso.Criterion("normalised_travel", "f", len)], "not beginning with normalised_"),
         (lambda: ["isolator_travel_m", "isolator_travel_m"], "selected twice; expected: once"),
         (lambda: ["isolator_travl_m"], "unknown criterion 'isolator_travl_m'"),
-        (lambda: [3], "criteria[0] is 3; expected: text or a Criterion"),
+        (lambda: [3], "criteria[0]: given 3; expected: text or a Criterion"),
     ],
 )
 def test_what_cannot_be_used_is_refused(plant, make, message):

@@ -145,11 +145,11 @@ def test_what_leaves_the_range_of_the_law_terminates(short_motions):
 def test_what_is_refused(short_motions):
     with pytest.raises(iso.InputError, match="motions is empty"):
         BuildingEnv(motions=[])
-    with pytest.raises(iso.InputError, match="cost of base_displacement_m is 0"):
+    with pytest.raises(iso.InputError, match="cost of base_displacement_m: given 0"):
         BuildingEnv(cost={"base_displacement_m": 0})
     with pytest.raises(iso.InputError, match="base_displacment_m"):
         BuildingVectorEnv(2, observations=["base_displacment_m"])
-    with pytest.raises(iso.InputError, match=r"motion is 5; expected: 0 to 1"):
+    with pytest.raises(iso.InputError, match=r"motion: given 5; expected: 0 to 1"):
         BuildingEnv(motions=short_motions).reset(options={"motion": 5})
     with pytest.raises(iso.InputError, match=r"is sampled every 0.01 s, others every 0.02 s"):
         BuildingVectorEnv(2, motions=[short_motions[0], short_motions[1].resampled(0.01)])

@@ -36,8 +36,8 @@ def test_a_known_curve_is_estimated():
     [
         (([1.0, 2.0], [0, 0], 3), "0 of 6 runs exceed the limit; expected: some but not all"),
         (([1.0, 2.0], [3, 3], 3), "6 of 6 runs exceed"),
-        (([1.0, -2.0], [0, 3], 3), r"intensity\[1\] is -2; expected: above 0"),
-        (([1.0, 2.0], [0, 4], 3), r"exceeded\[1\] is 4; expected: 0 up to the count"),
+        (([1.0, -2.0], [0, 3], 3), r"intensity\[1\]: given -2; expected: above 0"),
+        (([1.0, 2.0], [0, 4], 3), r"exceeded\[1\]: given 4; expected: 0 up to the count"),
         (([1.0, 2.0], [0, 1, 2], 3), "different lengths"),
     ],
 )

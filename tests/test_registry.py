@@ -447,7 +447,7 @@ def law_file(folder: Path, text: str) -> str:
     [
         (None, r"cannot be read \(No such file or directory\)"),
         ("LAV = 1\n", "unknown name .*did you mean 'LAV'"),
-        ("LAW = 3.0\n", "is of type float; expected: an isolation_sim.laws.Law"),
+        ("LAW = 3.0\n", "given 3.0; expected: an isolation_sim.laws.Law"),
         ("LAW = 1 +\n", "cannot be loaded: SyntaxError"),
         ("import not_there\n", "cannot be loaded: ModuleNotFoundError: .*not_there"),
         ("raise RuntimeError('two\\nlines')\n", "cannot be loaded: RuntimeError: two lines"),
@@ -492,7 +492,7 @@ def test_what_is_registered_has_one_name_and_one_owner(site, parts):
         iso.register("law", law, "square")
     with pytest.raises(iso.InputError, match="unknown kind 'lav'; did you mean 'law'"):
         iso.register("lav", law)  # type: ignore[arg-type]
-    with pytest.raises(iso.InputError, match=r"of type Law; expected: a class with name"):
+    with pytest.raises(iso.InputError, match=r"given a Law; expected: a class with name"):
         iso.register("controller", law)
     linear = type(law)(**{**vars(law), "name": "linear"})
     with pytest.raises(iso.InputError, match=r"'linear' is given by register\(\) and isolation-"):
@@ -617,5 +617,5 @@ def test_code_that_has_changed_since_a_file_was_written_is_reported(desk, loops,
     text = Path("fitted.toml").read_text()
     without = text.partition("[code]")[0]
     assert iso.Scenario.from_toml(without) == iso.Scenario.from_toml(text)
-    with pytest.raises(iso.InputError, match="code is 3; expected: a table"):
+    with pytest.raises(iso.InputError, match="code: given 3; expected: a table"):
         iso.Scenario.from_toml("code = 3")

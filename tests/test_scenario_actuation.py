@@ -61,11 +61,11 @@ def test_nominal_isolators_switch_instantaneously_by_default():
 
 
 MISTAKES = {
-    '[isolator]\nswitching = "pasive"': "isolator.switching is 'pasive'; did you mean 'passive'",
+    '[isolator]\nswitching = "pasive"': "isolator.switching: given 'pasive'; did you mean 'passi",
     '[isolator]\nlaw = "hybrid"\nswitching = "passive"': "isolator: hybrid.*declares no springs",
-    "[sensors]\ndropout = 1.0": "sensors.dropout is 1.0; expected: .*below 1",
-    "[sensors]\ncompensation_s = -0.1": "sensors.compensation_s is -0.1; expected: 0 or more",
-    "[driver]\nstep_A = -1.0": "driver.step_A is -1.0; expected: 0 or more",
+    "[sensors]\ndropout = 1.0": "sensors.dropout: given 1.0; expected: .*below 1",
+    "[sensors]\ncompensation_s = -0.1": "sensors.compensation_s: given -0.1; expected: 0 or more",
+    "[driver]\nstep_A = -1.0": "driver.step_A: given -1.0; expected: 0 or more",
     '[isolator]\nswitching = "passive"\n[[isolator.effect]]\nname = "coulomb_friction"\n'
     "level = 1.0\nvelocity = 0.01": "isolator: switching is 'passive', with effects",
 }

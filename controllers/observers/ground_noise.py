@@ -42,7 +42,7 @@ class GroundNoise:
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if value is not None and not (np.isfinite(value) and value > 0):
-                raise InputError(f"ground noise: {name} is {value}; expected: a number above 0")
+                raise InputError(f"ground noise: {name}", f"{value}", "a number above 0")
 
     @property
     def density(self) -> float:

@@ -51,7 +51,7 @@ class Noise:
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not (np.isfinite(value) and value > 0):
-                raise InputError(f"noise: {name} is {value}; expected: a number above 0")
+                raise InputError(f"noise: {name}", f"{value}", "a number above 0")
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ class Observer(ABC):
         measured_ground: bool = False,
     ):
         if not (np.isfinite(period) and period > 0):
-            raise InputError(f"observer: period is {period} s; expected: above 0")
+            raise InputError("observer: period", f"{period} s", "above 0")
         n = nominal.n_channels
         tested = np.array([nominal.tested_current(c) for c in range(n)])
         if limits is None:

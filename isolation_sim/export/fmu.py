@@ -51,7 +51,7 @@ def controller_part(job: Job, label: str) -> Part:
 def write_fmu(part: Part, path: str | Path, version: str = "2.0") -> Path:
     """Write a part as a functional mock-up unit for co-simulation."""
     if version not in ("2.0", "3.0"):
-        raise InputError(f"FMI version is {version!r}; expected: 2.0 or 3.0")
+        raise InputError("FMI version", repr(version), "2.0 or 3.0")
     here = (platform.system(), platform.machine())
     if here not in PLATFORMS:
         raise InputError(f"no FMU is built on {' '.join(here)}; expected: Linux or macOS")

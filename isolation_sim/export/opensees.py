@@ -208,7 +208,7 @@ def opensees_material(
     amplitude = _amplitude(device, amplitude)
     for what, value, unit in (("amplitude", amplitude, "m"), ("frequency", frequency, "Hz")):
         if not 0 < value < np.inf:
-            raise InputError(f"{what} is {value} {unit}; expected: above 0")
+            raise InputError(what, f"{value} {unit}", "above 0")
     current = float(device.checked_current(current))
     step, omega = 1.0 / (SAMPLES * frequency), 2.0 * np.pi * frequency
     time = step * np.arange(1, SAMPLES * (RISING + STEADY) + 1)
@@ -220,7 +220,7 @@ def opensees_material(
     force = np.array([simulator.step(a, current, b) for a, b in zip(x, v, strict=True)])
     scale = float(np.sqrt(np.mean(force**2)))
     if not 0 < scale < np.inf:
-        raise InputError(f"the device's force at {current:g} A is {scale} N; expected: some force")
+        raise InputError(f"the device's force at {current:g} A", f"{scale} N", "some force")
     stiffness = float(np.abs(force).max()) / amplitude
     damping, results = stiffness / omega, {}
     for spring in SPRINGS:

@@ -315,7 +315,7 @@ class Scenario(Section):
 def _changed_code(code: Any, folder: str | Path) -> list[str]:
     """Files of code that differ from those of a scenario's digests."""
     if not (isinstance(code, dict) and all(isinstance(digest, str) for digest in code.values())):
-        raise InputError(f"code is {code!r}; expected: a table of files with their SHA-256")
+        raise InputError("code", repr(code), "a table of files with their SHA-256")
     return [
         file for file, digest in code.items() if has_changed(Path(folder, file).resolve(), digest)
     ]

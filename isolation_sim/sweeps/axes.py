@@ -143,8 +143,9 @@ def sample_of(sample: Sample, sampled: Sequence[Vary]) -> NDArray:
     _few_enough(sample.count, f"sample.count {sample.count}")
     if sample.method in ("sobol", "saltelli") and sample.count & (sample.count - 1):
         raise InputError(
-            f"sample.count is {sample.count}; expected with {sample.method}: a power of 2, such "
-            f"as {1 << sample.count.bit_length()}"
+            "sample.count",
+            f"{sample.count}, with {sample.method}",
+            f"a power of 2, such as {1 << sample.count.bit_length()}",
         )
     problem = problem_of(sampled)
     low, high = np.array(problem["bounds"]).T

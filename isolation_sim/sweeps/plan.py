@@ -56,11 +56,9 @@ class Vary(Section):
             raise InputError("count and step are both set; expected: at most one of them")
         if self.low is not None and self.high is not None:
             if not self.low < self.high:
-                raise InputError(
-                    f"low is {self.low:g}, high is {self.high:g}; expected: low < high"
-                )
+                raise InputError("low and high", f"{self.low:g} and {self.high:g}", "low < high")
             if self.spacing == "log" and self.low <= 0:
-                raise InputError(f"low is {self.low:g}; expected with log spacing: above 0")
+                raise InputError("low", f"{self.low:g}, with log spacing", "above 0")
         if self.step is not None and self.spacing == "log":
             raise InputError("step needs linear spacing; expected with log spacing: count")
         if self.names is not None and len(self.names) != len(self.values or ()):

@@ -185,7 +185,7 @@ class Sweep(Printed):
 
         check_name("criterion", criterion, self.criteria)
         if count < 1:
-            raise InputError(f"best is {count}; expected: 1 or more")
+            raise InputError("best", f"{count}", "1 or more")
         good = self.table[self.table["status"] == "ok"].sort_values(
             criterion, ascending=not is_gain(criterion), kind="stable"
         )

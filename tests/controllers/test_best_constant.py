@@ -59,7 +59,7 @@ def test_refusals(isolated):
     best = controller("best_constant")
     with pytest.raises(InputError, match="has not searched yet"):
         best.reset(context_of(best, isolated))
-    with pytest.raises(InputError, match="criterion is 'peak'; expected: 'weighted_peak' or"):
+    with pytest.raises(InputError, match="criterion: given 'peak'; expected: 'weighted_peak' or"):
         controller("best_constant", criterion="peak")
     narrow = controller("best_constant", lowest=2, highest=1)
     with pytest.raises(InputError, match="currents from 2 to 1 A"):

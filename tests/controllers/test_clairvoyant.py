@@ -168,7 +168,7 @@ def test_controller_replays_the_bound_in_a_run(plant, optimum):
 def test_what_cannot_be_solved_is_refused(isolated, plant):
     with pytest.raises(InputError, match="every weight is 0"):
         bound(plant, {DISPLACEMENT: 0.0})
-    with pytest.raises(InputError, match="n is 1; expected: 2 or more"):
+    with pytest.raises(InputError, match="n: given 1; expected: 2 or more"):
         pareto(plant, n=1)
     with pytest.raises(InputError, match="call prepare"):
         one = Clairvoyant()

@@ -124,7 +124,9 @@ def test_unknown_setting_is_refused_with_the_nearest(name):
 def test_unusable_setting_is_refused_in_one_line(name):
     with pytest.raises(InputError) as refused:
         controller(name, period=-1)
-    assert str(refused.value) == (f"{name}: period is -1; expected: a number above 0 or None, in s")
+    assert str(refused.value) == (
+        f"{name}: period: given -1; expected: a number above 0 or None, in s"
+    )
 
 
 def test_settings_are_described_and_come_back(name):

@@ -273,11 +273,11 @@ def test_mismatch_is_seen_in_the_innovations_and_survived(isolated, kind, factor
 
 
 def test_bad_input_is_refused_in_one_line(isolated):
-    with pytest.raises(InputError, match=r"observer: period is 0\.0 s; expected: above 0"):
+    with pytest.raises(InputError, match=r"observer: period: given 0\.0 s; expected: above 0"):
         KalmanFilter(isolated, 0.0)
     with pytest.raises(InputError, match=r"shape \(3, 2\); expected: .* isolator_deformation_m, c"):
         KalmanFilter(isolated, PERIOD).run(np.zeros((3, 2)))
-    with pytest.raises(InputError, match="ground noise: intensity is -1; expected"):
+    with pytest.raises(InputError, match="ground noise: intensity: given -1; expected"):
         GroundNoise(-1)
-    with pytest.raises(InputError, match="noise: deformation is 0; expected"):
+    with pytest.raises(InputError, match="noise: deformation: given 0; expected"):
         Noise(deformation=0)

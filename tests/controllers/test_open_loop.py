@@ -126,10 +126,10 @@ def test_a_current_that_is_asked_for_is_not_quietly_changed(isolated, record):
         ({}, "time and amperes together, or a file"),
         ({"time": [0, 1]}, "time and amperes together, or a file"),
         ({"time": [0, 1], "amperes": [1]}, "2 instants for 1 commands"),
-        ({"time": [0.5, 1], "amperes": [1, 2]}, "first instant is 0.5 s; expected: 0"),
+        ({"time": [0.5, 1], "amperes": [1, 2]}, "first instant: given 0.5 s; expected: 0"),
         ({"time": [0, 1, 1], "amperes": [1, 2, 3]}, "instant 1 s follows 1 s"),
-        ({"time": [0, np.nan], "amperes": [1, 2]}, "time is .*; expected: finite numbers"),
-        ({"file": "nowhere.csv"}, "file is 'nowhere.csv'; expected: the path of an existing file"),
+        ({"time": [0, np.nan], "amperes": [1, 2]}, "time: given .*; expected: finite numbers"),
+        ({"file": "nowhere.csv"}, "file: given 'nowhere.csv'; expected: the path of an existing"),
     ],
 )
 def test_bad_tables_are_refused(settings, message):
@@ -148,7 +148,7 @@ def test_bad_tables_are_refused(settings, message):
             "line 3, column current_A: given 'x'; expected: a finite number",
         ),
         ("time_s,current_A\n0,1\n1\n", "line 3: 1 cells; expected: 2"),
-        ("time_s,current_A\n1,1\n", "first instant is 1 s"),
+        ("time_s,current_A\n1,1\n", "first instant: given 1 s"),
     ],
 )
 def test_bad_files_are_refused(tmp_path, text, message):

@@ -38,7 +38,7 @@ def test_a_preset_is_chosen_by_name_and_completed():
     assert Chosen(preset="published", gain=1).gain == 1.0
     with pytest.raises(InputError, match="unknown preset of Chosen 'publishd'; did you mean"):
         Chosen(preset="publishd")
-    with pytest.raises(InputError, match="gain is -1; expected"):
+    with pytest.raises(InputError, match="gain: given -1; expected"):
         Chosen(preset="wrong")
 
 
@@ -98,7 +98,9 @@ def test_a_search_range_stays_with_a_new_default():
 
 
 def test_a_bad_default_is_refused_where_the_class_is_written():
-    with pytest.raises(InputError, match="Bad: gain is -1; expected: a number, 0 or more, in A/m"):
+    with pytest.raises(
+        InputError, match="Bad: gain: given -1; expected: a number, 0 or more, in A/m"
+    ):
         type("Bad", (Tuned,), {"gain": -1})
 
 
@@ -127,5 +129,5 @@ def test_a_setting_accepts_numbers_by_default():
         gain: float = setting(2.0, "gain")
 
     assert Plain(gain=3).gain == 3.0
-    with pytest.raises(InputError, match=r"plain: gain is 'large'; expected: a number$"):
+    with pytest.raises(InputError, match=r"plain: gain: given 'large'; expected: a number$"):
         Plain(gain="large")

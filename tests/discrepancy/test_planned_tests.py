@@ -115,5 +115,7 @@ def test_a_test_that_tells_two_pairs_apart_is_made_once():
 def test_what_has_no_plan_is_refused(tmp_path):
     with pytest.raises(iso.InputError, match="neither a saved diagnosis nor a campaign"):
         iso.plan_tests(tmp_path / "missing")
-    with pytest.raises(iso.InputError, match="source is 3; expected: a Diagnosis or a Campaign"):
+    with pytest.raises(
+        iso.InputError, match="source: given 3; expected: a Diagnosis or a Campaign"
+    ):
         iso.plan_tests(3)

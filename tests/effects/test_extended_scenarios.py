@@ -81,7 +81,7 @@ def test_controllers_believe_in_effects_or_not(nominal, expected):
         ("end_stop", "endstop", "isolator: unknown effect 'endstop'; did you mean 'end_stop'"),
         ("gap =", "gapp =", "did you mean 'gap'"),
         ("exponential", "exponental", "did you mean 'exponential'"),
-        ("lag = 0.05", 'lag = "short"', r"isolator.effect\[0\].lag is 'short'"),
+        ("lag = 0.05", 'lag = "short"', r"isolator.effect\[0\].lag: given 'short'"),
         ("lag = 0.05", "lag = -1", "expected: 0 to 5"),
         ("level = 10\n", "", "'level' is missing"),
     ],

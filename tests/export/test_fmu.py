@@ -180,5 +180,5 @@ def test_the_command_writes_the_unit(tmp_path, capsys):
 
 
 def test_what_is_refused(job, tmp_path):
-    with pytest.raises(iso.InputError, match=r"FMI version is '1\.0'; expected"):
+    with pytest.raises(iso.InputError, match=r"FMI version: given '1\.0'; expected"):
         write_fmu(controller_part(job, "on_off"), tmp_path / "x.fmu", "1.0")

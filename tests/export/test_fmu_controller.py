@@ -103,7 +103,7 @@ def test_the_result_records_the_units_hash(folder, tmp_path, monkeypatch):
         ('name = "broken.fmu"', "broken.fmu: is no functional mock-up unit"),
         ('name = "gain.fmu"', "input 'v' is given 'v', which is no output; expected: variables"),
         ('name = "gain.fmu"\nvariables = { w = "x" }', "unknown variable of .*gain.fmu 'w'"),
-        ('name = "gain.fmu"\nvariables = 3', "variables is 3; expected: a table of names"),
+        ('name = "gain.fmu"\nvariables = 3', "variables: given 3; expected: a table of names"),
         (
             'name = "gain.fmu"\nvariables = { v = "base_velocity_m_s" }',
             r"no output is coil0_command_A; expected: variables = \{ u = ",

@@ -123,8 +123,8 @@ def test_a_building_without_a_period_has_the_usual_loops():
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        ({"amplitude": -1.0}, "amplitude is -1.0 m; expected: above 0"),
-        ({"frequency": 0.0}, "frequency is 0.0 Hz; expected: above 0"),
+        ({"amplitude": -1.0}, "amplitude: given -1.0 m; expected: above 0"),
+        ({"frequency": 0.0}, "frequency: given 0.0 Hz; expected: above 0"),
         ({"current": 9.0}, "9"),
     ],
 )

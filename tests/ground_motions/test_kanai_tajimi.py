@@ -120,7 +120,7 @@ def test_a_soil_of_ones_own():
     ("changed", "parts"),
     [
         ({"soil": "sfot"}, ("soil", "'sfot'", "did you mean 'soft'? expected: firm, medium, soft")),
-        ({"soil": 3}, ("soil is 3", "text or a Soil")),
+        ({"soil": 3}, ("soil: given 3", "text or a Soil")),
         ({"duration": -1.0}, ("duration (s)", "-1.0", "above 0")),
         ({"dt": 0.0}, ("dt (s)", "0.0", "above 0")),
         ({"pga": None}, ("pga and intensity", "neither", "exactly one")),

@@ -163,11 +163,11 @@ def test_source_tells_what_was_done():
         ([[1.0, 2.0], [3.0, 4.0]], 0.1, ("shape (2, 2)", "one row")),
         ([1.0, math.nan], 0.1, ("nan at sample 1", "finite")),
         ([math.inf, 1.0], 0.1, ("inf at sample 0", "finite")),
-        (["a", "b"], 0.1, ("acceleration is ['a', 'b']", "an array of numbers")),
-        ([[1.0], [1.0, 2.0]], 0.1, ("acceleration is [[", "an array of numbers")),
+        (["a", "b"], 0.1, ("acceleration: given ['a', 'b']", "an array of numbers")),
+        ([[1.0], [1.0, 2.0]], 0.1, ("acceleration: given [[", "an array of numbers")),
         ([0.0, 1.0], 0.0, ("dt (s)", "given 0.0", "above 0")),
         ([0.0, 1.0], math.nan, ("dt (s)", "given nan", "above 0")),
-        ([0.0, 1.0], "x", ("dt is 'x'", "expected: a number")),
+        ([0.0, 1.0], "x", ("dt: given 'x'", "expected: a number")),
     ],
 )
 def test_bad_records_are_refused(refused, acceleration, dt, parts):

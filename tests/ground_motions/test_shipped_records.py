@@ -32,5 +32,5 @@ def test_every_shipped_record_loads_under_its_own_name(name):
 def test_an_unknown_name_is_refused_with_the_nearest(refused):
     with refused("record name", "'el_centro'", "did you mean 'el_centro_1940_ns'?"):
         load_record("el_centro")
-    with refused("name is None", "expected: text"):
+    with refused("name: given None", "expected: text"):
         load_record(None)

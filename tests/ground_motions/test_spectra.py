@@ -182,7 +182,7 @@ def test_refining_the_record_changes_no_peak():
         ([math.nan], 0.05, ("periods (s)", "nan", "finite")),
         ([1e-6], 0.05, ("periods (s)", "1e-06", "2e-05 s or longer")),
         ([[1.0]], 0.05, ("periods (s)", "shape (1, 1)", "one row")),
-        (["long"], 0.05, ("periods is ['long']", "an array of numbers")),
+        (["long"], 0.05, ("periods: given ['long']", "an array of numbers")),
         ([1.0], 1.0, ("damping (ratio)", "1.0", "from 0 to below 1")),
         ([1.0], -0.1, ("damping (ratio)", "-0.1", "from 0 to below 1")),
         ([1.0], math.nan, ("damping (ratio)", "nan", "from 0 to below 1")),

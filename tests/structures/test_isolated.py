@@ -123,7 +123,7 @@ def test_an_unheld_superstructure_has_no_fixed_base_modes():
         (lambda b: b.with_element(law("hybrid"), "base"), "no channel"),
         (lambda b: b.with_element(SPRING, "base", channel=-1), "channel -1"),
         (lambda b: b.with_element(law("hybrid"), "base", channel=1), "without gaps"),
-        (lambda b: b.with_element(SPRING, "base", channel="a"), "channel is 'a'"),
+        (lambda b: b.with_element(SPRING, "base", channel="a"), "channel: given 'a'"),
         (lambda b: b.on(SPRING).with_element(SPRING, "base", name="isolator"), "share a name"),
         (lambda b: b.on(SPRING, count=0), "force"),
         (lambda b: b.on(SPRING).element("isolater"), "did you mean 'isolator'"),

@@ -77,7 +77,7 @@ def test_values_that_are_not_finite_are_worst(method):
         ({"bounds": [(1, 0)]}, "the lower first"),
         ({"bounds": [(0, np.inf)]}, "finite"),
         ({"budget": 0}, "budget 0"),
-        ({"budget": 10.5}, "budget is 10.5"),
+        ({"budget": 10.5}, "budget: given 10.5"),
         ({"scal": 3}, "did you mean 'scale'"),
         ({"scale": [1, -1]}, "2 positive numbers"),
         ({"step": 0}, "step 0"),

@@ -56,7 +56,7 @@ def test_the_best_runs(mixed):
     np.testing.assert_array_equal(best["rms_drift_m"], lowest)
     with pytest.raises(InputError, match="did you mean 'rms_drift_m'"):
         mixed.best("rms_drift")
-    with pytest.raises(InputError, match="best is 0; expected: 1 or more"):
+    with pytest.raises(InputError, match="best: given 0; expected: 1 or more"):
         mixed.best("rms_drift_m", 0)
 
 

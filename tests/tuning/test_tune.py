@@ -178,7 +178,7 @@ def test_predictive_control_is_tuned_by_its_declared_ranges(scenario, strong):
         ("passive_off", "passive_off: no setting has a search range; expected: "),
         ("fuzzy --setting fats", "did you mean 'fast'? expected: fast, large_deformation"),
         ("fuzzy --fix fast=1 --fix large_deformation=1", "all settings are fixed; expected: one"),
-        ("fuzzy --fix fast=-1", "fuzzy: fast is -1; expected: a number above 0, in m/s"),
+        ("fuzzy --fix fast=-1", "fuzzy: fast: given -1; expected: a number above 0, in m/s"),
         ("fuzzy --fix fast", "--fix fast: expected: a name and a value, such as rule=skyhook"),
         ("fuzzy --criterion peak_drift", "--criterion peak_drift: expected: a name and a value"),
         ("fuzzy --criterion peak_drift_m=-1", "expected: finite weights above 0 by criterion"),
@@ -215,15 +215,15 @@ def test_wrong_types_are_refused_with_what_is_accepted(strong):
         pass
 
     accepted = r"expected: a name, a place such as my_controllers.py:Outwards, or the name of a cl"
-    for wrong, shown in ((Own, "the class Own"), (Own(), "of type Own")):
-        with pytest.raises(iso.InputError, match=f"name is {shown}; {accepted}"):
+    for wrong, shown in ((Own, "the class Own"), (Own(), "an Own")):
+        with pytest.raises(iso.InputError, match=f"name: given {shown}; {accepted}"):
             iso.tune(wrong)
     with pytest.raises(iso.InputError, match=(
-        r"motions is 3; expected: mixture, mixture:COUNT, scenario, a folder of ground motions, a "
-        r"record, or records$"
+        r"motions: given 3; expected: mixture, mixture:COUNT, scenario, a folder of ground "
+        r"motions, a record, or records$"
     )):  # fmt: skip
         iso.tune("fuzzy", motions=3)
-    with pytest.raises(iso.InputError, match=r"motions\[1\] is 3; expected: a Record"):
+    with pytest.raises(iso.InputError, match=r"motions\[1\]: given 3; expected: a Record"):
         iso.tune("fuzzy", motions=[strong[0][0], 3])
 
 

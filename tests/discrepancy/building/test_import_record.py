@@ -453,16 +453,16 @@ def test_what_is_not_clear_is_refused(tmp_path, old, new, message):
         ({"channels": {"base_acceleration": 3, "floor2_acceleration": 3}}, "that of base_accele"),
         ({"channels": {"base_acceleration": "none"}}, "not recognised: base_acceleration"),
         ({"channels": {"time": "Zeit"}}, "channels.time: given 'Zeit'; expected: one of 'Time [s]"),
-        ({"rate_Hz": 0}, "settings: rate_Hz is 0; expected: a number above 0"),
-        ({"floors": 2.5}, "settings: floors is 2.5; expected: a whole number"),
-        ({"accelerations": "rel"}, "accelerations is 'rel'; expected: 'absolute' or 'relative'"),
+        ({"rate_Hz": 0}, "settings: rate_Hz: given 0; expected: a number above 0"),
+        ({"floors": 2.5}, "settings: floors: given 2.5; expected: a whole number"),
+        ({"accelerations": "rel"}, "accelerations: given 'rel'; expected: 'absolute' or"),
         ({"directions": {"x": "EW"}}, "settings: directions: {'x': 'EW'}; expected: { x"),
         (
             {"units": {"acc": "g"}},
             "units.acc: no quantity and no channel; expected: acceleration, displacement, time, ",
         ),
         ({"units": {"acceleration": "V"}}, "the unit 'V' for"),
-        ({"start_s": 3}, "settings: start_s is 3; expected: a table"),
+        ({"start_s": 3}, "settings: start_s: given 3; expected: a table"),
     ],
 )
 def test_wrong_settings_are_refused(tmp_path, value, message):
