@@ -111,7 +111,7 @@ class Registry(Mapping[str, T]):
 
     def register(self, thing: Any, name: str | None = None, *, replace: bool = False) -> None:
         """Give a thing a name in this process."""
-        part = self._checked(thing, f"{thing!r}")
+        part = self._checked(thing, self.kind)
         own = self._own_name(part) if self._own_name else None
         name = name or own
         if not name or is_place(name) or own not in (None, name):

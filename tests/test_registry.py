@@ -492,7 +492,7 @@ def test_what_is_registered_has_one_name_and_one_owner(site, parts):
         iso.register("law", law, "square")
     with pytest.raises(iso.InputError, match="unknown kind 'lav'; did you mean 'law'"):
         iso.register("lav", law)  # type: ignore[arg-type]
-    with pytest.raises(iso.InputError, match=r"given a Law; expected: a class with name"):
+    with pytest.raises(iso.InputError, match="controller: given a Law; expected: a class with na"):
         iso.register("controller", law)
     linear = type(law)(**{**vars(law), "name": "linear"})
     with pytest.raises(iso.InputError, match=r"'linear' is given by register\(\) and isolation-"):
