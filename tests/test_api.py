@@ -78,7 +78,7 @@ def test_simulate_takes_a_name_or_a_controller(isolated, shake):
 
 
 def test_simulate_passes_options_on(isolated, shake):
-    with pytest.raises(InputError, match="tolerance is 3"):
+    with pytest.raises(InputError, match="tolerance: given 3"):
         iso.simulate(isolated, shake, tolerance=3)
     with pytest.raises(TypeError, match="tolerence"):
         iso.simulate(isolated, shake, tolerence=1e-6)

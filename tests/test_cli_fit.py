@@ -72,8 +72,11 @@ def test_fitted_law_stands_in_a_scenario(campaign, capsys, tmp_path):
     [
         (["--law", "kelvin_vogt"], "unknown law 'kelvin_vogt'; did you mean 'kelvin_voigt'?"),
         (["--law", "kelvin_voigt", "--current-degree", "2"], "need 3 currents; the fitted runs"),
-        (["--law", "kelvin_voigt", "--current-degree", "-1"], "current degree is -1; expected: 0"),
-        (["--law", "kelvin_voigt", "--starts", "0"], "starts is 0; expected: 1 or more"),
+        (
+            ["--law", "kelvin_voigt", "--current-degree", "-1"],
+            "current degree: given -1; expected: 0",
+        ),
+        (["--law", "kelvin_voigt", "--starts", "0"], "starts: given 0; expected: 1 or more"),
         (["--law", "kelvin_voigt", "--fix", "q=1"], "unknown parameter of kelvin_voigt 'q'"),
         (
             ["--law", "kelvin_voigt", "--fix", "k"],

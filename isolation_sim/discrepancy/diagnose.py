@@ -57,7 +57,7 @@ def diagnose(
     """Find the errors of a simulation, and name their causes."""
     significance = SIGNIFICANCE if significance is None else significance
     if not 0 <= significance < 1:
-        raise InputError(f"significance is {significance:g}; expected: 0 to 1, of the force")
+        raise InputError("significance", f"{significance:g}", "0 to 1, of the force")
     _check_tiers(tiers)
     if law != AUTO and not isinstance(law, Law):
         law = LAWS[law]
@@ -99,7 +99,7 @@ def diagnose(
         options = law, device, current_degree, seed, pool, report
         if isinstance(data, LoopTable):
             if tiers not in ("auto", "causes"):
-                raise InputError(f"tiers is {tiers!r}; expected of a loop table: auto or causes")
+                raise InputError("tiers", f"{tiers!r} for a loop table", "auto or causes")
             return diagnose_problem(LoopTableTests(data, *options))[0]
         problem = DeviceTests(data, *options, significance, choice, runs, wrong)
         diagnosis = diagnose_problem(problem)[0]
@@ -131,7 +131,7 @@ def diagnose_building(
     several = (records,) if isinstance(records, BuildingRecord) else tuple(records)
     lacking = unsupported(isolated, several) if several and isolated.elements else ""
     if lacking and tiers not in ("auto", "causes"):
-        raise InputError(f"tiers is {tiers!r}; expected of {lacking}: auto or causes")
+        raise InputError("tiers", f"{tiers!r} for {lacking}", "auto or causes")
     problem = BuildingRecords(several, isolated, most_causes, progress or (lambda text: None))
     devices = [element.device for element in isolated.elements]
     common, result = diagnose_problem(problem, devices)
@@ -151,7 +151,7 @@ def diagnose_building(
 
 def _check_tiers(tiers: str) -> None:
     if tiers not in TIERS:
-        raise InputError(f"tiers is {tiers!r}; expected: {', '.join(TIERS)}")
+        raise InputError("tiers", repr(tiers), ", ".join(TIERS))
 
 
 def diagnose_problem(

@@ -50,7 +50,7 @@ def currents_of(campaign: Campaign, runs: Sequence[TestRun], degree: int | None)
 def check_degree(name: str, data: str, degree: int, seen: NDArray) -> None:
     """Refuse a degree that the currents seen in the fitted data do not determine."""
     if degree < 0:
-        raise InputError(f"current degree is {degree}; expected: 0 or more")
+        raise InputError("current degree", f"{degree}", "0 or more")
     if degree >= len(seen):
         raise InputError(
             f"{name}: polynomials of degree {degree} in the current need {degree + 1} "

@@ -106,7 +106,7 @@ def fit(
         campaign = read_campaign(campaign)
     campaign, wrong = repaired(campaign)
     if starts < 1:
-        raise InputError(f"starts is {starts}; expected: 1 or more")
+        raise InputError("starts", f"{starts}", "1 or more")
     refuse_swapped(campaign.runs)
     campaign, thinned = thin_runs(campaign)
     data = measured_runs(campaign.runs)

@@ -118,7 +118,7 @@ class TestRun:
         if not np.all(np.isfinite(array)):
             worst = int(np.argmin(np.isfinite(array)))
             raise InputError(
-                f"{self.name}, {what}: sample {worst} is {array[worst]}; expected: finite numbers"
+                f"{self.name}, {what}: sample {worst}", f"{array[worst]}", "finite numbers"
             )
         array.flags.writeable = False
         return array

@@ -86,7 +86,7 @@ def _checked(time: Any, displacement: Any, force: Any) -> tuple[np.ndarray, ...]
     for what, array in zip(("time", "displacement", "force"), arrays, strict=True):
         if not np.all(np.isfinite(array)):
             worst = int(np.argmin(np.isfinite(array)))
-            raise InputError(f"{what}: sample {worst} is {array[worst]}; expected: finite numbers")
+            raise InputError(f"{what}: sample {worst}", f"{array[worst]}", "finite numbers")
     step = (t[-1] - t[0]) / (t.size - 1)
     off = np.abs(t - t[0] - step * np.arange(t.size))
     if not step > 0 or np.max(off) > 0.5 * step or not np.all(np.diff(t) > 0):

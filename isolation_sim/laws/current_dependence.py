@@ -299,7 +299,7 @@ def _row(name: str, value: Any) -> np.ndarray:
     row = np.atleast_1d(_array(f"parameter {name!r}:", value))
     if row.ndim != 1 or row.size == 0 or not np.all(np.isfinite(row)):
         raise InputError(
-            f"parameter {name!r} is {value!r}; expected: a finite number or a sequence of them"
+            f"parameter {name!r}", repr(value), "a finite number or a sequence of them"
         )
     return row
 

@@ -77,7 +77,7 @@ class Device:
         tested = _number(self.tested_current)
         if not tested >= 0:
             raise InputError(
-                f"{self.name}: tested_current is {self.tested_current!r}; expected: 0 A or more"
+                f"{self.name}: tested_current", repr(self.tested_current), "0 A or more"
             )
         set_field(self, "tested_current", tested)
         self._check_bounds()
@@ -102,9 +102,9 @@ class Device:
                 at = f" at {currents[worst]:.4g} A" if self.depends_on_current else ""
                 not_zero = quantity.divides and quantity.lower <= 0 <= quantity.upper
                 raise InputError(
-                    f"{self.name}: parameter {quantity.name!r} is {own[worst]:.6g} "
-                    f"{quantity.unit}{at}; expected: "
-                    f"{quantity.lower:g} to {quantity.upper:g}{', not 0' * not_zero}"
+                    f"{self.name}: parameter {quantity.name!r}",
+                    f"{own[worst]:.6g} {quantity.unit}{at}",
+                    f"{quantity.lower:g} to {quantity.upper:g}{', not 0' * not_zero}",
                 )
 
     @property
@@ -367,7 +367,7 @@ def _number(value: Any) -> float:
 def _positive(name: str, what: str, value: Any) -> float:
     number = _number(value)
     if not number > 0:
-        raise InputError(f"{name}: {what} is {value!r}; expected: a number above zero")
+        raise InputError(f"{name}: {what}", repr(value), "a number above zero")
     return number
 
 
@@ -377,7 +377,5 @@ def _pair(name: str, values: Any) -> tuple[float, float]:
     except (TypeError, ValueError):
         low = high = np.nan
     if not low <= high:
-        raise InputError(
-            f"{name}: current_range is {values!r}; expected: lowest and highest current in A"
-        )
+        raise InputError(f"{name}: current_range", repr(values), "lowest and highest current in A")
     return low, high

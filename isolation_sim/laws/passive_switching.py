@@ -73,7 +73,7 @@ def passive(device: Device, field_lag: float = FIELD_LAG) -> Device:
     if not device.depends_on_current or isinstance(device.law, PassiveLaw):
         return device
     if not field_lag > 0:
-        raise InputError(f"{device.name}: field_lag is {field_lag} s; expected: above 0")
+        raise InputError(f"{device.name}: field_lag", f"{field_lag} s", "above 0")
     _check(device)
     rows = _rows(device)
     law = _passive_law(device.law, tuple(len(rows[name]) for name in device.current.names))
@@ -164,8 +164,9 @@ def _check(device: Device) -> None:
             )
         if name in stiffnesses and not np.min(values) > 0:
             raise InputError(
-                f"{refusal}{name} is {np.min(values):.4g} at "
-                f"{currents[np.argmin(values)]:.4g} A; expected: springs that stay above 0"
+                f"{refusal}{name}",
+                f"{np.min(values):.4g} at {currents[np.argmin(values)]:.4g} A",
+                "springs that stay above 0",
             )
 
 

@@ -223,9 +223,9 @@ def run_cases(
     check_options(tolerance, current_outside, computation_delay)
     for k, case in enumerate(cases):
         if not isinstance(case, Case):
-            raise InputError(f"cases[{k}] is of type {type(case).__name__}; expected: Case(...)")
+            raise InputError(f"cases[{k}]", f"a {type(case).__name__}", "Case(...)")
     if threads is not None and threads < 1:
-        raise InputError(f"threads is {threads}; expected: 1 or more")
+        raise InputError("threads", f"{threads}", "1 or more")
     clamp, delays = current_outside == "clamp", (sensors.delay, computation_delay)
 
     options: dict[str, Any] = {

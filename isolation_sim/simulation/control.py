@@ -57,7 +57,7 @@ class CoilDriver:
         ):
             if not valid:
                 value = getattr(self, name)
-                raise InputError(f"coil driver: {name} is {value}; expected: {accepted}")
+                raise InputError(f"coil driver: {name}", f"{value}", accepted)
         if self.low is not None and self.high is not None and self.low > self.high:
             raise InputError(
                 f"coil driver: low {self.low} A is above high {self.high} A; expected: low <= high"
@@ -107,16 +107,16 @@ class Sensors:
 
     def __post_init__(self) -> None:
         if not self.delay >= 0:
-            raise InputError(f"sensors: delay is {self.delay} s; expected: 0 or more")
+            raise InputError("sensors: delay", f"{self.delay} s", "0 or more")
         if not 0 <= self.dropout < 1:
-            raise InputError(f"sensors: dropout is {self.dropout}; expected: 0 or more, below 1")
+            raise InputError("sensors: dropout", f"{self.dropout}", "0 or more, below 1")
         if not 0 <= self.compensation < np.inf:
-            raise InputError(f"sensors: compensation is {self.compensation} s; expected: 0 or more")
+            raise InputError("sensors: compensation", f"{self.compensation} s", "0 or more")
         if self.sampling is not None and not self.sampling > 0:
-            raise InputError(f"sensors: sampling is {self.sampling} s; expected: above 0")
+            raise InputError("sensors: sampling", f"{self.sampling} s", "above 0")
         for name, value in self.noise.items():
             if not value >= 0:
-                raise InputError(f"sensors: noise of {name} is {value}; expected: 0 or more")
+                raise InputError(f"sensors: noise of {name}", f"{value}", "0 or more")
 
 
 @dataclass(frozen=True)

@@ -150,11 +150,11 @@ def one_per_direction(ground: Record | Sequence[Record]) -> tuple[Record, ...]:
 def check_options(tolerance: float, current_outside: str, computation_delay: float) -> None:
     """Check the options."""
     if not 1e-12 <= tolerance <= 1e-2:
-        raise InputError(f"tolerance is {tolerance}; expected: 1e-12 to 1e-2")
+        raise InputError("tolerance", f"{tolerance}", "1e-12 to 1e-2")
     if current_outside not in ("refuse", "clamp"):
-        raise InputError(f"current_outside is {current_outside!r}; expected: 'refuse' or 'clamp'")
+        raise InputError("current_outside", repr(current_outside), "'refuse' or 'clamp'")
     if not 0 <= computation_delay < np.inf:
-        raise InputError(f"computation_delay is {computation_delay} s; expected: 0 or more")
+        raise InputError("computation_delay", f"{computation_delay} s", "0 or more")
 
 
 def prepare_lane(
@@ -318,7 +318,7 @@ def _run_context(
     record = records[0]
     period = record.dt if controller.period is None else controller.period
     if not period > 0:
-        raise InputError(f"{controller.name}: period is {period} s; expected: above 0")
+        raise InputError(f"{controller.name}: period", f"{period} s", "above 0")
     with calling(controller, "measures"):
         measures = controller.measures(nominal)
     if measures is None or isinstance(measures, str):

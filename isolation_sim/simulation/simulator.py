@@ -130,9 +130,7 @@ class Simulator:
         else:
             for name, value in (("duration", duration), ("dt", dt)):
                 if value is not None:
-                    raise InputError(
-                        f"{name} is {value} s; expected: none, since there is a record"
-                    )
+                    raise InputError(name, f"{value} s", "none, since there is a record")
             records = one_per_direction(ground)
         first = records[0]
         self.period = first.dt if period is None else float(period)
@@ -246,7 +244,7 @@ class Simulator:
             work.chosen[k, 0, : self._width] = current
         except (TypeError, ValueError):
             raise InputError(
-                f"current is {current!r} A; expected: one number, or {self._width}, one per coil"
+                "current", f"{current!r} A", f"one number, or {self._width}, one per coil"
             ) from None
         if self._ground_by_step:
             self._put_ground(ground_acceleration)
@@ -295,8 +293,10 @@ class Simulator:
         rows = np.asarray(values, float)
         if rows.size != n_samples * n_directions or not np.isfinite(rows).all():
             raise InputError(
-                f"ground_acceleration is {values!r}; expected: finite numbers, shape ({n_samples}, "
-                f"{n_directions}): one per sample and direction, m/s^2"
+                "ground_acceleration",
+                repr(values),
+                f"finite numbers, shape ({n_samples}, {n_directions}): one per sample and "
+                "direction, m/s^2",
             )
         return rows.reshape(n_samples, n_directions)
 
@@ -352,12 +352,12 @@ def still_ground(
     """Records at rest, one per direction, as placeholders for the caller's ground acceleration."""
     for name, value in (("period", period), ("duration", duration)):
         if value is None or not 0 < value < np.inf:
-            raise InputError(f"{name} is {value}; expected without a record: a time above 0 s")
+            raise InputError(name, f"{value}, without a record", "a time above 0 s")
     assert period is not None and duration is not None
     dt = period if dt is None else dt
     parts = round(period / dt) if dt > 0 else 0
     if parts < 1 or abs(parts * dt - period) > 1e-9 * period:
-        raise InputError(f"dt is {dt} s; expected: the period, {period} s, divided by an integer")
+        raise InputError("dt", f"{dt} s", f"the period, {period} s, divided by an integer")
     n = int(np.ceil(duration / period * (1 - 1e-12))) * parts + 1
     still = Record(np.zeros(max(n, 2)), dt, name="given step by step")
     return (still,) * len(isolated.structure.directions)

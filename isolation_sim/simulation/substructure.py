@@ -48,9 +48,9 @@ class DeviceSimulator:
 
     def __init__(self, device: Device, period: float, tolerance: float = 1e-6):
         if not 0 < period < np.inf:
-            raise InputError(f"period is {period} s; expected: above 0")
+            raise InputError("period", f"{period} s", "above 0")
         if not 1e-12 <= tolerance <= 1e-2:
-            raise InputError(f"tolerance is {tolerance}; expected: 1e-12 to 1e-2")
+            raise InputError("tolerance", f"{tolerance}", "1e-12 to 1e-2")
         self.device, self.period, self._tolerance = device, float(period), tolerance
         self._module = compiled(device.law)
         n, n_parameters = len(device.law.states), len(device.law.parameters)
@@ -110,7 +110,7 @@ class DeviceSimulator:
         v0, v1 = (slope, slope) if velocity is None else (v0, velocity)
         if not (np.isfinite(displacement) and np.isfinite(v1)):
             raise InputError(
-                f"displacement is {displacement} m, velocity {v1} m/s; expected: finite numbers"
+                "displacement", f"{displacement} m, velocity {v1} m/s", "finite numbers"
             )
         scale = device.length
         force = self._module.follow(

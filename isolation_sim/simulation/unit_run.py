@@ -60,8 +60,9 @@ def at_every_sample(controller: Control, dt: float) -> Control:
     every = 1 if controller.period is None else round(controller.period / dt)
     if every < 1 or (controller.period and abs(controller.period - every * dt) > 1e-6 * dt):
         raise InputError(
-            f"{controller.name}: period is {controller.period} s; expected where the isolators are "
-            f"a unit: a multiple of the record's interval, {dt:g} s"
+            f"{controller.name}: period",
+            f"{controller.period} s, where the isolators are a unit",
+            f"a multiple of the record's interval, {dt:g} s",
         )
     # single decisions in Python
     own: Any = controller.in_python() if hasattr(controller, "in_python") else copy(controller)

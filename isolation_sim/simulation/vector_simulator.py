@@ -86,7 +86,7 @@ class VectorSimulator:
     ):
         check_options(tolerance, "clamp", 0.0)
         if n < 1:
-            raise InputError(f"n is {n}; expected: 1 or more plants")
+            raise InputError("n", f"{n}", "1 or more plants")
         dt = period if dt is None else dt
         # a step's start and end, and a step before, in which the coils take their first currents
         records = still_ground(isolated, period, 3 * period, dt)

@@ -19,7 +19,7 @@ def read_only(array: np.ndarray) -> np.ndarray:
 def positive(what: str, value: float) -> None:
     """Refuse what is no number above 0."""
     if not (np.isfinite(value) and value > 0):
-        raise InputError(f"{what} is {value!r}; expected: a number above 0")
+        raise InputError(what, repr(value), "a number above 0")
 
 
 def numbers(what: str, values: Any) -> np.ndarray:
@@ -38,7 +38,7 @@ def matrix(what: str, values: Any, shape: tuple[int, ...]) -> np.ndarray:
     if not np.isfinite(array).all():
         bad = np.argwhere(~np.isfinite(array))[0]
         place = ", ".join(str(i) for i in bad)
-        raise InputError(f"{what}[{place}] is {array[tuple(bad)]}; expected: finite numbers")
+        raise InputError(f"{what}[{place}]", f"{array[tuple(bad)]}", "finite numbers")
     return array
 
 
@@ -46,7 +46,7 @@ def check_matrices(mass: np.ndarray, stiffness: np.ndarray, names: Sequence[str]
     """Refuse a mass that is not symmetric positive definite, or an asymmetric stiffness."""
     for i, name in enumerate(names):
         if not mass[i, i] > 0:
-            raise InputError(f"mass of {name!r} is {mass[i, i]:g} kg; expected: above zero")
+            raise InputError(f"mass of {name!r}", f"{mass[i, i]:g} kg", "above zero")
     for what, array in (("mass", mass), ("stiffness", stiffness)):
         skew = np.abs(array - array.T)
         if skew.size and np.max(skew) > 1e-8 * np.max(np.abs(array)):
@@ -63,5 +63,5 @@ def positive_numbers(what: str, values: Any, unit: str) -> np.ndarray:
         raise InputError(f"{what} has shape {row.shape}; expected: one number per storey")
     for i, value in enumerate(row):
         if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{what}[{i}] is {value:g} {unit}; expected: above zero")
+            raise InputError(f"{what}[{i}]", f"{value:g} {unit}", "above zero")
     return read_only(row)

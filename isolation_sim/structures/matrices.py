@@ -209,7 +209,7 @@ def from_fixed_base(
     influence = np.vstack([np.eye(m), rigid])
     columns = list(range(m)) if shaken is None else list(shaken)
     if not columns or any(j not in range(m) for j in columns):
-        raise InputError(f"shaken is {shaken}; expected: numbers of base dofs, 0 to {m - 1}")
+        raise InputError("shaken", f"{shaken}", f"numbers of base dofs, 0 to {m - 1}")
     return from_matrices(
         full_mass,
         relative.T @ matrix("damping", damping, (n, n)) @ relative,

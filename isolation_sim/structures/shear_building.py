@@ -95,7 +95,7 @@ def _ratios(ratios: Any, n: int, damping: str) -> np.ndarray:
     if ratio.ndim != 1 or ratio.size not in sizes or not np.all((ratio >= 0) & (ratio < 1)):
         accepted = "a number from 0 to 1"
         accepted += f", or {n} of them" if damping == "modal" else ' (one per mode needs "modal")'
-        raise InputError(f"damping_ratio is {ratios!r}; expected: {accepted}")
+        raise InputError("damping_ratio", repr(ratios), accepted)
     return np.broadcast_to(ratio, (n,))
 
 
@@ -115,7 +115,7 @@ def _rayleigh(
         first = second = 0
     n = len(mass)
     if first == second or not (1 <= first <= n and 1 <= second <= n):
-        raise InputError(f"rayleigh_modes is {modes!r}; expected: two different modes, 1 to {n}")
+        raise InputError("rayleigh_modes", repr(modes), f"two different modes, 1 to {n}")
     frequencies, _ = undamped_modes(mass, stiffness)
     a, b = frequencies[first - 1], frequencies[second - 1]
     return 2 * ratio / (a + b) * (a * b * mass + stiffness)

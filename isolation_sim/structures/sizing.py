@@ -63,7 +63,7 @@ class Sizing:
         if damping is None:
             return isolated
         if not (np.isfinite(damping) and 0 <= damping < 1):
-            raise InputError(f"{key} is {damping!r}; expected: a ratio, 0 or more and below 1")
+            raise InputError(key, repr(damping), "a ratio, 0 or more and below 1")
         at_base = isolated.holding.any(axis=1)
         held = [element for element, at in zip(isolated.elements, at_base, strict=True) if at]
         if cycle is None:
@@ -77,8 +77,9 @@ class Sizing:
             size = stiffness * cycle[1] / (2 * np.pi) / float(moved @ moved)
         if damping < own:
             raise InputError(
-                f"{key} is {damping:g}; expected: {own:.4g} or more, the ratio of building and "
-                "isolators alone"
+                key,
+                f"{damping:g}",
+                f"{own:.4g} or more, the ratio of building and isolators alone",
             )
         coefficient = 2 * size * (damping - own)
         for element in held:
@@ -136,15 +137,19 @@ def _to_period(
     stiffest = 1e4 * rigid
     if period(stiffest) >= target_period:
         raise InputError(
-            f"target_period_s is {target_period:g}; expected: above {period(stiffest):.3g} s, the "
-            f"period of {structure.name} on nearly rigid isolators"
+            "target_period_s",
+            f"{target_period:g}",
+            f"above {period(stiffest):.3g} s, the period of {structure.name} on nearly rigid "
+            "isolators",
         )
     softest = 0.5 * rigid
     if period(softest) <= target_period:
         raise InputError(
-            f"target_period_s is {target_period:g}; expected: below {period(softest):.3g} s, the "
-            f"period of {structure.name} on soft isolators, or a structure that is free without "
-            "them; matrices of a fixed-base building lack the base's row and column"
+            "target_period_s",
+            f"{target_period:g}",
+            f"below {period(softest):.3g} s, the period of {structure.name} on soft isolators, or "
+            "a structure that is free without them; matrices of a fixed-base building lack the "
+            "base's row and column",
         )
     logarithm = brentq(
         lambda at: period(np.exp(at)) - target_period,
@@ -167,8 +172,9 @@ def _to_cycle(structure: Any, device: Device, cycle: tuple[float, float], biaxia
     if not required > 0:
         longest = 2 * np.pi * np.sqrt(structure.isolated_mass / without)
         raise InputError(
-            f"effective_period_s is {cycle[1]:g}; expected: below {longest:.3g} s, the period of "
-            f"{structure.name} without isolators"
+            "effective_period_s",
+            f"{cycle[1]:g}",
+            f"below {longest:.3g} s, the period of {structure.name} without isolators",
         )
     return device.scaled(force=required / stiffness)
 

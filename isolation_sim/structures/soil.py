@@ -78,7 +78,7 @@ def cones(radius: float, shear_wave_velocity: float, density: float, poisson: fl
     ):  # fmt: skip
         positive(what, value)
     if not 0.0 <= poisson <= 0.5:
-        raise InputError(f"poisson_ratio is {poisson!r}; expected: 0 to 0.5")
+        raise InputError("poisson_ratio", repr(poisson), "0 to 0.5")
     area, inertia = np.pi * radius**2, np.pi * radius**4 / 4
     compressible = poisson <= 1 / 3
     # nearly incompressible soil: twice the shear wave velocity, and a trapped mass

@@ -119,7 +119,7 @@ class Structure:
         put("base", tuple(int(i) for i in self.base))
         check_matrices(self.mass, self.stiffness, self.names)
         if len(set(self.base)) < len(self.base) or not all(0 <= i < n for i in self.base):
-            raise InputError(f"base is {self.base}; expected: different dofs, 0 to {n - 1}")
+            raise InputError("base", f"{self.base}", f"different dofs, 0 to {n - 1}")
         for what in ("names", "storeys", "directions"):
             values = getattr(self, what)
             if len(set(values)) < len(values):

@@ -74,14 +74,14 @@ def yielding_storeys(
         shear = np.broadcast_to(np.array(yield_shear, dtype=float), stiffness.shape)
     except ValueError:
         raise InputError(
-            f"yield_shear is {yield_shear!r}; expected: a number or {len(stiffness)}, in N"
+            "yield_shear", repr(yield_shear), f"a number or {len(stiffness)}, in N"
         ) from None
     if not (np.all(np.isfinite(shear)) and np.all(shear > 0.0)):
-        raise InputError(f"yield_shear is {yield_shear!r}; expected: numbers above 0, in N")
+        raise InputError("yield_shear", repr(yield_shear), "numbers above 0, in N")
     if not 0.0 <= hardening_ratio < 1.0:
-        raise InputError(f"hardening_ratio is {hardening_ratio:g}; expected: 0 to below 1")
+        raise InputError("hardening_ratio", f"{hardening_ratio:g}", "0 to below 1")
     if not smoothness >= 1.0:
-        raise InputError(f"smoothness is {smoothness:g}; expected: 1 or above")
+        raise InputError("smoothness", f"{smoothness:g}", "1 or above")
     soft = (1.0 - hardening_ratio) * stiffness
     rows = structure.drift_rows
     softened = replace(structure, stiffness=structure.stiffness - rows.T * soft @ rows)

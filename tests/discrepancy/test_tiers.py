@@ -317,7 +317,7 @@ def test_a_part_of_one_run_loses_only_what_others_do_not_gain(n_runs, part_of_on
 
 def test_unknown_tiers_are_refused(campaign):
     with pytest.raises(
-        InputError, match="tiers is 'all'; expected: auto, causes, equation, learned"
+        InputError, match="tiers: given 'all'; expected: auto, causes, equation, learned"
     ):
         diagnose(campaign, "kelvin_voigt", tiers="all")
 

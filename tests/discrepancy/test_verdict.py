@@ -270,7 +270,7 @@ def test_slow_noise_is_not_said_to_be_an_error_of_the_simulation():
 
 
 def test_a_significance_that_is_no_share_is_refused():
-    with pytest.raises(InputError, match="significance is 2; expected: 0 to 1"):
+    with pytest.raises(InputError, match="significance: given 2; expected: 0 to 1"):
         diagnose(campaign(), "kelvin_voigt", significance=2.0)
 
 

@@ -122,7 +122,7 @@ def test_what_cannot_be_used_is_said_in_a_line(folder):
     with pytest.raises(iso.InputError, match="no delays"):
         scenario(SCENARIO.format(more=NOMINAL + "[sensors]\ndelay_s = 0.005\n"))
     plant = plant_of(folder / "own2.fmu")
-    with pytest.raises(iso.InputError, match=r"period is 0\.03 s; expected where the isolat"):
+    with pytest.raises(iso.InputError, match=r"period: given 0\.03 s, where the isolators"):
         iso.simulate(plant, RECORD, iso.controller("on_off", period=0.03), nominal=TRUTH)
     with pytest.raises(iso.InputError, match="run one at a time; expected: simulate"):
         iso.Simulator(plant, RECORD)

@@ -357,7 +357,7 @@ def test_progress_counts_the_starts(campaign_of, held):
     ("law", "options", "message"),
     [
         ("kelvin_voigt", {"current_degree": 2}, "degree 2 in the current need 3 currents"),
-        ("kelvin_voigt", {"current_degree": -1}, "degree is -1"),
+        ("kelvin_voigt", {"current_degree": -1}, "degree: given -1"),
         ("kelvin_voight", {}, "kelvin_voigt"),
         ("kelvin_voigt", {"fixed": {"kk": 1.0}}, "parameter of kelvin_voigt"),
     ],

@@ -178,7 +178,7 @@ def test_frequency_may_be_prescribed():
     [
         (lambda t, x: (t[:500], x[:500], x[:500]), "1 whole cycles of"),
         (lambda t, x: (t, x, x[1:]), "one shape"),
-        (lambda t, x: (t, x, np.where(t > 5, np.nan, x)), "force: sample 1281 is nan"),
+        (lambda t, x: (t, x, np.where(t > 5, np.nan, x)), "force: sample 1281: given nan"),
         (lambda t, x: (t[::-1], x, x), "one step throughout"),
         (lambda t, x: (t + (t > 5), x, x), "one step throughout"),
         (lambda t, x: (t[::20], x[::20], x[::20]), "12.8 samples a cycle"),

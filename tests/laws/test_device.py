@@ -122,15 +122,15 @@ NUMBERS = {"c0": 1e4, "k0": 1e4, "c1": 1e3, "k1": 1e4, "alpha": 1e8}
         ({"force_scale": -1.0}, "force_scale"),
         ({"force_scale": np.inf}, "finite"),
         ({"tested_deformation": 0.0}, "tested_deformation"),
-        ({"tested_current": np.nan}, "tested_current is nan; expected: 0 A or more"),
-        ({"tested_current": -1.0}, "tested_current is -1.0; expected: 0 A or more"),
+        ({"tested_current": np.nan}, "tested_current: given nan; expected: 0 A or more"),
+        ({"tested_current": -1.0}, "tested_current: given -1.0; expected: 0 A or more"),
         ({"tested_current": "high"}, "tested_current"),
         ({"current_range": (3.0, 0.0)}, "current_range"),
         ({"current_range": (0.0, np.nan)}, "current_range"),
         ({"current_range": 3.0}, "current_range"),
         ({"current": CurrentDependence.constant({"c0": 1.0})}, "'k0' is missing"),
         ({"current": CurrentDependence.constant(NUMBERS | {"k2": 1.0})}, "unknown parameter 'k2'"),
-        ({"current": CurrentDependence.constant(NUMBERS | {"k1": -1.0})}, "'k1' is -1 N/m;"),
+        ({"current": CurrentDependence.constant(NUMBERS | {"k1": -1.0})}, "'k1': given -1 N/m;"),
         ({"current": CurrentDependence.constant(NUMBERS | {"c1": 0.0})}, "0 to inf, not 0"),
         (
             {

@@ -240,7 +240,7 @@ REFUSED = {
     ),
     "spring that vanishes": (
         Device(LAWS["linear"], CurrentDependence.polynomial({"k": (0.0, 1.0)}), (0.0, 3.0)),
-        "k is 0 at 0 A",
+        "k: given 0 at 0 A",
     ),
     "range": (
         Device(LAWS["linear"], CurrentDependence.polynomial({"k": K}), (1.0, 3.0)),
@@ -257,5 +257,5 @@ def test_what_does_not_allow_the_rule_is_refused_with_the_reason(case):
 
 
 def test_field_lag_must_be_positive():
-    with pytest.raises(InputError, match="field_lag is 0 s; expected: above 0"):
+    with pytest.raises(InputError, match="field_lag: given 0 s; expected: above 0"):
         passive(law("strain_stiffening"), field_lag=0)

@@ -54,7 +54,7 @@ def test_coil_follows_the_rounded_command(stiffening, strong_motion, rule, sched
 
 @pytest.mark.parametrize(
     ("options", "part"),
-    [({"step": -0.1}, "step is -0.1"), ({"step": np.nan}, "step"), ({"step": np.inf}, "step")],
+    [({"step": -0.1}, "step: given -0.1"), ({"step": np.nan}, "step"), ({"step": np.inf}, "step")],
 )
 def test_steps_that_cannot_be_are_refused(options, part):
     with pytest.raises(InputError, match=part):

@@ -76,7 +76,7 @@ def test_a_failed_run_leaves_nothing_behind(stiffening, unbounded, strong_motion
 @pytest.mark.parametrize(
     ("options", "part"),
     [({"tolerance": 0.0}, "tolerance"), ({"tolerance": np.nan}, "tolerance"),
-     ({"current_outside": "clip"}, "current_outside is 'clip'"),
+     ({"current_outside": "clip"}, "current_outside: given 'clip'"),
      ({"computation_delay": -0.01}, "computation_delay")],
 )  # fmt: skip
 def test_options_that_cannot_be_are_refused(options, part, stiffening, strong_motion, held):

@@ -152,15 +152,15 @@ def test_what_is_refused(stiffening, strong_motion):
     with pytest.raises(InputError, match=r"current 9 A at t = 0 s is outside 0 to 5\.203 A"):
         simulator.step(9.0)
     simulator.reset()
-    with pytest.raises(InputError, match=r"current is \[1, 2\] A; expected: one number, or 1"):
+    with pytest.raises(InputError, match=r"current: given \[1, 2\] A; expected: one number, or 1"):
         simulator.step([1, 2])
     with pytest.raises(InputError, match="expected: none, since there is a record"):
         simulator.step(1.0, 0.0)
     with pytest.raises(InputError, match="expected: none, since there is a record"):
         Simulator(stiffening, strong_motion, duration=1.0)
-    with pytest.raises(InputError, match="period is None; expected without a record"):
+    with pytest.raises(InputError, match="period: given None, without a record; expected"):
         Simulator(stiffening, duration=1.0)
-    with pytest.raises(InputError, match=r"dt is 0.03 s; expected: the period"):
+    with pytest.raises(InputError, match=r"dt: given 0.03 s; expected: the period"):
         Simulator(stiffening, period=0.1, duration=1.0, dt=0.03)
     with pytest.raises(InputError, match="base_displacment_m"):
         Simulator(stiffening, strong_motion, measures=["base_displacment_m"])

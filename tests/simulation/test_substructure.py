@@ -136,14 +136,14 @@ def test_both_halves_make_the_whole(strong_motion, stiffening):
 
 def test_what_is_refused():
     device = iso.reference_isolators()
-    with pytest.raises(InputError, match="period is 0 s; expected: above 0"):
+    with pytest.raises(InputError, match="period: given 0 s; expected: above 0"):
         iso.DeviceSimulator(device, 0)
-    with pytest.raises(InputError, match="tolerance is 1; expected: 1e-12 to 1e-2"):
+    with pytest.raises(InputError, match="tolerance: given 1; expected: 1e-12 to 1e-2"):
         iso.DeviceSimulator(device, 0.01, tolerance=1)
     simulator = iso.DeviceSimulator(device, 0.01)
     with pytest.raises(InputError, match="current 9 A is outside"):
         simulator.step(0.0, 9.0)
-    with pytest.raises(InputError, match="displacement is nan m"):
+    with pytest.raises(InputError, match="displacement: given nan m"):
         simulator.step(np.nan)
     with pytest.raises(InputError, match="state is of another device"):
         simulator.state = iso.DeviceSimulator(iso.law("linear", parameters={"k": 1.0}), 0.1).state

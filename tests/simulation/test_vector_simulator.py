@@ -62,9 +62,9 @@ def test_a_plant_that_diverges_leaves_the_others_alone(stiffening):
 
 
 def test_what_is_refused(stiffening):
-    with pytest.raises(InputError, match="n is 0; expected: 1 or more"):
+    with pytest.raises(InputError, match="n: given 0; expected: 1 or more"):
         VectorSimulator(stiffening, 0, period=0.02)
-    with pytest.raises(InputError, match=r"dt is 0.03 s; expected: the period"):
+    with pytest.raises(InputError, match=r"dt: given 0.03 s; expected: the period"):
         VectorSimulator(stiffening, 2, period=0.02, dt=0.03)
     vector = VectorSimulator(stiffening, 2, period=0.02)
     with pytest.raises(InputError, match="currents contain NaN"):

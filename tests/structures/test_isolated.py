@@ -119,7 +119,7 @@ def test_an_unheld_superstructure_has_no_fixed_base_modes():
         (lambda b: b.with_element(SPRING, "story3"), "did you mean 'storey3'"),
         (lambda b: b.with_element(SPRING, [1, 0]), "direction of an element has shape"),
         (lambda b: b.with_element(SPRING, np.zeros(6)), "is zero"),
-        (lambda b: b.with_element(SPRING, [np.nan] * 6), "is nan"),
+        (lambda b: b.with_element(SPRING, [np.nan] * 6), "given nan"),
         (lambda b: b.with_element(law("hybrid"), "base"), "no channel"),
         (lambda b: b.with_element(SPRING, "base", channel=-1), "channel -1"),
         (lambda b: b.with_element(law("hybrid"), "base", channel=1), "without gaps"),

@@ -94,13 +94,13 @@ def test_several_directions_of_ground_motion():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"mass": np.diag([2.0, -1.0])}, "mass of 'floor1' is -1 kg"),
+        ({"mass": np.diag([2.0, -1.0])}, "mass of 'floor1': given -1 kg"),
         ({"mass": np.array([[2.0, 0.5], [0.0, 1.0]])}, "mass is not symmetric between"),
         ({"mass": np.array([[1.0, 2.0], [2.0, 1.0]])}, "not positive definite"),
         ({"mass": 3.0}, "square matrix"),
         ({"mass": [[1.0, "a"], [0.0, 1.0]]}, "mass: given .*; expected: an array of numbers"),
         ({"damping": np.zeros((3, 3))}, r"damping has shape \(3, 3\)"),
-        ({"damping": [[0.0, np.inf], [0.0, 0.0]]}, r"damping\[0, 1\] is inf"),
+        ({"damping": [[0.0, np.inf], [0.0, 0.0]]}, r"damping\[0, 1\]: given inf"),
         ({"stiffness": np.array([[1.0, -1.0], [0.0, 1.0]])}, "stiffness is not symmetric"),
         ({"influence": np.ones(3)}, "influence has shape"),
         ({"influence": "x"}, "expected: an array of numbers"),
@@ -122,7 +122,7 @@ def test_refuses(arguments, message):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"base_mass": -1.0}, "mass of 'base' is -1 kg"),
+        ({"base_mass": -1.0}, "mass of 'base': given -1 kg"),
         ({"rigid_motion": np.ones((2, 2))}, "rigid_motion has shape"),
         ({"shaken": (1,)}, "base dofs, 0 to 0"),
         ({"shaken": ()}, "base dofs"),
@@ -150,7 +150,7 @@ def test_bad_files(tmp_path):
         ({"M": M, "K": K}, "tower.npz: array 'C' is missing"),
         ({"M": M, "C": C, "K": K, "influense": np.ones(2)}, "looks like 'influence'"),
         ({"M": M, "C": C, "K": K, "heights": [3.0]}, "'heights'; expected: 'storey_heights_m', in"),
-        ({"M": -M, "C": C, "K": K}, "tower.npz: mass of 'base' is -2 kg"),
+        ({"M": -M, "C": C, "K": K}, "tower.npz: mass of 'base': given -2 kg"),
         ({"M": np.array([{}], dtype=object), "C": C, "K": K}, "tower.npz: not a NumPy"),
     ]
     for arrays, message in cases:

@@ -66,11 +66,11 @@ ACCEPTED = {"masses": [1.0, 2.0], "stiffnesses": [3.0, 4.0], "base_mass": 1.0}
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"masses": [1.0, -2.0]}, r"masses\[1\] is -2 kg"),
-        ({"masses": [1.0, np.nan]}, r"masses\[1\] is nan"),
+        ({"masses": [1.0, -2.0]}, r"masses\[1\]: given -2 kg"),
+        ({"masses": [1.0, np.nan]}, r"masses\[1\]: given nan"),
         ({"masses": [1.0, "heavy"]}, r"masses\[1\]: given .heavy.; expected: a number"),
         ({"masses": []}, "masses has shape"),
-        ({"stiffnesses": [0.0, 4.0]}, r"stiffnesses\[0\] is 0 N/m"),
+        ({"stiffnesses": [0.0, 4.0]}, r"stiffnesses\[0\]: given 0 N/m"),
         ({"stiffnesses": [3.0]}, "2 masses, 1 stiffnesses"),
         ({"base_mass": 0.0}, "base_mass"),
         ({"base_mass": [1.0, 2.0]}, "base_mass: given .*; expected: a number"),

@@ -92,7 +92,7 @@ def test_effective_properties_of_spring_and_dashpot_are_exact(slab):
     effective = isolated.effective(0.1)
     expected = STIFFNESS, DAMPING * omega / (2 * STIFFNESS), 2 * np.pi / omega
     assert tuple(effective) == pytest.approx(expected, rel=1e-3)
-    with pytest.raises(InputError, match=r"displacement is 0\.0; expected"):
+    with pytest.raises(InputError, match=r"displacement: given 0\.0; expected"):
         isolated.effective(0.0)
     # beyond the range the polynomials of the current give a law that grows without end
     reference = iso.reference_building().on(iso.reference_isolators())
@@ -133,9 +133,9 @@ def test_the_old_name_of_the_damping_ratio_is_accepted(slab):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"target_period_s": 0.4}, "target_period_s is 0.4; expected: above 0.5"),
-        ({"target_period_s": -1.0}, "target_period_s is -1.0; expected: a number above 0"),
-        ({"target_period_s": 2.0, "damping": 0.01}, "damping is 0.01; expected: 0."),
+        ({"target_period_s": 0.4}, "target_period_s: given 0.4; expected: above 0.5"),
+        ({"target_period_s": -1.0}, "target_period_s: given -1.0; expected: a number above 0"),
+        ({"target_period_s": 2.0, "damping": 0.01}, "damping: given 0.01; expected: 0."),
         (
             {"target_period_s": 2.0, "count": 3},
             "count and target_period_s are both set; expected: one of the two",
@@ -148,7 +148,7 @@ def test_the_old_name_of_the_damping_ratio_is_accepted(slab):
         ),
         (
             {"effective_period_s": 2.0, "design_displacement_m": 0.1, "damping": 0.01},
-            "damping is 0.01; expected: 0.",
+            "damping: given 0.01; expected: 0.",
         ),
     ],
 )

@@ -95,7 +95,7 @@ def test_the_yielding_section_of_a_scenario():
     assert result.element_names == expected.element_names
     assert result.element_names[:2] == ("isolator", "storey1_hysteresis")
     np.testing.assert_array_equal(result.structure.stiffness, expected.structure.stiffness)
-    said = r"yielding: yield_shear is \[600000.0, 600000.0\]; expected: a number or 5"
+    said = r"yielding: yield_shear: given \[600000.0, 600000.0\]; expected: a number or 5"
     with pytest.raises(InputError, match=said):
         Scenario.from_toml(YIELDING.format(shear="[6e5, 6e5]")).build()
 

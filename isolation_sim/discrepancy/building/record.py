@@ -109,8 +109,10 @@ class BuildingRecord:
         if bad.any():
             k = int(np.argmax(bad))
             raise InputError(
-                f"{self.name}, {name}: sample {k} is {array[k]:.6g}; expected: finite numbers up "
-                f"to {largest:g} {unit} (is the column in the unit that its name says?)"
+                f"{self.name}, {name}: sample {k}",
+                f"{array[k]:.6g}",
+                f"finite numbers up to {largest:g} {unit} (is the column in the unit that its name "
+                "says?)",
             )
         if name != _CURRENT and not np.ptp(array) > 0:
             raise InputError(

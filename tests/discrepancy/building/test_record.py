@@ -122,7 +122,7 @@ def test_floors_without_a_sensor_are_reported():
         ([*NAMES[:4], NAMES[3], *NAMES[5:]], None, "given twice"),
         (NAMES, (slice(7, 60), 3, np.nan), "line 10, column floor1_acceleration_m_s2"),
         (NAMES, (7, 0, np.nan), "line 10, column time_s"),
-        (NAMES, (7, 5, 60.0), "isolator_displacement_m: sample 7 is 60"),
+        (NAMES, (7, 5, 60.0), "isolator_displacement_m: sample 7: given 60"),
         (NAMES, (7, 0, 0.074), "uniform times"),
         (NAMES, (slice(None), 4, 0.25), "the same number throughout"),
     ],

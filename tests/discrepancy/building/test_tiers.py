@@ -186,7 +186,7 @@ def test_nothing_is_added_where_nothing_is_missing():
 
 
 def test_where_no_term_can_stand_is_said(record):
-    with pytest.raises(InputError, match="tiers is 'all'; expected: auto, causes, equation"):
+    with pytest.raises(InputError, match="tiers: given 'all'; expected: auto, causes, equation"):
         diagnose_building(record, nominal(), tiers="all")
     stiffer = iso.law("kelvin_voigt", {"k": SPRING, "c": DASHPOT})
     twice = nominal().structure.with_element(stiffer, "base", name="isolator")
