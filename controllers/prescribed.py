@@ -85,8 +85,9 @@ def _read(path: Path) -> tuple[NDArray, NDArray]:
     needed = ["time_s", *(["current_A"] if "current_A" in cells.names else coils)]
     if len(needed) < 2 or not set(needed) <= set(cells.names):
         raise InputError(
-            f"{cells.head}: columns are {', '.join(cells.names)}; expected: time_s and current_A, "
-            "or time_s and coil0_current_A, coil1_current_A, ..."
+            f"{cells.head}: columns",
+            ", ".join(cells.names),
+            "time_s and current_A, or time_s and coil0_current_A, coil1_current_A, ...",
         )
     if not cells.rows:
         raise InputError(f"{cells.head}: no rows below the header")

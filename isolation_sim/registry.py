@@ -105,10 +105,8 @@ def named_controllers(
     named = {each.name: each for each in every}
     if len(named) < len(every):
         names = ", ".join(each.name for each in every)
-        raise InputError(
-            f"controllers are {names}; expected: different names, or a mapping of names to "
-            "controllers"
-        )
+        expected = "different names, or a mapping of names to controllers"
+        raise InputError("controllers", names, expected)
     return named
 
 

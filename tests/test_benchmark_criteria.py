@@ -207,7 +207,7 @@ def test_structures_of_different_geometry_side_by_side():
     [
         ({"isolator_positions": [[0.0, 1.0, 2.0]]}, "isolator_positions has shape"),
         ({"isolator_positions": [[0.0, np.nan]]}, r"isolator_positions\[0, 1\]: given nan"),
-        ({"heights": [3.0] * 5 + [0.0]}, "heights are .* expected: above zero"),
+        ({"heights": [3.0] * 5 + [0.0]}, "heights: given .* expected: above zero"),
     ],
 )
 def test_geometry_that_cannot_be_used(value, said):

@@ -105,10 +105,8 @@ def consequence(
 ) -> Consequence:
     """Run controllers on a building as it was simulated and as it is."""
     if UNCONTROLLED not in controllers:
-        raise InputError(
-            f"controllers are {', '.join(controllers)}; expected: {UNCONTROLLED} among them, which "
-            "J refers to"
-        )
+        expected = f"{UNCONTROLLED} among them, which J refers to"
+        raise InputError("controllers", ", ".join(controllers), expected)
     tell = progress or (lambda what: None)
     runs: dict[str, dict[str, Run | None]] = {case: {} for case in CASES}
     refused: dict[tuple[str, str], str] = {}

@@ -106,7 +106,7 @@ class RecordSuite(Section):
             )
         low, high = self.scale_limits
         if low > high:
-            raise InputError(f"scale_limits are {low:g} and {high:g}; expected: the smallest first")
+            raise InputError("scale_limits", f"{low:g} and {high:g}", "the smallest first")
         return self
 
     @property

@@ -83,7 +83,7 @@ def from_opensees(
     (mass, damping, stiffness), equations = _assemble(ops, tags)
     axes = _AXES.get((len(ops.nodeCoord(base)), len(equations[base])))
     if axes is None or not set(directions) <= set(axes):
-        raise InputError(f"directions are {directions!r}; expected: axes of the model's nodes")
+        raise InputError("directions", f"{directions!r}", "axes of the model's nodes")
     place: dict[tuple[int, str], int] = {}
     labels: dict[int, str] = {}
     tied = set(ops.getConstrainedNodes())  # they have the equations of another node

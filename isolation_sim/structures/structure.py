@@ -115,7 +115,7 @@ class Structure:
         if self.heights is not None:
             put("heights", matrix("heights", self.heights, (len(self.storeys),)))
             if np.any(self.heights <= 0):
-                raise InputError(f"heights are {self.heights.tolist()} m; expected: above zero")
+                raise InputError("heights", f"{self.heights.tolist()} m", "above zero")
         put("base", tuple(int(i) for i in self.base))
         check_matrices(self.mass, self.stiffness, self.names)
         if len(set(self.base)) < len(self.base) or not all(0 <= i < n for i in self.base):
@@ -441,7 +441,7 @@ class IsolatedStructure:
         check_devices(elements)
         used = sorted({e.channel for e in elements if e.channel is not None})
         if used != list(range(len(used))):
-            raise InputError(f"coil channels are {used}; expected: 0, 1, 2 without gaps")
+            raise InputError("coil channels", f"{used}", "0, 1, 2 without gaps")
 
     def __reduce__(self) -> tuple:
         """Pickle the parts: a law in plan, which may have no name, is derived from them again."""
@@ -805,5 +805,5 @@ class IsolatedStructure:
             return np.broadcast_to(np.array(currents, dtype=float), (max(self.n_channels, 1),))
         except ValueError:
             raise InputError(
-                f"currents are {currents!r}; expected: a number or {self.n_channels} of them, in A"
+                "currents", f"{currents!r}", f"a number or {self.n_channels} of them, in A"
             ) from None

@@ -141,7 +141,7 @@ def test_bad_tables_are_refused(settings, message):
     ("text", "message"),
     [
         ("", "current.csv: given an empty file"),
-        ("time_s,current_mA\n0,1\n", "columns are time_s, current_mA; expected: time_s and"),
+        ("time_s,current_mA\n0,1\n", "columns: given time_s, current_mA; expected: time_s and"),
         ("time_s,current_A\n", "no rows"),
         (
             "time_s,current_A\n0,1\n1,x\n",

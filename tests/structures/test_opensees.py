@@ -137,5 +137,5 @@ def test_what_is_refused(frame):
         from_opensees(1, directions="y", opensees=ops)
     with pytest.raises(iso.InputError, match="node 2 is fixed or tied along x"):
         from_opensees(2, opensees=ops)
-    with pytest.raises(iso.InputError, match="directions are 'z'"):
+    with pytest.raises(iso.InputError, match="directions: given 'z'"):
         from_opensees(1, directions="z", opensees=ops)
