@@ -31,8 +31,8 @@ _SPAN = 4.0
 from others."""
 _FEWEST = 8
 """Windows without which a record has no quiet parts."""
-_OCTAVES = 3
-"""Lowest octaves by which slower noise is extrapolated, to one cycle in a window."""
+_SLOWEST = 0.05
+"""Hz: down to which slower noise is extrapolated."""
 _INDEPENDENT = 0.5
 """Independent ones among the Fourier coefficients of Hann windows that overlap by half. Theory."""
 
@@ -48,15 +48,15 @@ class Colour(NamedTuple):
         """Factors at other frequencies, (n_frequencies, n_channels)."""
         if not len(self.frequencies):
             return np.ones((len(frequencies), self.factors.shape[1]))
-        logs, known = np.log(np.maximum(frequencies, 1 / _SPAN)), np.log(self.frequencies)
-        factors = np.log(self.factors)
-        between = np.transpose([np.interp(logs, known, one) for one in factors.T])
-        # slower noise goes on as it grows in the lowest octaves
-        few = min(_OCTAVES, len(known))
-        falls = np.polyfit(known[:few], factors[:few], 1)[0] if few > 1 else 0.0
-        below = np.maximum(known[0] - logs, 0.0)[:, np.newaxis]
-        inside = np.minimum(between - np.minimum(falls, 0.0) * below, np.log(MOST_COLOUR))
-        return np.where(frequencies[:, np.newaxis] > self.band, 1.0, np.exp(inside))
+        logs, known = np.log(np.maximum(frequencies, _SLOWEST)), np.log(self.frequencies)
+        between = np.transpose([np.interp(logs, known, one) for one in self.factors.T])
+        # slower noise flickers: its power beside that of white noise goes with one over frequency
+        white = np.median(self.factors[1:] if len(known) > 1 else self.factors, axis=0)
+        flicker = np.maximum((self.factors[0] / white) ** 2 - 1, 0.0)
+        slower = np.exp(np.maximum(known[0] - logs, 0.0))[:, np.newaxis]
+        inside = between * np.sqrt((1 + flicker * slower) / (1 + flicker))
+        inside = np.minimum(inside, MOST_COLOUR)
+        return np.where(frequencies[:, np.newaxis] > self.band, 1.0, inside)
 
 
 @dataclass(frozen=True, eq=False)
