@@ -123,20 +123,23 @@ def test_a_small_share_counts_of_a_named_effect_that_leaves_less():
 @pytest.mark.parametrize(
     ("second", "cost", "held_out", "value", "noise", "follows", "least", "added"),
     [
-        ("force_offset", 400, 3.0, 1.0, False, False, None, True),
+        ("force_offset", 400, 3.0, 1.0, (), False, None, True),
         # the fitted runs do not ask for it, or the others do not
-        ("force_offset", 600, 3.0, 1.0, False, False, None, False),
-        ("force_offset", 400, 6.0, 1.0, False, False, None, False),
+        ("force_offset", 600, 3.0, 1.0, (), False, None, False),
+        ("force_offset", 400, 6.0, 1.0, (), False, None, False),
         # those that are followed cannot ask for it: then the fitted ones are to be left with noise
-        ("force_offset", 400, 6.0, 1.0, True, True, None, True),
-        ("force_offset", 400, 6.0, 1.0, False, True, None, False),
-        ("force_offset", 400, 11.0, 1.0, True, True, None, False),  # they object: more is left
+        ("force_offset", 400, 6.0, 1.0, ("with",), True, None, True),
+        ("force_offset", 400, 6.0, 1.0, (), True, None, False),
+        ("force_offset", 400, 11.0, 1.0, ("with",), True, None, False),  # they object: more is left
+        # noise alone is left without it
+        ("force_offset", 400, 6.0, 1.0, ("without", "with"), True, None, False),
         # the first form is not quite right
-        ("force_offset", 400, 3.0, 0.0, False, False, None, False),
+        ("force_offset", 400, 3.0, 0.0, (), False, None, False),
         # what heats and wears looks like either, unless the fitted runs are left with noise
-        ("cyclic_degradation", 400, 3.0, 1.0, False, False, None, False),
-        ("cyclic_degradation", 400, 3.0, 1.0, True, False, None, True),
-        ("cyclic_degradation", 400, 3.0, 1.0, True, False, 0, False),  # it would replace the first
+        ("cyclic_degradation", 400, 3.0, 1.0, (), False, None, False),
+        ("cyclic_degradation", 400, 3.0, 1.0, ("with",), False, None, True),
+        # it would replace the first
+        ("cyclic_degradation", 400, 3.0, 1.0, ("with",), False, 0, False),
     ],
 )
 def test_a_model_is_completed_where_held_out_runs_agree(
@@ -156,7 +159,9 @@ def test_a_model_is_completed_where_held_out_runs_agree(
         after = property(lambda self: self.final)
         errors = SimpleNamespace(
             validation_samples=None,
-            is_noise=lambda model, chosen: noise if chosen is not None else follows,
+            is_noise=lambda model, chosen: (
+                follows if chosen is None else ("with" if model is more else "without") in noise
+            ),
             misfit=lambda model: held_out if model is more else 10.0,
             relative=lambda model: held_out if model is more else 10.0,
         )

@@ -188,16 +188,18 @@ def test_a_cause_may_mend_the_form_of_a_larger_term(names, leaves_noise, doubtfu
     assert causes._less_than_a_term(names, [0.4, 0.1, 0.5], leaves_noise) == doubtful
 
 
+@pytest.mark.parametrize("fitted", [2.0, 0.8])
 @pytest.mark.parametrize("shown", [False, True])
-def test_what_the_others_explain_to_noise_needs_no_further_cause(shown):
-    """Unless the fitted runs show one that leaves nothing."""
+def test_what_the_others_explain_to_noise_needs_no_further_cause(shown, fitted):
+    """Unless the fitted runs show one that leaves nothing, and the others leave more there."""
     space = SimpleNamespace(completes=lambda *_: shown, without=lambda *_: None)
-    errors = SimpleNamespace(validation_samples=None, is_noise=lambda error, _: error < 1.0)
+    # errors on the runs held out and on those fitted; noise leaves 1
+    errors = SimpleNamespace(validation_samples=0, is_noise=lambda error, at: error[at] < 1.0)
     problem = SimpleNamespace(
-        errors=errors, after=0.5, space=space, data=SimpleNamespace(fitted=None)
+        errors=errors, after=(0.5, 0.5), space=space, data=SimpleNamespace(fitted=1)
     )
-    completing = ValidatedSearch._completing(problem, None, (0.8, 2.0), None)
-    assert completing == [shown, True]
+    completing = ValidatedSearch._completing(problem, None, [(0.8, fitted), (2.0, fitted)], None)
+    assert completing == [shown and fitted > 1.0, True]
 
 
 @pytest.mark.usefixtures("few_effects")

@@ -163,10 +163,14 @@ class ValidatedSearch:
             return best
         if any(any(values_at_bounds(best, place)) for place in range(len(best.effects))):
             return best
+        missed = self._misses_held_out(best)
+        # where the others leave noise alone, there is nothing to complete
+        if not missed and errors.is_noise(self.after, self.data.fitted):
+            return best
         more = self._one_more(best, result)
         if more is None or not self.space.completes(best, more):
             return best
-        missed, before, left = self._misses_held_out(best), self.final, errors.misfit(self.after)
+        before, left = self.final, errors.misfit(self.after)
         error = errors.relative(self.after)
         self._extend(more)
         # runs held out that are followed to noise can only object: the fitted ones have to be noise
@@ -291,10 +295,15 @@ class ValidatedSearch:
         errors, judging = self.errors, self.errors.validation_samples
         if errors.is_noise(self.after, judging):
             # what the others leave is as small, unless the fitted runs alone show it
-            follows = errors.is_noise(self.after, self.data.fitted)
+            fitted = self.data.fitted
+            follows = errors.is_noise(self.after, fitted)
             return [
                 not errors.is_noise(force, judging)
-                or (follows and self.space.completes(self.space.without(best, k), best))
+                or (
+                    follows
+                    and not errors.is_noise(force, fitted)
+                    and self.space.completes(self.space.without(best, k), best)
+                )
                 for k, force in enumerate(without)
             ]
         if not self._may_complete(best):
