@@ -162,6 +162,7 @@ def test_a_model_is_completed_where_held_out_runs_agree(
             is_noise=lambda model, chosen: (
                 follows if chosen is None else ("with" if model is more else "without") in noise
             ),
+            is_near_noise=lambda model, *_: "without" in noise,
             misfit=lambda model: held_out if model is more else 10.0,
             relative=lambda model: held_out if model is more else 10.0,
         )

@@ -194,7 +194,11 @@ def test_what_the_others_explain_to_noise_needs_no_further_cause(shown, fitted):
     """Unless the fitted runs show one that leaves nothing, and the others leave more there."""
     space = SimpleNamespace(completes=lambda *_: shown, without=lambda *_: None)
     # errors on the runs held out and on those fitted; noise leaves 1
-    errors = SimpleNamespace(validation_samples=0, is_noise=lambda error, at: error[at] < 1.0)
+    errors = SimpleNamespace(
+        validation_samples=0,
+        is_noise=lambda error, at: error[at] < 1.0,
+        is_near_noise=lambda error, at, _: error[at] < 1.0,
+    )
     problem = SimpleNamespace(
         errors=errors, after=(0.5, 0.5), space=space, data=SimpleNamespace(fitted=1)
     )

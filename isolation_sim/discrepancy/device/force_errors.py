@@ -73,15 +73,19 @@ class ForceErrors:
 
     def is_noise(self, force: NDArray, chosen: NDArray) -> bool:
         """Whether a force misses the chosen samples by noise, or by a negligible share of it."""
+        if self.is_near_noise(force, chosen, ADEQUATE):
+            return True
+        error = self.data.relative(self.data.bounded(force) - self.data.force, chosen)
+        return bool(error**2 - self.noise_floor(chosen) ** 2 < self.significance**2)
+
+    def is_near_noise(self, force: NDArray, chosen: NDArray, most: float) -> bool:
+        """Whether the cost of a force on the chosen samples is within a factor of that of noise."""
         data = self.data
         noise = np.mean(self.noise**2, axis=1)[chosen]
         least = (np.repeat(data.assumed_noise, data.lengths) * data.weight)[chosen] ** 2
         # a variance of n samples has a relative deviation of sqrt(2 / n), that of the noise too
-        ratio = max(ADEQUATE, 1 + CHANCE_OF_FEW * np.sqrt(4 / max(len(noise), 1)))
-        if data.cost(force, chosen) < ratio * max(np.sum(noise), np.sum(least)):
-            return True
-        error = data.relative(data.bounded(force) - data.force, chosen)
-        return bool(error**2 - self.noise_floor(chosen) ** 2 < self.significance**2)
+        ratio = max(most, 1 + CHANCE_OF_FEW * np.sqrt(4 / max(len(noise), 1)))
+        return bool(data.cost(force, chosen) < ratio * max(np.sum(noise), np.sum(least)))
 
     def is_large(self, force: NDArray, chosen: NDArray) -> bool:
         """Whether a force has an error on the chosen samples that another law may explain."""

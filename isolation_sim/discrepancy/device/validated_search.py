@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..decisions import (
+    ADEQUATE_FORM,
     COMPLETES,
     MINOR,
     MOST_MINOR,
@@ -165,7 +166,7 @@ class ValidatedSearch:
             return best
         missed = self._misses_held_out(best)
         # where the others leave noise alone, there is nothing to complete
-        if not missed and errors.is_noise(self.after, self.data.fitted):
+        if not missed and errors.is_near_noise(self.after, self.data.fitted, ADEQUATE_FORM):
             return best
         more = self._one_more(best, result)
         if more is None or not self.space.completes(best, more):
@@ -301,7 +302,7 @@ class ValidatedSearch:
                 not errors.is_noise(force, judging)
                 or (
                     follows
-                    and not errors.is_noise(force, fitted)
+                    and not errors.is_near_noise(force, fitted, ADEQUATE_FORM)
                     and self.space.completes(self.space.without(best, k), best)
                 )
                 for k, force in enumerate(without)
