@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 from isolation_sim.laws import law
 from isolation_sim.laws.emit import symbols
 from isolation_sim.laws.registry import LAWS
+from studies.benchmarks.peers import load_opensees
 
 BOUC_WEN = {
     "k": 2e4, "c": 300.0, "alpha": 4e4, "A": 1.0, "beta": 4e4, "gamma": 2e4, "n": 2.0, "F0": 5.0,
@@ -224,3 +225,62 @@ def test_high_damping_rubber_in_a_circle_leads_the_deformation():
     limit, phi = b1 + b2 * radius**2, np.arctan(b3 * radius)
     expected = limit * np.sin(phi) * np.array([np.cos(phi), np.sin(phi)])
     np.testing.assert_allclose(h, expected, rtol=1e-5)
+
+
+@pytest.mark.skipif(load_opensees() is None, reason="OpenSeesPy does not load here")
+def test_high_damping_rubber_is_that_of_opensees():
+    """Along a line its element HDR, without softening, converges to our force at first order."""
+    device = law("high_damping_rubber", HIGH_DAMPING_RUBBER | {"c": 0.0})
+
+    omega, growth = 2 * np.pi, 3.0
+
+    def x(t):
+        return 10e-3 * np.sin(omega * t) * (1 - np.exp(-growth * t))
+
+    def v(t):
+        grown = np.exp(-growth * t)
+        return 10e-3 * (
+            omega * np.cos(omega * t) * (1 - grown) + growth * np.sin(omega * t) * grown
+        )
+
+    def error(n):
+        t = np.linspace(0.0, 2.0, n + 1)
+        h = solve_ivp(lambda t, h: device.rates(x(t), v(t), h, 0.0), (0, 2), (0.0,), t_eval=t,
+                      rtol=1e-8, atol=1e-8, max_step=2e-3).y  # fmt: skip
+        ours = device.force(x(t), v(t), tuple(h), 0.0)
+        return float(np.abs(opensees_hdr(x(t)) - ours[1:]).max() / np.abs(ours).max())
+
+    coarse, fine = error(800), error(3200)
+    assert fine < 1.5e-3
+    assert coarse / fine == pytest.approx(4, rel=0.2)
+
+
+def opensees_hdr(x):
+    """Forces of the element HDR at its upper node, which moves through the given displacements."""
+    ops = load_opensees()
+    rubber = [HIGH_DAMPING_RUBBER[name] for name in ("a1", "a2", "a3", "b1", "b2", "b3")]
+    ops.wipe()
+    ops.model("basic", "-ndm", 3, "-ndf", 6)
+    ops.node(1, 0.0, 0.0, 0.0)
+    ops.node(2, 0.0, 0.0, 0.1)
+    ops.fix(1, *[1] * 6)
+    ops.fix(2, 0, *[1] * 5)
+    shape, none, upright = (1e6, 2e9, 0.05, 0.5, 0.003, 0.01, 10), (0, 0, 0, 1), (0, 0, 1, 1, 0, 0)
+    ops.element("HDR", 1, 1, 2, *shape, *rubber, *map(float, none), *upright)
+    step = 1.0 / (len(x) - 1)
+    ops.timeSeries("Path", 1, "-dt", step, "-values", *x.tolist())
+    ops.pattern("Plain", 1, 1)
+    ops.sp(2, 1, 1.0)
+    ops.constraints("Penalty", 1e14, 1e14)
+    ops.numberer("Plain")
+    ops.system("FullGeneral")
+    ops.test("NormDispIncr", 1e-10, 50)
+    ops.algorithm("Newton")
+    ops.integrator("LoadControl", step)
+    ops.analysis("Static")
+    forces = []
+    for _ in x[1:]:
+        assert ops.analyze(1) == 0
+        forces.append(ops.eleForce(1)[6])
+    ops.wipe()
+    return np.array(forces)
