@@ -75,8 +75,8 @@ ADEQUATE = 1.25
 (``clean``)."""
 ADEQUATE_FORM = 1.08
 """The same in the fitted runs, up to which a further cause of device tests would mend the form of
-those found. Convention, seen on four generators: superfluous ones removed 3 to 4.4 % of the noise's
-cost, and right ones 12 and 13 %."""
+those found. Convention, seen on three generators: superfluous ones removed 3 to 4.4 % of the
+noise's cost, and right ones 12 and 13 %."""
 CHANCE_OF_FEW = 2.0
 """Standard deviations by which the squared residual of a few samples may exceed that of their
 noise, both estimated from as many samples. It counts below 256 samples. Theory."""
