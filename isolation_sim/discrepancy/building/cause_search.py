@@ -233,17 +233,16 @@ class CauseSearch:
     def _compared_beside(self, causes: CauseValues) -> FittedBuilding:
         """Fit causes under the noise and the assumption between samples that are best with them."""
         again = self.comparison.with_noise_beside(causes)
-        self.comparison, causes = again.with_best_sampling(causes)
-        self.before = self.comparison.evaluate(())
-        return self.comparison.fit((), causes)
+        return self._fit_under(*again.with_best_sampling(causes))
 
     def _with_best_sampling(self, best: FittedBuilding) -> FittedBuilding:
         """Fit causes again if another assumption between samples is nearer with their last form."""
         comparison, causes = self.comparison.with_best_sampling(best.cause_values)
-        if comparison is self.comparison:
-            return best
-        self.comparison = comparison
-        self.before = comparison.evaluate(())
+        return best if comparison is self.comparison else self._fit_under(comparison, causes)
+
+    def _fit_under(self, comparison: Comparison, causes: CauseValues) -> FittedBuilding:
+        """Fit causes under another comparison, which is the search's from then on."""
+        self.comparison, self.before = comparison, comparison.evaluate(())
         return comparison.fit((), causes)
 
     def finish(self, best: FittedBuilding) -> FittedBuilding:
