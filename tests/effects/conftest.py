@@ -1,13 +1,13 @@
 """Every form of every cause, with numbers that suit the papers' isolator."""
 
-from bisect import bisect_right
-
 import numpy as np
 import pytest
 
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.characteristic_scales import characteristic_scale
 from isolation_sim.laws import law
+
+from ..splines import of_one_number
 
 FORMS = {form.name: form for forms in EFFECTS.values() for form in forms}
 X, FORCE, CURRENT, OMEGA = 8e-3, 300.0, 2.0, 2 * np.pi
@@ -70,24 +70,12 @@ def motion(duration=0.6, step=2e-3, seed=3):
     return t, x, v, a
 
 
-def cubics(spline):
-    """A spline as a function of one number: SciPy's own takes most of an integration's time."""
-    knots, pieces = spline.x.tolist(), spline.c.T.tolist()
-
-    def value(s):
-        k = min(max(bisect_right(knots, s) - 1, 0), len(pieces) - 1)
-        (a, b, c, d), s = pieces[k], s - knots[k]
-        return ((a * s + b) * s + c) * s + d
-
-    return value
-
-
 def respond(device, t, x, v, current, first=None, tolerance=1e-7, longest_step=0.02):
     """Force (N) and states of a device along a motion, by LSODA."""
     from scipy.integrate import solve_ivp
     from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-    path, speed = cubics(CubicHermiteSpline(t, x, v)), cubics(CubicSpline(t, v))
+    path, speed = of_one_number(CubicHermiteSpline(t, x, v)), of_one_number(CubicSpline(t, v))
     inputs = (lambda s: np.interp(s, t, current)) if np.ndim(current) else (lambda s: current)
     n = len(device.law.states)
     if first is None:
