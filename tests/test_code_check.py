@@ -26,6 +26,8 @@ from isolation_sim.reports.tables import as_text
 from isolation_sim.structures import shear_building, with_p_delta
 from isolation_sim.structures.isolation_loop import isolation_loop
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 WEIGHT_MASS = 5e5
 GRAVITY = 9.80665
 

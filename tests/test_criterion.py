@@ -12,6 +12,8 @@ from ground_motions import Record
 from isolation_sim.criteria import is_gain
 from isolation_sim.reports.tables import as_text, run_table, title_of
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 TIME = np.arange(0, 4, 0.02)
 GROUND = Record(2.0 * np.sin(2 * np.pi * 0.6 * TIME) * (TIME < 2), 0.02, name="burst")
 SHIPPED = ("isolator_travel_m", "residual_base_displacement_m", "rms_current_A")

@@ -8,6 +8,8 @@ from isolation_sim.cli import main
 from isolation_sim.export.opensees import USUAL, isolated_frequency
 from studies.benchmarks.peers import load_opensees
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 ops = load_opensees()
 needs_opensees = pytest.mark.skipif(ops is None, reason="OpenSeesPy does not load here")
 

@@ -14,6 +14,8 @@ from isolation_sim.errors import InputError
 from studies import benchmark_building as study
 from studies.study import perform
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 OF_THE_MATRICES = (0.897, 0.780, 0.658, 0.283, 0.267, 0.214)
 OF_THE_EIGENVALUES = (0.892, 0.775, 0.658, 0.282, 0.266, 0.214)
 """s, as the shared data's README lists them."""

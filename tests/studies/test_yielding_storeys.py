@@ -10,6 +10,8 @@ import isolation_sim as iso
 from studies import yielding_storeys as study
 from studies.study import EL_CENTRO, perform
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 
 @pytest.fixture(scope="module")
 def elastic():

@@ -28,6 +28,8 @@ from isolation_sim.structures.modes import translational_period
 from isolation_sim.sweeps.suites import Suite, run_suite
 from isolation_sim.sweeps.suites.prepare import prepare
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 SCENARIO = """
 name = "three"
 [ground]

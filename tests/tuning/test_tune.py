@@ -20,6 +20,8 @@ from isolation_sim.tuning.trials import Trials
 from isolation_sim.tuning.tune import _motion_sets
 from isolation_sim.tuning.tuning import MeanInterval
 
+pytestmark = pytest.mark.usefixtures("no_drawing")
+
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "outwards.py"
 CRITERIA = {"peak_base_displacement_m": 1.0, "peak_floor_acceleration_m_s2": 0.4}
 """Weights under which neither end of the range of current is best."""
