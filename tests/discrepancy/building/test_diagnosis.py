@@ -925,6 +925,7 @@ def test_records_whose_quantities_do_not_belong_together_are_refused(isolated):
         diagnose_building(replace(record, response=relative), isolated)
 
 
+@pytest.mark.usefixtures("all_draws")
 def test_intervals_are_those_of_a_linear_fit(isolated):
     """A constant bias is a mean: its interval is known in closed form."""
     record = _record(isolated, seed=4)

@@ -84,6 +84,7 @@ def _with_damper(isolated):
     ],
 )
 @pytest.mark.parametrize("end", [None, 250])
+@pytest.mark.usefixtures("all_draws")
 def test_a_force_is_placed_where_the_model_is_wrong(isolated, name, place, values, result, end):
     """Also in a record that ends in strong motion."""
     true = with_causes(
