@@ -20,6 +20,7 @@ from .law_model import LawModel
 from .least_squares import Optimum
 from .measured_runs import MeasuredRuns
 from .parameterisation import Parameterisation
+from .sensitivities import has_stiff_steps
 
 STARTS = 20
 SEARCHED = 24_000
@@ -56,11 +57,12 @@ M = TypeVar("M", bound=LawModel)
 
 
 def search_roughly(model: LawModel, start: NDArray, most: int, tolerance: float) -> Optimum:
-    """Fit with few integration steps, and with more only if the forces are not finite."""
-    for n_steps in (2, 8, 64):
-        result = replace(model, data=model.data.with_steps(n_steps)).minimise(
-            start, most, tolerance
-        )
+    """Fit with few integration steps, and with others only if the forces are not finite."""
+    for n_steps, stiff in ((2, False), (8, False), (64, False), (8, True)):
+        if stiff and not has_stiff_steps(model.parameterisation.law):
+            break
+        data = model.data.with_steps(n_steps, stiff)
+        result = replace(model, data=data).minimise(start, most, tolerance)
         if np.isfinite(result.cost):
             break
     return result

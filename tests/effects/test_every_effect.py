@@ -63,7 +63,7 @@ def test_needs_are_what_it_uses(form):
     states, numbers = (
         tuple(symbols([q.name for q in some])) for some in (form.states, form.parameters)
     )
-    hooks = (form.rates, form.motion, form.factor, form.force)
+    hooks = (form.rates, form.motion, form.time_scale, form.factor, form.force)
     values = [hook(signals, states, numbers) for hook in hooks if hook is not None]
     flat = [v for value in values for v in (value if isinstance(value, tuple) else (value,))]
     outputs = casadi.vertcat(*flat) + 0 * casadi.SX.sym("nothing")
@@ -149,9 +149,12 @@ def test_finite_over_its_bounds(name):
                                                               strict=True)))  # fmt: skip
         x, v, a, current, force = np.array(five) * (0.1, 5.0, 100.0, 3.0, 1e5)
         signals = Signals(x, v, a, current, force, 20.0 + 60.0 * five[0])
-        for hook in (form.motion, form.current, form.factor, form.force, form.rates):
+        before, behind = (form.motion, form.current, form.time_scale), (form.factor, form.force)
+        for hook in (*before, *behind, form.rates):
             if hook is not None:
                 assert np.all(np.isfinite(hook(signals, tuple(states), parameters)))
+        if form.time_scale is not None:
+            assert form.time_scale(signals, tuple(states), parameters) > 0
         if form.factor is not None:
             assert form.factor(signals, tuple(states), parameters) >= 0
         # the energy of a force that is even in the deformation falls on one side
