@@ -40,6 +40,9 @@ effect may have a long flat valley, along which the error hardly changes."""
 _AS_GOOD = 1.001
 """Factor on the error of the starts' best end up to which a parameter is held, as usual, and no
 state is scaled."""
+_NEARLY_AS_GOOD = 1.25
+"""Factor on the best end's cost up to which another end may be the right one, beside an effect that
+the law lacks. Convention."""
 _STEADY = 0.02
 """Range of a run's current, A or relative, below which it is one current."""
 _NEARLY_OFF = 0.02
@@ -190,11 +193,11 @@ def fit_law(
             other = search_roughly(near, again, 40, 1e-4)
             return other if other.cost < result.cost else result
 
-        tried = pool.map(search, begin)
-        last = distinct(sorted(tried, key=lambda o: o.cost)[:_LAST])
+        tried = sorted(pool.map(search, begin), key=lambda o: o.cost)
+        last = distinct(tried[:_LAST])
         if not last:
             raise InputError(f"no start gives {p.law.name} finite forces under the measured motion")
-        own = replace(model, parameterisation=p, expected=begin[0])
+        own = replace(model, parameterisation=p, expected=begin[0], inside=_inside(p, tried))
         thin = replace(own, data=data.thinned(SEARCHED))
 
         def end(start: NDArray) -> tuple[bool, float, M, NDArray]:
@@ -224,6 +227,15 @@ def fit_law(
         f"{p.law.name} diverges in {', '.join(_diverging(model, result.x))}; expected: data "
         "that the law can follow, or another law"
     )
+
+
+def _inside(p: Parameterisation, tried: Sequence[Optimum]) -> NDArray | None:
+    """Of ends, the best first, one inside the bounds that is nearly as good as one at a bound."""
+    best = tried[0]
+    if not p.ends_at_bound(best.x):
+        return None
+    near = (one.x for one in tried if one.cost < _NEARLY_AS_GOOD * best.cost)
+    return next((x for x in near if not p.ends_at_bound(x)), None)
 
 
 def _diverging(model: LawModel, values: NDArray) -> list[str]:

@@ -14,6 +14,7 @@ from ..laws import law as published
 from ..laws.law import Law, StateScaling
 from .characteristic_scales import characteristic_scale
 from .current_basis import bernstein
+from .least_squares import at_bound
 
 _VANISHING = 0.02
 """Part of its mean over the currents below which a parameter vanishes at one. Convention."""
@@ -183,6 +184,12 @@ class Parameterisation:
         from_zero = np.array([q.lower == 0 for q in self.free])[:, None]
         vanishing = from_zero & (rows.min(axis=1, keepdims=True) < _VANISHING * mean)
         return np.where(vanishing, mean, rows).ravel() if vanishing.any() else None
+
+    def ends_at_bound(self, values: NDArray) -> bool:
+        """Whether a parameter is at a bound at all currents."""
+        each = zip(values, self.lower, self.upper, self.scale, strict=True)
+        at = np.array([at_bound(*one) for one in each])
+        return bool(at.reshape(len(self.free), -1).all(axis=1).any())
 
     def starts(self, number: int, seed: int) -> list[NDArray]:
         """Published numbers, if there are any, then random ones of the data's magnitude."""

@@ -128,6 +128,20 @@ def test_what_follows_the_force_has_exact_derivatives(form, series):
         assert np.linalg.norm(columns[:, k] - slope) <= error * np.linalg.norm(slope), k
 
 
+def test_a_value_at_its_bound_follows_no_other_effect(bare):
+    """The width of an asymmetry moves the force by a constant, but never below its bound."""
+    model, law = bare
+    model = model.with_effects(next(f for f in FORMS if f.name.endswith("asymmetry.spring")))
+    width = model.effects[0].parameters[1]
+    left = []
+    for value in (width.lower, 2 * width.lower):
+        fitted = FittedModel.at(model, np.array([*law, 1e3, value]))
+        constant = fitted.model.data.weight[fitted.model.data.fitted]
+        left.append(np.linalg.norm(fitted.across(constant)) / np.linalg.norm(constant))
+    at_bound, inside = left
+    assert inside < 0.1 < 0.5 < at_bound
+
+
 def test_the_device_alone_has_no_effects_of_the_instruments(bare):
     model, law = bare
     delay, friction = (EFFECTS[name][0] for name in ("sensor_delay", "coulomb_friction"))

@@ -18,6 +18,7 @@ from isolation_sim.identification.fit import fit
 from isolation_sim.identification.fitted import Estimate, labels
 from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.law_model import LawModel
+from isolation_sim.identification.least_squares import Optimum
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.velocity import smooth
@@ -207,6 +208,24 @@ def test_slow_samples_of_a_law_with_a_fast_branch_are_fitted():
         zip(LAWS["spring_pot"].parameter_names, result.device.parameters_at(0.0), strict=True)
     )
     assert values["k"] == pytest.approx(k, rel=0.02) and values["a"] == pytest.approx(a, abs=0.01)
+
+
+def test_an_end_inside_the_bounds_is_kept_beside_a_better_one_at_a_bound(campaign_of):
+    campaign = campaign_of("kelvin_voigt", 0)
+    p = parameterise(campaign, LAWS["kelvin_voigt"], measured_runs(campaign.runs))
+    within = p.scale * np.arange(1, len(p.scale) + 1)
+    at_bound = within.copy()
+    at_bound[-len(p.currents) :] = p.lower[-len(p.currents) :]
+    one_current = within.copy()
+    one_current[-1] = p.lower[-1]
+    assert p.ends_at_bound(at_bound) and not p.ends_at_bound(one_current)
+
+    def ends(*pairs):
+        return [Optimum(x, cost, np.empty(0), np.empty((0, 0)), 1, True) for x, cost in pairs]
+
+    assert law_fit._inside(p, ends((at_bound, 1.0), (within, 1.2))) is within
+    assert law_fit._inside(p, ends((at_bound, 1.0), (within, 1.3))) is None  # far worse
+    assert law_fit._inside(p, ends((one_current, 1.0), (within, 1.1))) is None
 
 
 def test_another_of_the_redundant_parameters_may_be_held(campaign_of):

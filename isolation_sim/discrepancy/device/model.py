@@ -342,8 +342,10 @@ class FittedModel:
 
     @cached_property
     def basis(self) -> NDArray:
-        """Orthonormal directions in which the values move the residuals, (n_fitted, n)."""
-        return orthonormal(self.jacobian)
+        """Orthonormal directions in which values inside their bounds move the residuals."""
+        # one at a bound does not follow what would lead it out
+        lower, upper = self.model.bounds()
+        return orthonormal(self.jacobian[:, (self.values > lower) & (self.values < upper)])
 
     def significance(self, places: NDArray) -> float:
         """Square of some values over their covariance under residuals of one noise each."""
