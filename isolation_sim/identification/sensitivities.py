@@ -134,16 +134,16 @@ class Simulator:
         """Return the simulator with as many steps a sample as each run's accuracy needs.
 
         The force of each run then changes by less than ``tolerance`` with twice the steps, and no
-        derivative diverges. If there are many samples, a run that would need many steps gets
-        Rosenbrock steps where a few of them are enough.
+        derivative diverges. A run that would need too many steps gets Rosenbrock steps where a few
+        of them are enough; if there are many samples, one that would need many.
         """
         every = np.full(len(self.n_steps), bool(self.law.states))
-        if len(self.motion.displacement) < _MANY_SAMPLES:
-            result, _ = self._doubled(theta, every, tolerance, most)
-        else:
-            result, left = self._doubled(theta, every, tolerance, min(_MANY_STEPS, most))
-            result = result._stiff_where(theta, left & ~self.stiff, tolerance)
-            result, _ = result._doubled(theta, left & (result.stiff == self.stiff), tolerance, most)
+        few = len(self.motion.displacement) < _MANY_SAMPLES
+        result, left = self._doubled(
+            theta, every, tolerance, most if few else min(_MANY_STEPS, most)
+        )
+        result = result._stiff_where(theta, left & ~self.stiff, tolerance)
+        result, _ = result._doubled(theta, left & (result.stiff == self.stiff), tolerance, most)
         # a force that saturates is bounded by itself, while its derivatives may grow at every step
         while (more := result._diverging(theta) & (result.n_steps < most)).any():
             n_steps = np.where(more, 2 * result.n_steps, result.n_steps)

@@ -192,22 +192,23 @@ def test_a_fit_that_diverges_takes_more_steps():
     assert solution.x[1] == pytest.approx(150.0, rel=0.01)
 
 
-def test_slow_samples_of_a_law_with_a_fast_branch_are_fitted():
+@pytest.mark.parametrize("slower", [1, 2, 5])
+def test_slow_samples_of_a_law_with_a_fast_branch_are_fitted(slower):
     """A spring-pot's fastest branch decays in 0.8 ms; its harmonic force is in closed form."""
     k, a, runs = 3e5, 0.2, []
-    time = np.arange(0, 120.0, 0.2)
-    for frequency in (0.05, 0.1, 0.2):
+    time = slower * np.arange(0, 120.0, 0.2)
+    for frequency in np.array([0.05, 0.1, 0.2]) / slower:
         w = 2 * np.pi * frequency
         phase = np.exp(1j * w * time)
         x, v = 0.05 * phase.imag, 0.05 * w * phase.real
         force = (k * (1j * frequency) ** a * 0.05 * phase).imag
         runs.append(TestRun(f"{frequency:g}_hz", time, x, v, force, 0 * time))
     result = fit(Campaign("slow", "made", tuple(runs)), "spring_pot", threads=1, starts=4)
-    assert result.error < 0.01
+    assert result.error < 0.02
     values = dict(
         zip(LAWS["spring_pot"].parameter_names, result.device.parameters_at(0.0), strict=True)
     )
-    assert values["k"] == pytest.approx(k, rel=0.02) and values["a"] == pytest.approx(a, abs=0.01)
+    assert values["k"] == pytest.approx(k, rel=0.05) and values["a"] == pytest.approx(a, abs=0.02)
 
 
 def test_an_end_inside_the_bounds_is_kept_beside_a_better_one_at_a_bound(campaign_of):
