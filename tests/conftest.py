@@ -13,6 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from isolation_sim.discrepancy.adapters import device_tests
+from isolation_sim.discrepancy.building import cause_search
 from isolation_sim.discrepancy.device import observable_effects
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.law_choice import choose_law
@@ -78,6 +79,30 @@ def few_effects(monkeypatch: pytest.MonkeyPatch) -> None:
     """A diagnosis asks eight effects, in all their forms: all of them take most of its time."""
     asked = {name: EFFECTS[name] for name in FEW_EFFECTS}
     monkeypatch.setattr(observable_effects, "EFFECTS", asked)
+
+
+FEW_CAUSES = {
+    "base_mass_error", "floor_mass_error", "storey_stiffness_loss", "isolator_stiffness_error",
+    "isolator_force_error", "extra_isolator_damping", "moat_impact", "sensor_bias", "sensor_gain",
+}  # fmt: skip
+"""Of the structure, of the isolators and of the sensors."""
+
+FEW_WALLS = {"dissipating", "linear", "one_side_linear"}
+"""Walls have many starts."""
+
+
+@pytest.fixture
+def few_causes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ask nine causes in all places: to simulate all of them takes most of the time."""
+    every = cause_search.candidates
+
+    def fewer(model: Any, records: Any) -> list[Any]:
+        return [
+            cause for cause in every(model, records)
+            if cause.name in FEW_CAUSES and (cause.name != "moat_impact" or cause.form in FEW_WALLS)
+        ]  # fmt: skip
+
+    monkeypatch.setattr(cause_search, "candidates", fewer)
 
 
 @pytest.fixture

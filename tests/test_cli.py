@@ -385,13 +385,10 @@ def test_results_that_cannot_be_written_are_refused_before_the_work(here, call):
     assert line.startswith("file/out: results cannot be written there")
 
 
-@pytest.mark.parametrize(
-    "program", [("-c", "from isolation_sim.cli import main; main()"), ("-m", "isolation_sim")]
-)
-def test_the_installed_command(tmp_path, program):
+def test_the_installed_command(tmp_path):
     environment = os.environ | {"COLUMNS": "100"}
     done = subprocess.run(
-        [sys.executable, *program, "run", "none.toml"],
+        [sys.executable, "-m", "isolation_sim", "run", "none.toml"],
         cwd=tmp_path, env=environment, capture_output=True, text=True, check=False,
         stdin=subprocess.DEVNULL,
     )  # fmt: skip

@@ -23,21 +23,23 @@ if TYPE_CHECKING:
 WIDTH = 7.2
 
 
-def write_figures(folder: Path) -> None:
+def write_figures(folder: Path, short: bool = False) -> None:
     """Draw all figures.
 
     Parameters
     ----------
     folder : pathlib.Path
         Where to.
+    short : bool, optional
+        Whether they are computed, but not drawn.
     """
     for draw in FIGURES:
         with style():
             figure = draw()
-        write_svg(figure, folder / f"{draw.__name__}.svg")
+        write_svg(figure, folder / f"{draw.__name__}.svg", empty=short)
 
 
-def write_svg(figure: Figure, path: Path) -> None:
+def write_svg(figure: Figure, path: Path, empty: bool = False) -> None:
     """Write a figure as the pages show it.
 
     Parameters
@@ -46,9 +48,14 @@ def write_svg(figure: Figure, path: Path) -> None:
         The figure.
     path : pathlib.Path
         Its file.
+    empty : bool, optional
+        Whether an empty picture stands in its place.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(svg_text(figure), encoding="utf-8")
+    path.write_text(EMPTY if empty else svg_text(figure), encoding="utf-8")
+
+
+EMPTY = '<svg xmlns="http://www.w3.org/2000/svg"/>'
 
 
 def spectra() -> Figure:

@@ -25,17 +25,19 @@ ORDER = (
 """The programs, in the order of the page."""
 
 
-def write_gallery(folder: Path) -> None:
+def write_gallery(folder: Path, short: bool = False) -> None:
     """Run the programs, and write their figures and the page's text.
 
     Parameters
     ----------
     folder : pathlib.Path
         Where to.
+    short : bool, optional
+        Whether the programs run, but their figures are not drawn.
     """
     parts = []
     for name in ORDER:
-        write_svg(draw(name), folder / "gallery" / f"{name}.svg")
+        write_svg(draw(name), folder / "gallery" / f"{name}.svg", empty=short)
         parts.append(text_of(name))
     (folder / "gallery.txt").write_text("\n".join(parts), encoding="utf-8")
 

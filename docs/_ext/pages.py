@@ -2,7 +2,8 @@
 
 Law pages, tables, figures and the API's pages go to ``docs/generated``, which is made anew by every
 build and is not kept under version control. With ``sphinx-build -t short`` the tables of studies
-have fewer cases, and two laws have figures.
+have fewer cases, figures are computed but only two laws' are drawn, the report has two controllers,
+and the pages cannot be searched.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import gallery
 import law_pages
 
 import isolation_sim as iso
+from isolation_sim.scenario import main_job
 
 
 def write(app: Any) -> None:
@@ -31,12 +33,17 @@ def write(app: Any) -> None:
     """
     folder = Path(app.srcdir) / "generated"
     shutil.rmtree(folder, ignore_errors=True)
-    figures.write_figures(folder / "figures")
     short = app.tags.has("short")
+    # the index of all words takes a twentieth of the build
+    app.builder.search = not short
+    figures.write_figures(folder / "figures", short)
     catalogues.write_tables(folder, short)
     comparison.write_tables(folder)
-    gallery.write_gallery(folder)
-    iso.run_scenario().to_html(folder / "report.html")
+    gallery.write_gallery(folder, short)
+    scenario = main_job()
+    if short:
+        scenario = scenario.model_copy(update={"controller": scenario.controller[:2]})
+    iso.run_scenario(scenario).to_html(folder / "report.html")
     # the table of laws links to them already
     _index(folder / "laws", law_pages.write_pages(folder / "laws", short), ":hidden:")
     _index(folder / "api", api_pages.write_pages(folder / "api"), ":maxdepth: 1")

@@ -18,7 +18,7 @@ from studies.blind.score import NOTHING
 from studies.blind_buildings import score
 
 
-@pytest.mark.usefixtures("short_motion")
+@pytest.mark.usefixtures("short_motion", "few_causes")
 def test_the_storey_that_lost_stiffness_is_named_first():
     case = next(singles())
     # the study asks other processes

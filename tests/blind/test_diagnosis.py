@@ -33,8 +33,11 @@ def test_nothing_is_named_where_nothing_is_hidden(tmp_path):
     assert diagnosis.verdict == "adequate" and not diagnosis.causes
 
 
-def test_both_of_a_pair_are_named(tmp_path):
+@pytest.mark.usefixtures("few_effects")
+def test_both_of_a_pair_are_named(tmp_path, monkeypatch):
     case = next(several(2, 1))
+    for effect, _ in case.effects:
+        monkeypatch.setitem(observable_effects.EFFECTS, effect, EFFECTS[effect])
     diagnosis = diagnose(written(case, tmp_path), case.law, tiers="causes")
     assert {effect for effect, _ in case.effects} <= {cause.name for cause in diagnosis.causes}
 

@@ -7,6 +7,8 @@ from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.characteristic_scales import characteristic_scale
 from isolation_sim.laws import law
 
+from ..splines import of_one_number
+
 FORMS = {form.name: form for forms in EFFECTS.values() for form in forms}
 X, FORCE, CURRENT, OMEGA = 8e-3, 300.0, 2.0, 2 * np.pi
 """Sizes of a test of the papers' isolator: m, N, A, rad/s."""
@@ -68,12 +70,12 @@ def motion(duration=0.6, step=2e-3, seed=3):
     return t, x, v, a
 
 
-def respond(device, t, x, v, current, first=None, tolerance=1e-7):
+def respond(device, t, x, v, current, first=None, tolerance=1e-7, longest_step=0.02):
     """Force (N) and states of a device along a motion, by LSODA."""
     from scipy.integrate import solve_ivp
     from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-    path, speed = CubicHermiteSpline(t, x, v), CubicSpline(t, v)
+    path, speed = of_one_number(CubicHermiteSpline(t, x, v)), of_one_number(CubicSpline(t, v))
     inputs = (lambda s: np.interp(s, t, current)) if np.ndim(current) else (lambda s: current)
     n = len(device.law.states)
     if first is None:
@@ -84,7 +86,7 @@ def respond(device, t, x, v, current, first=None, tolerance=1e-7):
     solution = solve_ivp(
         lambda s, z: device.rates(path(s), speed(s), tuple(z), inputs(s)), t[[0, -1]],
         np.asarray(first, float), method="LSODA", t_eval=t, rtol=tolerance,
-        atol=1e-3 * tolerance, max_step=0.02,
+        atol=1e-3 * tolerance, max_step=longest_step,
     )  # fmt: skip
     assert solution.success
     return device.force(x, v, tuple(solution.y), inputs(t)), solution.y

@@ -166,7 +166,10 @@ def test_what_has_no_form_in_c_is_refused(controller, said, job):
             "mpc", {"preview": 0.4}, iso.CoilDriver(high=3.0), range(5, 401, 5),
             marks=pytest.mark.slow,
         ),
-        ("mpc", {"filter": "extended", "learning": 20.0}, iso.CoilDriver(lag=0.05, high=3.0), ()),
+        pytest.param(
+            "mpc", {"filter": "extended", "learning": 20.0}, iso.CoilDriver(lag=0.05, high=3.0), (),
+            marks=pytest.mark.slow,
+        ),
         (
             "trained_policy", {"preview": 0.8}, iso.CoilDriver(lag=0.05, high=3.0),
             range(20, 801, 20),
@@ -231,7 +234,7 @@ def in_plan():
     ("building", "name", "settings"),
     [
         pytest.param(on_stiff_soil, "mpc", {}, marks=pytest.mark.slow),
-        (on_stiff_soil, "mpc", {"filter": "kalman"}),
+        (on_stiff_soil, "mpc", {"filter": "extended", "learning": 20.0}),
         (on_stiff_soil, "trained_policy", {"preview": 0.8}),
         pytest.param(in_plan, "mpc", {}, marks=pytest.mark.slow),
     ],
@@ -245,8 +248,11 @@ def test_predictive_control_in_c_stays_within_its_arrays(building, name, setting
     options = {"driver": iso.CoilDriver(lag=0.05, high=3.0)}
     job = Job("", isolated, records, {name: controller}, options)
     files = controller_files(job, name)
+    assert "malloc" not in files[f"{name}.c"]
     program = compiled_program(files, tmp_path, "-DREPEATS=1", *sanitizers(tmp_path))
     check_decisions(program, controller, job)
+    if name == "mpc":
+        assert controller.report.failed == 0
 
 
 def sanitizers(folder):

@@ -60,7 +60,7 @@ def test_history_agrees_with_an_adaptive_integrator():
 @pytest.mark.parametrize("period", [0.013, 0.1, 0.37, 1.0, 4.0])
 @pytest.mark.parametrize("damping", [0.0, 0.05, 0.5])
 def test_peaks_are_those_of_a_very_fine_history(period, damping):
-    record = el_centro_1940().cut(0.0, 3.0)
+    record = el_centro_1940().cut(1.0, 2.5)
     spectrum = response_spectrum(record, [period], damping, free_vibration=False)
     fine = record.resampled(min(record.dt, period) / 400)
     expected = np.max(np.abs(lsim_response(fine, period, damping)), axis=1)

@@ -8,9 +8,12 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.interpolate import PPoly
 
 from isolation_sim.identification.campaign import Campaign, TestRun
 from isolation_sim.laws import LAWS, CurrentDependence
+
+from ..splines import of_one_number
 
 CURRENTS = (0.5, 2.0)
 STEP, N_SAMPLES = 0.005, 801
@@ -135,11 +138,12 @@ def rich_wave(seed=3):
 def integrated(law, parameters, displacement, velocity, time, rtol=1e-8):
     """Force at the times, the states integrated by SciPy from rest."""
     parameters = tuple(parameters)
+    x, v = (of_one_number(f) if isinstance(f, PPoly) else f for f in (displacement, velocity))
     states = np.zeros((0, len(time)))
     if law.states:
 
         def rates(t, s):
-            return law.rates(displacement(t), velocity(t), tuple(s), parameters)
+            return law.rates(x(t), v(t), tuple(s), parameters)
 
         solution = solve_ivp(
             rates,

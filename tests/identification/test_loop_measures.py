@@ -308,16 +308,16 @@ def test_noise_does_not_bias(loop):
 def test_every_law_under_a_sinusoid(name, mean, numbers):
     device = law(name, None if available_sets(name) else numbers[name])
     amplitude = min(device.deformation_scale, X)
-    points, measured = 1024, 5
+    points, measured = 512, 5
     motion = sinusoidal(device, amplitude, 1.0, 1.0, 12, points, mean_deformation=mean * amplitude)
     last = slice(-measured * points, None)
     v, f = (a[last].reshape(measured, points) for a in motion[2:4])
     # the samples that the measures get miss the ends of the stroke
-    every = slice(-measured * points + 1, None, 4)
+    every = slice(-measured * points + 1, None, 2)
     m = loop_measures(
         motion.time[every], motion.displacement[every], motion.force[every], frequency=1.0
     )
-    ends, (up, down) = np.roll(f, 1, axis=1)[:, [256, 768]], np.roll(f, 1, axis=1)[:, [0, 512]].T
+    ends, (up, down) = np.roll(f, 1, axis=1)[:, [128, 384]], np.roll(f, 1, axis=1)[:, [0, 256]].T
     middle = np.mean(up + down) / 2
     expected = {
         "effective_stiffness": np.mean(ends[:, 0] - ends[:, 1]) / (2 * amplitude),
@@ -330,7 +330,7 @@ def test_every_law_under_a_sinusoid(name, mean, numbers):
     # corners between samples; a jump within two samples; branches that relax over 50 s
     slack = {"improved_bouc_wen": 1e-3, "hybrid": 1e-3, "spring_pot": 1e-4}
     slack["dynamic_stiffness"] = 1e-4
-    slack |= {"spencer": 3e-4, "gamota_filisko": 3e-4, "rate_dependent_bouc_wen": 1e-4}
+    slack |= {"spencer": 3e-4, "gamota_filisko": 1e-3, "rate_dependent_bouc_wen": 1e-4}
     slack |= {"park_wen_ang": 3e-4, "friction_pendulum": 3e-4}
     for measure, value in expected.items():
         off = abs(m.measures[measure].value - value) / sizes.get(measure, modulus)

@@ -150,6 +150,7 @@ def test_a_fit_to_cycles_cut_out(cut_out):
     assert any("in motion" in note for note in result.notes)
 
 
+@pytest.mark.usefixtures("few_effects")
 def test_nothing_is_missing_in_cycles_cut_out(cut_out):
     diagnosis = diagnose(cut_out, "bouc_wen", current_degree=1)
     assert diagnosis.verdict == "adequate" and not diagnosis.causes

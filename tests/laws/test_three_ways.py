@@ -1,12 +1,10 @@
 """A law means the same to NumPy, to CasADi and written out for Numba."""
 
-import math
-
-import numba
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from isolation_sim.generated import load_text
 from isolation_sim.laws import LAWS
 from isolation_sim.laws.emit import function_text, straight_line, symbols
 
@@ -33,12 +31,13 @@ def casadi_function(device):
 
 
 def numba_function(device):
+    """A module of the cache folder: equal text is compiled once."""
     names, inputs, expressions = traced(device)
     _, _, statements, results = straight_line(dict(zip(names, inputs, strict=True)), expressions)
     body = [*statements, f"return ({', '.join(results)},)"]
-    namespace = {"inline": numba.njit, "math": math}
-    exec(function_text("written", ", ".join(names), body), namespace)
-    return namespace["written"]
+    head = "import math\n\nfrom numba import njit\n\n\n"
+    text = function_text("written", ", ".join(names), body, "@njit(cache=True)")
+    return load_text("test", head + text).written
 
 
 def test_every_registered_law_is_covered(devices):

@@ -5,7 +5,7 @@ import json
 import re
 import shutil
 from contextlib import contextmanager
-from functools import lru_cache
+from functools import cache
 from html.parser import HTMLParser
 
 import numpy as np
@@ -124,9 +124,10 @@ def figures():
     return find
 
 
-# without these Chromium looks for the network, and asks for a sandbox that root does not have
+# without these Chromium looks for the network and asks for a sandbox that root does not have; pages
+# share a process, which compiles the scripts of a file once
 CHROMIUM = (
-    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--process-per-site",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
 
@@ -146,6 +147,19 @@ def browser():
 
 
 @pytest.fixture(scope="session")
+def screens(browser):
+    """A desktop or a phone; an empty page keeps its window, since a new one takes a second."""
+
+    @cache
+    def screen(**options):
+        context = browser.new_context(**options)
+        context.new_page()
+        return context
+
+    return screen
+
+
+@pytest.fixture(scope="session")
 def until():
     """Wait for an expression to be true; Playwright's own waiting breaks the pages' policy."""
 
@@ -160,14 +174,15 @@ def until():
 
 
 @contextmanager
-def windows(browser, until):
-    """Open files, each in a window of its own; at the end, nothing may have gone wrong in them."""
-    contexts, complaints, requests = [], [], []
+def windows(screens, until):
+    """Open files, each in a page of its own; at the end, nothing may have gone wrong in them."""
+    pages, complaints, requests = [], [], []
 
-    def open_file(path, width=1400, height=900, **options):
-        context = browser.new_context(viewport={"width": width, "height": height}, **options)
-        contexts.append(context)
-        page = context.new_page()
+    def open_file(path, width=1400, height=900, color_scheme="light", **options):
+        page = screens(**options).new_page()
+        pages.append(page)
+        page.set_viewport_size({"width": width, "height": height})
+        page.emulate_media(color_scheme=color_scheme)
         page.on("console", lambda message: complaints.append(message.text))
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on("request", lambda request: requests.append(request.url))
@@ -176,24 +191,24 @@ def windows(browser, until):
         return page
 
     yield open_file
-    for context in contexts:
-        context.close()
+    for page in pages:
+        page.close()
     assert not complaints
     assert all(url.startswith(("file:", "data:", "blob:")) for url in requests)
 
 
 @pytest.fixture
-def opened(browser, until):
-    """Open a file in a fresh window, to operate it."""
-    with windows(browser, until) as open_file:
+def opened(screens, until):
+    """Open a file afresh, to operate it."""
+    with windows(screens, until) as open_file:
         yield open_file
 
 
 @pytest.fixture(scope="module")
-def shown(browser, until):
-    """Open a file in a window that all tests of a module share, which only read it or scroll."""
-    with windows(browser, until) as open_file:
-        yield lru_cache(maxsize=None)(open_file)
+def shown(screens, until):
+    """Open a file in a page that all tests of a module share, which only read it or scroll."""
+    with windows(screens, until) as open_file:
+        yield cache(open_file)
 
 
 @pytest.fixture(scope="session")

@@ -115,9 +115,9 @@ def check(figure):
 
 
 @pytest.mark.parametrize("name", OF_RUNS)
-@pytest.mark.parametrize("value", ["one", "three", "seven"])
+@pytest.mark.parametrize("value", ["one", "seven"])
 def test_figures_of_runs(name, value, runs, seven):
-    chosen = {"one": runs["on_off"], "three": runs, "seven": seven}[value]
+    chosen = {"one": runs["on_off"], "seven": seven}[value]
     check(OF_RUNS[name](chosen))
 
 

@@ -56,23 +56,41 @@ def pages(ground, runs, tmp_path_factory):
     }
 
 
+def fits(page, cut_off):
+    """Whether nothing is cut off, no chart scrolls and all images are there."""
+    return (
+        cut_off(page) == []
+        and page.evaluate(
+            "[...document.querySelectorAll('.chart .scroll')].every("
+            "(each) => each.scrollWidth <= each.clientWidth)"
+        )
+        and page.evaluate(
+            "[...document.images].every((image) => image.complete && image.naturalWidth > 0)"
+        )
+    )
+
+
 @pytest.mark.parametrize("kind", SECTIONS)
-@pytest.mark.parametrize("width", [390, 1400])
-def test_a_page_fits_its_window_and_its_figures_do_not_scroll(pages, shown, cut_off, kind, width):
-    page = shown(pages[kind], **(PHONE if width == 390 else DARK))
-    assert cut_off(page) == []
-    assert page.evaluate(
-        "[...document.querySelectorAll('.chart .scroll')].every("
-        "(each) => each.scrollWidth <= each.clientWidth)"
-    )
-    assert page.evaluate(
-        "[...document.images].every((image) => image.complete && image.naturalWidth > 0)"
-    )
+def test_a_page_fits_its_window_and_its_figures_do_not_scroll(pages, shown, until, cut_off, kind):
+    page = shown(pages[kind], **DARK)
+    for width in (390, 1400):
+        page.set_viewport_size({"width": width, "height": 600})
+        until(
+            page,
+            "(width) => [...document.querySelectorAll('.plot')].every("
+            "(plot) => plot._fullLayout.width > 0.6 * width && plot._fullLayout.width < width)",
+            width,
+        )
+        assert fits(page, cut_off), width
+
+
+def test_a_page_fits_a_phone(pages, shown, cut_off):
+    assert fits(shown(pages["suite"], **PHONE), cut_off)
 
 
 @pytest.mark.parametrize("kind", SECTIONS)
 def test_the_navigation_names_the_sections_and_stays(pages, shown, until, kind):
-    page = shown(pages[kind], **PHONE)
+    page = shown(pages[kind], **DARK)
     links = page.locator("nav a").all_inner_texts()
     assert [name for name in links if name in SECTIONS[kind]] == SECTIONS[kind]
     page.evaluate("scrollTo({top: document.body.scrollHeight, behavior: 'instant'})")

@@ -209,8 +209,15 @@ def test_rounds_that_begin_alike_are_reported_once(diagnosis):
     assert "round 1" in text and "round 2" in text
 
 
-def test_the_tables_fit_on_paper(diagnosis, opened, tmp_path):
-    page = opened(diagnosis_report(diagnosis, "law").write(tmp_path / "report.html"), width=688)
+@pytest.fixture(scope="module")
+def report(diagnosis, tmp_path_factory):
+    """The report as a file."""
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    return diagnosis_report(diagnosis, "law").write(path)
+
+
+def test_the_tables_fit_on_paper(report, shown):
+    page = shown(report, width=688)
     page.emulate_media(media="print")
     widths = page.evaluate("[...document.querySelectorAll('table')].map((t) => t.offsetWidth)")
     assert len(widths) > 4 and max(widths) <= 688
@@ -226,10 +233,9 @@ def test_the_folder_says_what_is_in_it(diagnosis, tmp_path):
     assert "[[isolator.effect]]" in (tmp_path / "report.html").read_text()
 
 
-def test_the_report_is_operated(diagnosis, opened, until, tmp_path, cut_off):
-    path = diagnosis_report(diagnosis, "law").write(tmp_path / "report.html")
-    assert path.stat().st_size < MOST
-    page = opened(path, width=390)
+def test_the_report_is_operated(report, shown, until, cut_off):
+    assert report.stat().st_size < MOST
+    page = shown(report, width=390)
     assert cut_off(page) == []
     page.set_viewport_size({"width": 1400, "height": 900})
     until(page, "document.querySelector('.plot[data-link=time]')._fullLayout.width > 1000")

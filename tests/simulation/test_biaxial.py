@@ -105,7 +105,7 @@ def test_compiled_steps_are_the_readable_ones(bouc_wen, pair):
     modes, states = run.modes, run.states[:, 0]
     ground = np.stack([record.acceleration for record in records], axis=1)
     compared = 0
-    for k in np.flatnonzero(cuts[:-1] == -1):
+    for k in np.flatnonzero(cuts[:-1] == -1)[::3]:
         state = StepState(x[k], (states[k],))
         after = step(
             bouc_wen, (modes.stiffness, modes.damping), state, 0.004, ground[k : k + 2],

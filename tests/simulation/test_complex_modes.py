@@ -25,7 +25,7 @@ def system(seed, n, damped, free):
     st.integers(0, 10**6), st.integers(1, 8), st.sampled_from([0.0, 0.3, 5.0]), st.booleans(),
     st.floats(1e6, 1e8),
 )  # fmt: skip
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=25)
 def test_modes_are_the_state_matrix_taken_apart(seed, n, damped, free, reference):
     mass, damping, stiffness, influence, b = system(seed, n, damped, free)
     length, scale = 10.0, 250.0

@@ -78,8 +78,6 @@ def plant(constant_device):
 @pytest.mark.parametrize(
     "numbers",
     [
-        {},
-        {"yield_drift": 1.2e-3},
         {"yield_drift": 1.2e-3, "wall": 3e7},
         {"yield_drift": 1.2e-3, "slip": 8e5},
         {"isolator": 0, "slip": 8e5},

@@ -83,8 +83,8 @@ def test_every_controller(name, lag, isolated, record):
     driver = CoilDriver(lag=lag)
     # commands that change every sample are enough; the optimum is not needed
     settings = {"iterations": 4, "starts": 1} if name == "clairvoyant" else {}
-    record = record.cut(0, 3) if name == "clairvoyant" else record
-    run = iso.simulate(isolated, record, controller(name, **settings), driver=driver)
+    short = record.cut(0, 3)
+    run = iso.simulate(isolated, short, controller(name, **settings), driver=driver)
     assert_peaks(run, driver)
 
 

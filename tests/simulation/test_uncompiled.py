@@ -25,7 +25,7 @@ from isolation_sim.simulation.batch import LANES, Case, simulate_many
 from isolation_sim.structures import from_matrices
 
 FIRST_ORDER, SECOND_ORDER, *_ = EFFECTS["current_lag"]
-TIME = 0.02 * np.arange(50)
+TIME = 0.02 * np.arange(30)
 X, Y = (Record(3.0 * np.sin(w * TIME) * np.exp(-TIME), 0.02) for w in (9.0, 14.0))
 SAMPLES = 0.005 * np.arange(60)
 RUN = TestRun(

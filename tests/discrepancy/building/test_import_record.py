@@ -134,7 +134,7 @@ def dialects(draw):
 
 
 @given(dialects())
-@settings(max_examples=12, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
 def test_a_record_in_any_dialect_comes_back(tmp_path_factory, dialect):
     from scipy.io import savemat
 
