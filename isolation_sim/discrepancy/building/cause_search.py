@@ -41,6 +41,7 @@ from ..decisions import (
     STRONG_EVIDENCE,
     TO_BLAME,
     UNRESOLVED,
+    WORTH_REFITTING,
 )
 from ..inference import rivals
 from ..search import SearchResult, search
@@ -74,6 +75,7 @@ class CauseSearch:
         progress: Callable[[str], None] = lambda text: None,
         choices: Sequence[Candidate] | None = None,  # Causes that are tried; all by default
         barred: tuple[str, str] | None = None,  # Key of a cause that is not among them
+        to_beat: float = np.inf,  # Excess error of other causes, of which these must leave a part
     ):
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
         self.before = comparison.evaluate(())
@@ -84,10 +86,12 @@ class CauseSearch:
         # ones that were fitted in the present round
         self._others: dict[str, list[tuple[Candidate, Values]]] = {}
         self._last: list[FittedBuilding] = []
+        # for each cause that was proposed, its forms of fewer numbers
+        self._simpler: dict[tuple[str, str], list[Candidate]] = {}
         self._choices = (
             candidates(comparison.model, comparison.records) if choices is None else choices
         )
-        self._barred = barred
+        self._barred, self._to_beat = barred, to_beat
         keys = {choice.key for choice in self._choices} | {(name, "") for name in LAYER_CAUSES}
         self._n_tests = len(keys)
 
@@ -108,11 +112,15 @@ class CauseSearch:
         if best and self.is_explained(best[0]) and not best[0].at_bound:
             return best
         late = [cause for cause in self._choices if cause.late]
-        best = _rank(best + self._refined(current, self._fits(current, late, LATE_SIMULATED)))
+        rough = _promising(current, self._fits(current, late, LATE_SIMULATED), best)
+        best = _rank(best + self._refined(current, rough))
         if best and is_elsewhere(self.comparison, current.cause_values, best[0].cause_values):
             return best
-        proposed = proposed_effects(self.comparison, current.cause_values)
-        proposed = [cause for cause in proposed if cause.key != self._barred]
+        proposed = []
+        for nearest, *simpler in proposed_effects(self.comparison, current.cause_values):
+            if nearest.key != self._barred:
+                proposed.append(nearest)
+                self._simpler[nearest.key] = simpler
         last = self._last = self._fits(current, proposed, LATE_SIMULATED)
         if best:  # flexible causes imitate simple ones
             last = [one for one in last if _is_nearer(one, best[0], -STRONG_EVIDENCE)]
@@ -247,6 +255,8 @@ class CauseSearch:
 
     def finish(self, best: FittedBuilding) -> FittedBuilding:
         """Replace each cause by a better variant; name none if together they remove too little."""
+        if not excess_error(self.comparison, best) < self._to_beat:
+            return self.before
         best = self._exchange_for_simpler(best)
         if self._is_calibration(best, self.before):
             return self.before
@@ -409,6 +419,12 @@ class CauseSearch:
         least = min(changes, key=lambda k: changes[k])
         return least if changes[least] < resolved else None
 
+    def _fit_instead(self, causes: CauseValues, current: FittedBuilding) -> FittedBuilding:
+        """Fit causes in the place of others, to the end only if they come near to those."""
+        rough = self.comparison.fit((), causes, SCREENING_STEPS)
+        far = INSTEAD**2 * rough.cost > current.cost
+        return rough if far else self.comparison.fit((), rough.cause_values)
+
     def _exchange_causes(self, current: FittedBuilding) -> FittedBuilding:
         """Put others that were tried in the place of earlier causes, if they are nearer now."""
         for k in range(len(current.cause_values) - 1):
@@ -416,7 +432,7 @@ class CauseSearch:
             for other in self._others[cause.label]:
                 if other[0].label in current.causes:
                     continue
-                trial = self.comparison.fit((), (*before, other, *after))
+                trial = self._fit_instead((*before, other, *after), current)
                 if (
                     self._stands_for(trial, current) if other[0].last
                     else _is_nearer(trial, current, STRONG_EVIDENCE)
@@ -440,7 +456,7 @@ class CauseSearch:
             ]  # fmt: skip
             without = self.comparison.fit((), (*before, *after))
             for other, starts in self._screened(without, fewer, RIVALS_TRIED):
-                trial = self.comparison.fit((), (*before, (other, starts[0]), *after))
+                trial = self._fit_instead((*before, (other, starts[0]), *after), current)
                 still = current.cause_values[k][0] is many
                 alike = still and self._is_calibration(current, trial)
                 if _is_nearer(trial, current) or self._is_enough(trial, current) or alike:
@@ -459,12 +475,12 @@ class CauseSearch:
         """Put other forms of the causes in their place, from the numbers found as well."""
         for k in range(len(current.cause_values)):
             before, (cause, values), after = _around(current, k)
-            for other in self._choices:
-                if other.key == cause.key and other is not cause:
+            for other in (*self._choices, *self._simpler.get(cause.key, ())):
+                if other.key == cause.key and other.form != cause.form:
                     choices = (*other.starts, _carried_over(other, cause, values))
                     starts = [(*before, (other, start), *after) for start in choices]
                     costs = [squared(self.comparison.fitted_residuals(one)) for one in starts]
-                    trial = self.comparison.fit((), starts[int(np.argmin(costs))])
+                    trial = self._fit_instead(starts[int(np.argmin(costs))], current)
                     more = len(other.parameters) > len(cause.parameters)
                     if _is_nearer(trial, current, STRONG_EVIDENCE if more else 0.0):
                         current = trial
@@ -494,11 +510,13 @@ def search_causes(
     space, result = _search_as_expected(comparison, most_causes, progress, choices)
     best = result.best
     left, left_fitted = (excess_error(space.comparison, best, part) for part in (True, False))
-    if best.cause_values and left > REMAINS:
+    if best.cause_values and left > max(REMAINS, NEARLY_RIGHT * missed):
         # a cause that imitates two others, taken first, may keep both out
         first = best.cause_values[0][0].key
         others = [cause for cause in choices if cause.key != first]
-        other = _search_as_expected(comparison, min(most_causes, 2), progress, others, first)
+        other = _search_as_expected(
+            comparison, min(most_causes, 2), progress, others, first, to_beat=left
+        )
         instead = other[1].best
         remains = excess_error(other[0].comparison, instead)
         if remains < INSTEAD * left:
@@ -538,14 +556,21 @@ def _search_as_expected(
     progress: Callable[[str], None],
     choices: Sequence[Candidate],
     barred: tuple[str, str] | None = None,
+    to_beat: float = np.inf,
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
-    """Repeat the search until the best model leaves no more than the expected model error."""
+    """Repeat the search until the best model leaves no more than the expected model error.
+
+    It is not repeated where other causes leave less.
+    """
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     while True:
-        space = CauseSearch(comparison.expecting(expected), most_causes, progress, choices, barred)
+        space = CauseSearch(
+            comparison.expecting(expected), most_causes, progress, choices, barred, to_beat
+        )
         result = search(space, space.before)
         left = excess_error(space.comparison, result.best)
-        if left < max(2 * expected, relative_noise(space.comparison, True)):
+        enough = max(2 * expected, relative_noise(space.comparison, True))
+        if left < enough or left >= to_beat:
             return space, result
         expected = left
 
@@ -574,6 +599,16 @@ def _few_of_each(ranked: Sequence[T], key: Callable[[T], tuple[str, str]]) -> li
         if seen[key(one)] <= FORMS_TRIED:
             shortlist.append(one)
     return shortlist
+
+
+def _promising(
+    current: FittedBuilding, rough: Sequence[FittedBuilding], best: Sequence[FittedBuilding]
+) -> list[FittedBuilding]:
+    """Those of some fits that may come near to the best of others."""
+    gains = [current.cost - one.cost for one in best[:1]]
+    return [
+        one for one in rough if current.cost - one.cost >= WORTH_REFITTING * max(gains, default=0)
+    ]
 
 
 def _is_last(outcome: FittedBuilding) -> bool:

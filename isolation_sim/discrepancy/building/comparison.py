@@ -28,7 +28,7 @@ from .segment import Segment, make_segment, without_channel
 
 _STEP = 1e-3
 _MOST_STEPS = 15
-_CACHED_BYTES = 2e8
+_CACHED_BYTES = 4e8
 """Memory, about, for simulations that a search meets again."""
 
 CauseValues = tuple[tuple[Candidate, Values], ...]
@@ -158,10 +158,17 @@ class Comparison:
         key = (record.name, end, *moved)
         if key not in self._cache:
             if len(self._cache) * record.values.nbytes > _CACHED_BYTES:
-                self._cache.clear()
+                self._forget()
             self._cache[key] = _simulated(with_causes(self.model, moved), record, end)
         sensors = with_causes(self.model, ((c, v) for c, v in result if c.of_sensor))
         return record.values[:end] - sensors.sensed(record, self._cache[key])
+
+    def _forget(self) -> None:
+        """Empty the cache, but for what each search begins with: one cause alone, where few."""
+        alone = {key: run for key, run in self._cache.items() if len(key) <= 3}
+        is_less = 2 * len(alone) < len(self._cache)
+        self._cache.clear()
+        self._cache.update(alone if is_less else {})
 
     def with_best_current(self) -> Comparison:
         """Compare again if a current that jumps and rests is nearer as it is held."""
@@ -301,8 +308,7 @@ class Comparison:
         start = coordinates(parameters, [v for _, values in free for v in values])
         lower = coordinates(parameters, [p.lower for p in parameters])
         upper = coordinates(parameters, [p.upper for p in parameters])
-        size = np.where(start == 0, np.abs(start).max() * 0.1 + 1e-9, np.abs(start))
-        size[[p.logarithmic for p in parameters]] = 1.0
+        size = np.concatenate([_sizes(cause, values) for cause, values in free])
 
         def put(x: NDArray) -> CauseValues:
             numbers = iter(values_of(parameters, x))
@@ -316,7 +322,7 @@ class Comparison:
             at = residuals(x)
             jacobian = np.zeros((at.size, x.size if derivatives else 0))
             for k in range(jacobian.shape[1]):
-                step = _STEP * max(abs(x[k]), size[k])
+                step = min(_STEP * max(abs(x[k]), size[k]), (upper[k] - lower[k]) / 2)
                 if x[k] + step > upper[k]:
                     step = -step
                 moved = x.copy()
@@ -421,6 +427,20 @@ def with_causes(model: BuildingModel, result: Iterable[tuple[Candidate, Values]]
     for cause, values in result:
         model = cause.apply(model, values)
     return model
+
+
+def _sizes(cause: Candidate, values: Values) -> NDArray:
+    """Orders of magnitude of a cause's coordinates in a fit that starts from some values."""
+    x = np.abs(coordinates(cause.parameters, values))
+    sizes = np.where(x == 0, x.max(initial=0.0) * 0.1 + 1e-9, x)
+    for k, p in enumerate(cause.parameters):
+        # numbers beside one that starts from zero may be of other units
+        known = max([abs(start[k]) for start in cause.starts], default=0.0)
+        if p.logarithmic:
+            sizes[k] = 1.0
+        elif x[k] == 0 and (known or np.isfinite(p.upper - p.lower)):
+            sizes[k] = known or p.upper - p.lower
+    return sizes
 
 
 def coordinates(parameters: Sequence[Parameter], values: Sequence[float]) -> NDArray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...effects import Effect
 from ..decisions import ALONG_MOTION, LEAST_PART, PROPOSALS, PROPOSED_GAIN
-from ..device.model import FittedModel
+from ..device.model import FittedModel, fit_roughly
 from ..device.observable_effects import observable_effects
 from ..device.screen import fit_direction, refine, screen_effect
 from .candidate import Candidate
@@ -20,14 +20,21 @@ from .isolator_causes import layer_effect
 from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 
 
-def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[Candidate]:
-    """Effects beside some causes, each in the form nearest to the layer's force; best first."""
+def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[list[Candidate]]:
+    """Effects beside some causes, best first: each in the form nearest to the layer's force.
+
+    After it, its nearest form of fewer numbers.
+    """
     if unsupported(comparison.model.nominal, comparison.records):
         return []
     layer = layer_model(comparison, causes)
     base = FittedModel.at(layer, effect_values(comparison.model, causes))
     if not np.isfinite(base.cost):
         return []
+    if base.effects:
+        # what other numbers of these effects remove asks for no further one
+        own = fit_roughly(layer, np.clip(base.values, *layer.bounds()))
+        base = own if own.cost < base.cost else base
     # examples of noise tell nothing among forms of one layer
     noise = np.zeros((len(base.residual), 1))
     screened = [screen_effect(base, one, noise) for one in _forms(base)]
@@ -35,12 +42,15 @@ def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[Candid
     near = [refine(base, one, noise) for one in directions[:ALONG_MOTION]]
     fits = [fit_direction(base, one) for one in near]
     least = PROPOSED_GAIN * max(base.cost - len(base.residual), 0.0)
-    best: dict[str, FittedModel] = {}
+    best: dict[str, list[FittedModel]] = {}
     # a number more has to lower the cost by more than errors of the layer's force do
     for fit in sorted(fits, key=lambda fit: fit.cost * (1 + LEAST_PART) ** fit.n_parameters):
         if base.cost - fit.cost > least:
-            best.setdefault(fit.causes[-1], fit)
-    return [_candidate(comparison, fit) for fit in list(best.values())[:PROPOSALS]]
+            forms = best.setdefault(fit.causes[-1], [])
+            if not forms or (len(forms) == 1 and fit.n_parameters < forms[0].n_parameters):
+                forms.append(fit)
+    return [[_candidate(comparison, fit) for fit in forms]
+            for forms in list(best.values())[:PROPOSALS]]  # fmt: skip
 
 
 def _forms(base: FittedModel) -> list[Effect]:

@@ -17,6 +17,7 @@ import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.adapters.building import BuildingRecords, intervals
 from isolation_sim.discrepancy.building import cause_search
+from isolation_sim.discrepancy.building import comparison as comparison_module
 from isolation_sim.discrepancy.building.cause_search import (
     CauseSearch,
     _carried_over,
@@ -667,7 +668,8 @@ def test_a_cause_named_instead_of_the_first_one_may_be_confused_with_it(
         for name in ("base_mass_error", "isolator_force_error")
     )
 
-    def found(comparison, most_causes, progress, choices, barred=None):
+    def found(comparison, most_causes, progress, choices, barred=None, to_beat=np.inf):
+        assert to_beat == (0.2 if barred else np.inf)
         space, best = CauseSearch(comparison, choices=choices), instead if barred else first
         space.rivals[best.causes[0]] = []
         return space, SearchResult(space.before, best, [])
@@ -678,6 +680,69 @@ def test_a_cause_named_instead_of_the_first_one_may_be_confused_with_it(
     space, result = search_causes(comparison)
     assert result.best is instead
     assert space.rivals == {"isolator_force_error": [first] if rival else []}
+
+
+@pytest.mark.parametrize(("before", "again"), [(1.0, False), (0.5, True)])
+def test_no_others_are_searched_where_a_nearly_right_cause_leaves_so_much(
+    isolated, monkeypatch, before, again
+):
+    """Even the right cause leaves a tenth of the error: its form is not exact."""
+    record = _record(isolated)
+    model = building_model(isolated, [record])
+    comparison = compare_records(model, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    first = comparison.evaluate(((listed["base_mass_error"], (0.1,)),))
+    searches = []
+
+    def found(comparison, most_causes, progress, choices, barred=None, to_beat=np.inf):
+        space = CauseSearch(comparison, choices=choices)
+        searches.append(barred)
+        return space, SearchResult(space.before, space.before if barred else first, [])
+
+    errors = {first: 0.08}
+    monkeypatch.setattr(cause_search, "_search_as_expected", found)
+    monkeypatch.setattr(cause_search, "excess_error", lambda _, one, *part: errors.get(one, before))
+    assert search_causes(comparison)[1].best is first
+    assert searches == [None, *[("base_mass_error", "")] * again]
+
+
+def test_causes_that_leave_more_than_others_are_not_finished(isolated):
+    record = _record(isolated, _heavier(0.15), seed=7)
+    model = building_model(isolated, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    comparison = compare_records(model, [record])
+    fitted = comparison.fit((), ((listed["isolator_force_error"], (0.1,)),))
+    others = excess_error(comparison, fitted)
+    space = CauseSearch(comparison, to_beat=others)
+    assert space.finish(fitted) is space.before
+
+
+def test_a_number_that_starts_from_zero_has_its_own_size(isolated):
+    """In that of another number, of another unit, its derivative would lie beyond all bounds."""
+    record = _record(isolated, _heavier(0.15), seed=7)
+    model = building_model(isolated, [record])
+    comparison = compare_records(model, [record])
+    friction = layer_effect(
+        model, [record], effect("coulomb_friction", "lugre"), (1e5, 1e-3, 0.0, 0.02)
+    )
+    mass = next(c for c in candidates(model, [record]) if c.name == "base_mass_error")
+    fitted = comparison.fit((), ((friction, friction.starts[0]), (mass, (0.05,))))
+    assert fitted.cause_values[1][1][0] == pytest.approx(0.15, abs=0.03)
+
+
+def test_simulations_of_one_cause_are_kept(isolated, monkeypatch):
+    """Each search begins with them."""
+    record = _record(isolated)
+    model = building_model(isolated, [record])
+    comparison = compare_records(model, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    mass, force = (listed[name] for name in ("base_mass_error", "isolator_force_error"))
+    monkeypatch.setattr(comparison_module, "_CACHED_BYTES", 6 * record.values.nbytes)
+    comparison.evaluate(((mass, (0.1,)),))
+    for k in range(8):
+        comparison.evaluate(((mass, (0.1,)), (force, (0.01 * k,))))
+    kept = [key[2:] for key in comparison._cache]
+    assert ((mass, (0.1,)),) in kept and len(kept) < 7
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from isolation_sim.discrepancy.building.cause_search import candidates
 from isolation_sim.discrepancy.building.comparison import compare_records, with_causes
 from isolation_sim.discrepancy.building.isolator_causes import layer_effect
 from isolation_sim.discrepancy.building.isolator_effects import (
+    DAMPER,
     ISOLATOR_EFFECTS,
     LAYER_CAUSES,
     around_the_law,
@@ -21,7 +22,7 @@ from isolation_sim.discrepancy.building.layer_effects import proposed_effects
 from isolation_sim.discrepancy.building.model import building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.diagnose import diagnose_building
-from isolation_sim.effects import EFFECTS, effect
+from isolation_sim.effects import EFFECTS, Signals, effect
 
 CHANNELS = (
     "base_acceleration_m_s2",
@@ -91,9 +92,35 @@ def test_the_motion_of_the_isolators_proposes_what_they_lack(one, numbers):
     isolated = _isolated()
     record = _recorded(isolated, one, numbers)
     comparison = compare_records(building_model(isolated, [record]), [record])
-    first = proposed_effects(comparison, ())[0]
+    (first, *_), *_ = proposed_effects(comparison, ())
     assert (first.name, first.form, first.last) == (one.cause, one.form, True)
     assert first.starts[0] == pytest.approx(numbers, rel=0.3)
+
+
+def test_a_form_of_fewer_numbers_is_proposed_beside_the_nearest():
+    isolated = _isolated()
+    record = _recorded(isolated, effect("coulomb_friction", "lugre"), (3e5, 4e-3, 0.8, 0.05))
+    comparison = compare_records(building_model(isolated, [record]), [record])
+    forms = proposed_effects(comparison, ())[0]
+    assert [one.form for one in forms] == ["lugre", "dahl"]
+
+
+def test_nothing_is_proposed_for_what_other_numbers_of_an_effect_explain():
+    isolated = _isolated()
+    record = _recorded(isolated, DAHL, (3e5, 4e-3))
+    model = building_model(isolated, [record])
+    comparison = compare_records(model, [record])
+    numbers = (2e5, 8e-3)
+    friction = layer_effect(model, [record], DAHL, numbers)
+    assert proposed_effects(comparison, ((friction, numbers),)) == []
+
+
+def test_a_low_power_of_the_velocity_does_not_jump():
+    """The simulation of a jump takes 50 times as long."""
+    signals = Signals(0.0, 1e-6, 0.0, 0.0, 0.0, 20.0)
+    assert DAMPER.force(signals, (), (1.0, 0.2)) < 0.02
+    at_once = DAMPER.force(signals._replace(v=0.01), (), (1.0, 0.2))
+    assert at_once == pytest.approx(0.1**0.2, rel=1e-3)
 
 
 def test_a_wall_is_beyond_most_of_the_motion():
@@ -125,7 +152,7 @@ def test_remanence_needs_a_current(current):
     if not current:
         record = replace(record, current=None)
     comparison = compare_records(building_model(isolated, [record]), [record])
-    names = [one.name for one in proposed_effects(comparison, ())]
+    names = [forms[0].name for forms in proposed_effects(comparison, ())]
     assert ("magnetic_remanence" in names) == current
 
 
