@@ -9,6 +9,8 @@ on data not fitted is then the floor, and the search is repeated with weights th
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from copy import copy
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -50,8 +52,8 @@ from .comparison import CauseValues, Comparison, FittedBuilding, squared, with_c
 from .errors import excess_error, largest_excess, mean_error, relative_errors, relative_noise
 from .goodness_of_fit import adequacy, is_quiet, p_value
 from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
-from .isolator_effects import LAYER_CAUSES
-from .layer_effects import proposed_effects
+from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
+from .layer_effects import helpful_effects, proposed_effects
 from .localisation import is_elsewhere
 from .model import BuildingModel
 from .record import BuildingRecord
@@ -95,6 +97,13 @@ class CauseSearch:
         keys = {choice.key for choice in self._choices} | {(name, "") for name in LAYER_CAUSES}
         self._n_tests = len(keys)
 
+    def continued(self, comparison: Comparison) -> CauseSearch:
+        """Go on under another comparison, with what is known of the causes tried."""
+        again = copy(self)
+        again.comparison, again.before = comparison, comparison.evaluate(())
+        again.rivals = dict(self.rivals)
+        return again
+
     def is_explained(self, current: FittedBuilding) -> bool:
         """Whether the residuals are as likely as those of noise alone."""
         return is_quiet(self.comparison, current)
@@ -107,7 +116,7 @@ class CauseSearch:
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
         self._last = []
-        first = [cause for cause in self._choices if not cause.late]
+        first = self._helpful(current, [cause for cause in self._choices if not cause.late])
         best = self._refined(current, self._fits(current, first, SIMULATED))
         if best and self.is_explained(best[0]) and not best[0].at_bound:
             return best
@@ -129,6 +138,25 @@ class CauseSearch:
             stands = self._stands_for(last[0], best[0])
             return [last[0], *_rank(best + last[1:])] if stands else best + last
         return best or last
+
+    def _helpful(
+        self, current: FittedBuilding, choices: Sequence[Candidate]
+    ) -> Sequence[Candidate]:
+        """Leave out effects beside one that is tried last if they do not help along the motion.
+
+        Each would be compiled with it, which takes longer than all its simulations.
+        """
+        model = with_causes(self.comparison.model, current.cause_values)
+        if all(one in ISOLATOR_EFFECTS.values() for one in model.effects):
+            return choices
+        added = {
+            cause: [one for one in cause.apply(model, cause.starts[0]).effects
+                    if one not in model.effects]
+            for cause in choices
+        }  # fmt: skip
+        effects = dict.fromkeys(one for some in added.values() for one in some)
+        helpful = helpful_effects(self.comparison, current.cause_values, effects)
+        return [cause for cause in choices if all(one in helpful for one in added[cause])]
 
     def _stands_for(self, last: FittedBuilding, best: FittedBuilding) -> bool:
         """Whether a flexible cause leaves far less than the best other, or noise alone.
@@ -510,7 +538,17 @@ def search_causes(
     space, result = _search_as_expected(comparison, most_causes, progress, choices)
     best = result.best
     left, left_fitted = (excess_error(space.comparison, best, part) for part in (True, False))
-    if best.cause_values and left > max(REMAINS, NEARLY_RIGHT * missed):
+    much = left > max(REMAINS, NEARLY_RIGHT * missed)
+    much_fitted = left_fitted > max(REMAINS, NEARLY_RIGHT * missed_fitted)
+    if best.cause_values and much and not much_fitted:
+        # the part that was fitted may only not determine the numbers of the same causes
+        again = _fitted_to_more(space, result)
+        if (
+            again is not None
+            and largest_excess(again[0].comparison, again[1].best) < INSTEAD * left
+        ):
+            return again
+    if best.cause_values and much:
         # a cause that imitates two others, taken first, may keep both out
         first = best.cause_values[0][0].key
         others = [cause for cause in choices if cause.key != first]
@@ -526,9 +564,9 @@ def search_causes(
             return other
     # what acts in strong motion alone is not seen where this is all fitted, or all held out
     reopened = None
-    if left < REMAINS < left_fitted:
+    if much_fitted and not much:
         reopened = comparison.fitting_less()
-    elif best.cause_values and left_fitted < REMAINS < left:
+    elif best.cause_values and much and not much_fitted:
         reopened = comparison.fitting_more()
     if reopened is not None:
         again = _search_as_expected(reopened, most_causes, progress, choices)
@@ -542,6 +580,18 @@ def search_causes(
         return space, result
     again = _search_as_expected(reopened, most_causes, progress, choices)
     return again if again[1].best.cause_values else (space, result)
+
+
+def _fitted_to_more(
+    space: CauseSearch, result: SearchResult[FittedBuilding]
+) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
+    """Fit the causes of a search to more of the last record; None where that is no choice."""
+    more = space.comparison.fitting_more()
+    if more is None:
+        return None
+    again = space.continued(more)
+    best = again.finish(more.fit((), result.best.cause_values))
+    return again, replace(result, base=again.before, best=best)
 
 
 def _reopened(comparison: Comparison, best: FittedBuilding) -> Comparison | None:
