@@ -48,7 +48,7 @@ from ..decisions import (
 from ..inference import rivals
 from ..search import SearchResult, search
 from .candidate import Candidate, Values
-from .comparison import CauseValues, Comparison, FittedBuilding, squared, with_causes
+from .comparison import BuildingComparison, CauseValues, FittedBuilding, squared, with_causes
 from .errors import excess_error, largest_excess, mean_error, relative_errors, relative_noise
 from .goodness_of_fit import adequacy, is_quiet, p_value
 from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
@@ -72,7 +72,7 @@ class CauseSearch:
 
     def __init__(
         self,
-        comparison: Comparison,
+        comparison: BuildingComparison,
         most_causes: int = MOST_BUILDING_CAUSES,
         progress: Callable[[str], None] = lambda text: None,
         choices: Sequence[Candidate] | None = None,  # Causes that are tried; all by default
@@ -97,7 +97,7 @@ class CauseSearch:
         keys = {choice.key for choice in self._choices} | {(name, "") for name in LAYER_CAUSES}
         self._n_tests = len(keys)
 
-    def continued(self, comparison: Comparison) -> CauseSearch:
+    def continued(self, comparison: BuildingComparison) -> CauseSearch:
         """Go on under another comparison, with what is known of the causes tried."""
         again = copy(self)
         again.comparison, again.before = comparison, comparison.evaluate(())
@@ -276,7 +276,7 @@ class CauseSearch:
         comparison, causes = self.comparison.with_best_sampling(best.cause_values)
         return best if comparison is self.comparison else self._fit_under(comparison, causes)
 
-    def _fit_under(self, comparison: Comparison, causes: CauseValues) -> FittedBuilding:
+    def _fit_under(self, comparison: BuildingComparison, causes: CauseValues) -> FittedBuilding:
         """Fit causes under another comparison, which is the search's from then on."""
         self.comparison, self.before = comparison, comparison.evaluate(())
         return comparison.fit((), causes)
@@ -516,7 +516,7 @@ class CauseSearch:
 
 
 def search_causes(
-    comparison: Comparison,
+    comparison: BuildingComparison,
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
     places: Collection[str] | None = None,  # Of the causes that are tried; all by default
@@ -542,12 +542,9 @@ def search_causes(
     much_fitted = left_fitted > max(REMAINS, NEARLY_RIGHT * missed_fitted)
     if best.cause_values and much and not much_fitted:
         # the part that was fitted may only not determine the numbers of the same causes
-        again = _fitted_to_more(space, result)
-        if (
-            again is not None
-            and largest_excess(again[0].comparison, again[1].best) < INSTEAD * left
-        ):
-            return again
+        same = _fitted_to_more(space, result)
+        if same is not None and largest_excess(same[0].comparison, same[1].best) < INSTEAD * left:
+            return same
     if best.cause_values and much:
         # a cause that imitates two others, taken first, may keep both out
         first = best.cause_values[0][0].key
@@ -594,14 +591,14 @@ def _fitted_to_more(
     return again, replace(result, base=again.before, best=best)
 
 
-def _reopened(comparison: Comparison, best: FittedBuilding) -> Comparison | None:
+def _reopened(comparison: BuildingComparison, best: FittedBuilding) -> BuildingComparison | None:
     """More of the last record fitted where a model misses its held-out part; None where not."""
     missed = adequacy(comparison.held_out, best.held_out) < MISFIT_LEVEL
     return comparison.fitting_more() if missed else None
 
 
 def _search_as_expected(
-    comparison: Comparison,
+    comparison: BuildingComparison,
     most_causes: int,
     progress: Callable[[str], None],
     choices: Sequence[Candidate],

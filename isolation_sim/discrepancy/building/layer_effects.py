@@ -16,13 +16,13 @@ from ..device.model import FittedModel, fit_roughly
 from ..device.observable_effects import observable_effects
 from ..device.screen import fit_direction, refine, screen_effect
 from .candidate import Candidate
-from .comparison import CauseValues, Comparison
+from .comparison import BuildingComparison, CauseValues
 from .isolation_force import effect_values, layer_model, unsupported
 from .isolator_causes import layer_effect
 from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 
 
-def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[list[Candidate]]:
+def proposed_effects(comparison: BuildingComparison, causes: CauseValues) -> list[list[Candidate]]:
     """Effects beside some causes, best first: each in the form nearest to the layer's force.
 
     After it, its nearest form of fewer numbers, if it leaves little more.
@@ -43,7 +43,7 @@ def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[list[C
 
 
 def helpful_effects(
-    comparison: Comparison, causes: CauseValues, effects: Collection[Effect]
+    comparison: BuildingComparison, causes: CauseValues, effects: Collection[Effect]
 ) -> Collection[Effect]:
     """Those of some effects that may explain what the layer's force lacks beside some causes."""
     base = _along_motion(comparison, causes)
@@ -52,7 +52,7 @@ def helpful_effects(
     return [fit.effects[-1] for fit in _helpful(comparison, base, effects)]
 
 
-def _along_motion(comparison: Comparison, causes: CauseValues) -> FittedModel | None:
+def _along_motion(comparison: BuildingComparison, causes: CauseValues) -> FittedModel | None:
     """The isolation layer with some causes, as a device test; None where it is none."""
     if unsupported(comparison.model.nominal, comparison.records):
         return None
@@ -67,14 +67,14 @@ def _along_motion(comparison: Comparison, causes: CauseValues) -> FittedModel | 
     return own if own.cost < base.cost else base
 
 
-def _noise(comparison: Comparison) -> float:
+def _noise(comparison: BuildingComparison) -> float:
     """Mean square of weighted residuals of noise alone: below 1 where an error is expected."""
     sizes = sum(2 * float(segment.cell_sizes.sum()) for segment in comparison.fitted)
     return sum(segment.noise_cost for segment in comparison.fitted) / sizes
 
 
 def _helpful(
-    comparison: Comparison, base: FittedModel, forms: Collection[Effect]
+    comparison: BuildingComparison, base: FittedModel, forms: Collection[Effect]
 ) -> list[FittedModel]:
     """Effects fitted along the layer's motion that remove enough of its misfit, best first."""
     # examples of noise tell nothing among forms of one layer
@@ -101,7 +101,7 @@ def _forms(base: FittedModel) -> list[Effect]:
     ]  # fmt: skip
 
 
-def _candidate(comparison: Comparison, fit: FittedModel) -> Candidate:
+def _candidate(comparison: BuildingComparison, fit: FittedModel) -> Candidate:
     """The newest effect of a layer's model, with its numbers to start from."""
     numbers = fit.values[fit.model.slices()[-1]]
     start = tuple(numbers.tolist())
