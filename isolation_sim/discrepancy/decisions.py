@@ -171,7 +171,8 @@ REFITTED = 3
 """Best candidates that are refitted from the law's first values. Effort."""
 WORTH_REFITTING = 0.5
 """Share of the best candidate's gain from which another candidate is refitted, and from which it is
-tried again in the place of the one taken. Effort."""
+tried again in the place of the one taken; of buildings, from which a late cause is fitted with all
+numbers. Effort."""
 WORTH_FITTING, MUCH_EXPLAINED = 0.4, 0.3
 """Where an effect explains the second share of the cost: share of its gain that another one must be
 expected to bring to be fitted. Effort: of 383 fits for pairs of the blind studies, none of those
@@ -228,11 +229,13 @@ MINOR_IN_BUILDING = 0.01
 left with it. Convention; seen on blind pairs.
 """
 NEARLY_RIGHT = 0.1
-"""Share of the error that even the right cause leaves, since its form is not exact. Unknown forces
+"""Share of the error that even the right cause leaves, since its form is not exact: up to it, no
+causes are looked for in the place of the first one. Unknown forces
 whose squared errors differ by less than the square of it are not told apart. Blind buildings."""
 INSTEAD = 0.5
 """Error that a search without the first cause must leave, over that of the search with it, for its
-causes to be named instead; and causes that are tried last, over the best of the others. Convention.
+causes to be named instead; and causes that are tried last, over the best of the others. A fit in
+the place of a cause that begins far from it is not brought to its end. Convention.
 """
 NOT_WORSE = 1.02
 """Largest factor by which a cause may raise the mean square in a half of the held-out time. Blind
@@ -302,7 +305,7 @@ below which it is not looked for. A deformation crosses it within a sample, and 
 take up to 1000 times as long. Effort."""
 PROPOSED_GAIN = 0.1
 """Share of the layer's misfit above noise that a form must remove to be tried: else what is wrong
-is elsewhere. Effort."""
+is elsewhere, or in the numbers of the effects that are already there. Effort."""
 FORMS_TRIED = 6
 """Forms of one cause among those that are fitted. Effort."""
 SCREENING_STEPS, REFINED = 4, 4

@@ -11,6 +11,8 @@ Forms:
                    rubber of stiffness k, which keeps its force
     fluid          the factor of exponential for a part c v of F alone: the fluid thins, and a yield
                    force, a friction or a spring keeps its value
+    superposition  time-temperature superposition: all times of the law have the factor of vogel,
+                   so that relaxation is quicker and dashpots are softer, the warmer it is
 """
 
 from typing import Any
@@ -61,6 +63,11 @@ def fluid(signals: Signals, states: tuple, parameters: tuple) -> Any:
     return (exponential(signals, states, parameters) - 1) * parameters[1] * signals.v
 
 
+def superposition(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Relaxation times over those at the reference temperature."""
+    return vogel(signals, states, parameters)
+
+
 SOFTENING = EffectParameter(
     "softening", "1/degC", "relative loss of force with temperature", lower=-0.1, upper=0.1,
     magnitude=True, starts=(0.005,),
@@ -72,6 +79,11 @@ ACTIVATION = EffectParameter(
 VOGEL = EffectParameter(
     "distance", "degC", "degrees from 20 deg C down to Vogel's temperature",
     lower=40.0, upper=300.0, starts=(110.0,),
+)  # fmt: skip
+
+SHIFT = EffectParameter(
+    "softening", "1/degC", "relative loss of relaxation times and viscosities with temperature",
+    lower=-0.3, upper=0.3, magnitude=True, starts=(0.03,),
 )  # fmt: skip
 
 FORMS = (
@@ -115,5 +127,14 @@ FORMS = (
         force=fluid,
         needs=frozenset({"temperature"}),
         source="Gordaninejad & Breese (1999): the viscosity falls, the yield stress hardly does",
+    ),
+    Effect(
+        cause="ambient_temperature",
+        form="superposition",
+        title="Ambient temperature, of the relaxation times",
+        parameters=(SHIFT, VOGEL),
+        time_scale=superposition,
+        needs=frozenset({"temperature"}),
+        source="Williams, Landel and Ferry (1955)",
     ),
 )  # fmt: skip

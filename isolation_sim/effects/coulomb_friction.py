@@ -84,8 +84,9 @@ def stored_energy_dahl(x: Any, states: tuple, parameters: tuple) -> Any:
 LEVEL = EffectParameter("level", "N", "sliding friction", lower=0.0, magnitude=True, starts=(0.1,))
 VELOCITY = EffectParameter(
     "velocity", "m/s", "range over which friction develops", lower=1e-6, divides=True,
-    starts=(0.002, 0.02, 0.2),
+    starts=(0.002, 0.02, 0.2), most=1.0, other=(np.inf,),
 )  # fmt: skip
+"""What has not developed at the largest velocity is a dashpot."""
 RISE = EffectParameter(
     "rise", "1", "static over sliding friction, minus one", lower=0.0, upper=2.0, starts=(0.3,),
     plain=(0.0,),
@@ -96,8 +97,9 @@ STRIBECK = EffectParameter(
 )  # fmt: skip
 LENGTH = EffectParameter(
     "length", "m", "range over which friction develops", lower=1e-6, divides=True,
-    starts=(0.002, 0.02, 0.1),
+    starts=(0.002, 0.02, 0.1), most=1.0, other=(np.inf,),
 )  # fmt: skip
+"""What has not developed at the largest deformation is a spring."""
 BENT = Quantity("bent", "1", "friction over its sliding value")
 
 FORMS = (

@@ -185,6 +185,9 @@ class Effect:
         known, as in a simulation.
     current : callable or None
         -> current that the law sees, A.
+    time_scale : callable or None
+        -> factor of all times of the law, 1, by which its states relax more slowly and its dashpots
+        resist more. Along a measured run it is the mean of the run's.
     factor : callable or None
         -> factor of the law's force, 1.
     force : callable or None
@@ -222,6 +225,7 @@ class Effect:
     motion: Callable[..., tuple] | None = None
     delay: Callable[..., Any] | None = None
     current: Callable[..., Any] | None = None
+    time_scale: Callable[..., Any] | None = None
     factor: Callable[..., Any] | None = None
     force: Callable[..., Any] | None = None
     stored_energy: Callable[..., Any] | None = None
@@ -243,6 +247,11 @@ class Effect:
         return tuple(quantity.name for quantity in self.parameters)
 
     strength = renamed_attribute("strength", "magnitude")
+
+    @property
+    def is_before_law(self) -> bool:
+        """Whether it changes what the law sees, so that the law has to be simulated again."""
+        return any(one is not None for one in (self.motion, self.current, self.time_scale))
 
     @property
     def magnitude(self) -> int:

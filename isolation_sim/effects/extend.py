@@ -1,7 +1,8 @@
 """Put effects around a law: the result is a law again.
 
-In the order given, effects change the motion and the current that the law sees; the law's force is
-multiplied by all factors; added forces come last. Each effect sees the true motion and current.
+In the order given, effects change the motion, the current and the time that the law sees; the
+law's force is multiplied by all factors; added forces come last. Each effect sees the true motion
+and current.
 """
 
 from __future__ import annotations
@@ -205,6 +206,7 @@ class _Functions(NamedTuple):
 
     motion: Callable[..., tuple] | None
     current: Callable[..., Any] | None
+    time_scale: Callable[..., Any] | None
     factor: Callable[..., Any] | None
     force: Callable[..., Any] | None
     rates: Callable[..., tuple] | None
@@ -217,7 +219,8 @@ def _extended_law(
 ) -> ExtendedLaw:
     evaluate, inner = _evaluation(law, breaks, n_powers)
     functions = tuple(
-        _Functions(e.motion, e.current, e.factor, e.force, e.rates, e.start) for e in effects
+        _Functions(e.motion, e.current, e.time_scale, e.factor, e.force, e.rates, e.start)
+        for e in effects
     )
     outer = _outer_parameters(effects)
     has_temperature = TEMPERATURE in [q.name for q in outer]
@@ -227,12 +230,13 @@ def _extended_law(
     inner_force, inner_rates = law.force, law.rates
 
     def unpack(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
-        """Signals, and each effect's states and parameters; then the inputs of the law."""
+        """Signals, each effect's states and parameters, the inputs of the law, its time scale."""
         temperature = parameters[n_inner + 1] if has_temperature else REFERENCE_TEMPERATURE
         a = (v - states[-1]) / ACCELERATION_LAG if filtered else 0.0
         signals = Signals(x, v, a, parameters[n_inner], 0.0, temperature)
         own = [(states[low:high], parameters[first:last]) for first, last, low, high in places]
         seen_x, seen_v, seen_current = x, v, parameters[n_inner]
+        slower = None
         for effect, (z, p) in zip(functions, own, strict=True):
             if effect.motion is not None:
                 here = Signals(seen_x, seen_v, a, parameters[n_inner], 0.0, temperature)
@@ -240,13 +244,18 @@ def _extended_law(
             if effect.current is not None:
                 here = Signals(x, v, a, seen_current, 0.0, temperature)
                 seen_current = effect.current(here, z, p)
+            if effect.time_scale is not None:
+                scale = effect.time_scale(signals, z, p)
+                slower = scale if slower is None else slower * scale
+        if slower is not None:  # an hour of the clock is less for the law
+            seen_v = seen_v * slower
         numbers = evaluate(seen_current, parameters[:n_inner])
         law_force = inner_force(seen_x, seen_v, states[:n_states], numbers)
         seen = (seen_x, seen_v, states[:n_states], numbers)
-        return signals._replace(force=law_force), own, seen
+        return signals._replace(force=law_force), own, seen, slower
 
     def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
-        signals, own, _ = unpack(x, v, states, parameters)
+        signals, own, _, _ = unpack(x, v, states, parameters)
         total = signals.force
         for effect, (z, p) in zip(functions, own, strict=True):
             if effect.factor is not None:
@@ -257,8 +266,10 @@ def _extended_law(
         return total
 
     def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
-        signals, own, seen = unpack(x, v, states, parameters)
+        signals, own, seen, slower = unpack(x, v, states, parameters)
         result = tuple(inner_rates(*seen))
+        if slower is not None:
+            result = tuple(rate / slower for rate in result)
         for effect, (z, p) in zip(functions, own, strict=True):
             if effect.rates is not None:
                 result = (*result, *effect.rates(signals, z, p))

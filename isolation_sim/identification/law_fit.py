@@ -20,6 +20,7 @@ from .law_model import LawModel
 from .least_squares import Optimum
 from .measured_runs import MeasuredRuns
 from .parameterisation import Parameterisation
+from .sensitivities import has_stiff_steps
 
 STARTS = 20
 SEARCHED = 24_000
@@ -39,6 +40,9 @@ effect may have a long flat valley, along which the error hardly changes."""
 _AS_GOOD = 1.001
 """Factor on the error of the starts' best end up to which a parameter is held, as usual, and no
 state is scaled."""
+_NEARLY_AS_GOOD = 1.25
+"""Factor on the best end's cost up to which another end may be the right one, beside an effect that
+the law lacks. Convention."""
 _STEADY = 0.02
 """Range of a run's current, A or relative, below which it is one current."""
 _NEARLY_OFF = 0.02
@@ -56,11 +60,12 @@ M = TypeVar("M", bound=LawModel)
 
 
 def search_roughly(model: LawModel, start: NDArray, most: int, tolerance: float) -> Optimum:
-    """Fit with few integration steps, and with more only if the forces are not finite."""
-    for n_steps in (2, 8, 64):
-        result = replace(model, data=model.data.with_steps(n_steps)).minimise(
-            start, most, tolerance
-        )
+    """Fit with few integration steps, and with others only if the forces are not finite."""
+    for n_steps, stiff in ((2, False), (8, False), (64, False), (8, True)):
+        if stiff and not has_stiff_steps(model.parameterisation.law):
+            break
+        data = model.data.with_steps(n_steps, stiff)
+        result = replace(model, data=data).minimise(start, most, tolerance)
         if np.isfinite(result.cost):
             break
     return result
@@ -188,11 +193,11 @@ def fit_law(
             other = search_roughly(near, again, 40, 1e-4)
             return other if other.cost < result.cost else result
 
-        tried = pool.map(search, begin)
-        last = distinct(sorted(tried, key=lambda o: o.cost)[:_LAST])
+        tried = sorted(pool.map(search, begin), key=lambda o: o.cost)
+        last = distinct(tried[:_LAST])
         if not last:
             raise InputError(f"no start gives {p.law.name} finite forces under the measured motion")
-        own = replace(model, parameterisation=p, expected=begin[0])
+        own = replace(model, parameterisation=p, expected=begin[0], inside=_inside(p, tried))
         thin = replace(own, data=data.thinned(SEARCHED))
 
         def end(start: NDArray) -> tuple[bool, float, M, NDArray]:
@@ -222,6 +227,15 @@ def fit_law(
         f"{p.law.name} diverges in {', '.join(_diverging(model, result.x))}; expected: data "
         "that the law can follow, or another law"
     )
+
+
+def _inside(p: Parameterisation, tried: Sequence[Optimum]) -> NDArray | None:
+    """Of ends, the best first, one inside the bounds that is nearly as good as one at a bound."""
+    best = tried[0]
+    if not p.ends_at_bound(best.x):
+        return None
+    near = (one.x for one in tried if one.cost < _NEARLY_AS_GOOD * best.cost)
+    return next((x for x in near if not p.ends_at_bound(x)), None)
 
 
 def _diverging(model: LawModel, values: NDArray) -> list[str]:

@@ -50,6 +50,9 @@ class LawModel:
     # (n_unknowns,) array or None: Values about which the law's parameters are sought; see
     # ``minimise``
     expected: NDArray | None = None
+    # (n_unknowns,) array or None: Values that fit nearly as well, inside the law's bounds, where
+    # a parameter of the best ones is at its own
+    inside: NDArray | None = None
     # (n_values,) bool or None: Values that a fit leaves as they are
     held: NDArray | None = None
     step_error: float = STEP_ERROR  # Relative error of the force that integration may leave

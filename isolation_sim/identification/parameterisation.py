@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +15,14 @@ from ..laws import law as published
 from ..laws.law import Law, StateScaling
 from .characteristic_scales import characteristic_scale
 from .current_basis import bernstein
+from .least_squares import at_bound
 
 _VANISHING = 0.02
 """Part of its mean over the currents below which a parameter vanishes at one. Convention."""
 _ON = 0.1
 """Share of its start with which a parameter is fitted again."""
+_LOST = 100.0
+"""Multiple of its size from which nothing depends on a parameter that the law divides by."""
 _DECADES = (0.7, 1.5)
 """Reach of random starts about the data's magnitude: near and far by turns."""
 
@@ -166,14 +170,23 @@ class Parameterisation:
 
     def switched_on(self, start: NDArray, end: NDArray) -> NDArray | None:
         """Return the end of a search with some of what it has switched off; None if nothing is."""
-        # An element that began too strong is at zero for all currents, and may stay there although
-        # a weaker one would help.
-        from_zero = np.repeat([q.lower == 0 for q in self.free], len(self.currents))
-        off = (from_zero & (end <= self.lower) & (start > self.lower)).reshape(len(self.free), -1)
-        gone = np.repeat(off.all(axis=1), len(self.currents))
-        if not gone.any():
+
+        # An element that began too strong is at zero for all currents, or its divisor so large, and
+        # may stay there although a weaker one would help: nothing depends on it.
+        def each_current(values: Any) -> NDArray:
+            return np.repeat(values, len(self.currents))
+
+        from_zero = each_current([q.lower == 0 for q in self.free])
+        divides = each_current([q.divides for q in self.free])
+        off = from_zero & (end <= self.lower) & (start > self.lower)
+        lost = divides & from_zero & (end > _LOST * self.scale)
+        gone, lost = (
+            each_current(one.reshape(len(self.free), -1).all(axis=1)) for one in (off, lost)
+        )
+        if not (gone | lost).any():
             return None
-        return np.where(gone, np.clip(_ON * start, self.lower, self.upper), end)
+        again = np.where(gone, np.clip(_ON * start, self.lower, self.upper), end)
+        return np.where(lost, self.scale, again)
 
     def evened(self, values: NDArray) -> NDArray | None:
         """Return unknowns without parameters that vanish at some currents; None if none does."""
@@ -183,6 +196,12 @@ class Parameterisation:
         from_zero = np.array([q.lower == 0 for q in self.free])[:, None]
         vanishing = from_zero & (rows.min(axis=1, keepdims=True) < _VANISHING * mean)
         return np.where(vanishing, mean, rows).ravel() if vanishing.any() else None
+
+    def ends_at_bound(self, values: NDArray) -> bool:
+        """Whether a parameter is at a bound at all currents."""
+        each = zip(values, self.lower, self.upper, self.scale, strict=True)
+        at = np.array([at_bound(*one) for one in each])
+        return bool(at.reshape(len(self.free), -1).all(axis=1).any())
 
     def starts(self, number: int, seed: int) -> list[NDArray]:
         """Published numbers, if there are any, then random ones of the data's magnitude."""

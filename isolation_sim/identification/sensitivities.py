@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..laws.emit import symbols
 from ..laws.law import Law
 from .device_arguments import workspace
 from .device_kernel_text import compiled
@@ -26,7 +27,7 @@ _MANY_STEPS = 16
 _FEW_STIFF_STEPS = 8
 """Rosenbrock steps a sample up to which they cost less."""
 _STIFF_STATES = 4
-"""States up to which their equations are solved in a Rosenbrock step."""
+"""Coupled states up to which their equations are solved in a Rosenbrock step."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,14 @@ class Motion:
         """Return the same motion under another current, (n_samples,), A."""
         other = replace(self, current=current)
         other.__dict__["runs"] = self.runs  # they do not depend on it
+        return other
+
+    def slower(self, scales: NDArray) -> Motion:
+        """Return the motion for a law whose times are all longer by a factor, (n_runs,)."""
+        velocity = self.velocity * np.repeat(scales, np.diff(self.starts))
+        other = replace(self, velocity=velocity, dt=self.dt / scales)
+        runs = self.runs
+        other.__dict__["runs"] = runs._replace(dt=runs.dt / scales, join=runs.join / scales)
         return other
 
 
@@ -125,16 +134,16 @@ class Simulator:
         """Return the simulator with as many steps a sample as each run's accuracy needs.
 
         The force of each run then changes by less than ``tolerance`` with twice the steps, and no
-        derivative diverges. If there are many samples, a run that would need many steps gets
-        Rosenbrock steps where a few of them are enough.
+        derivative diverges. A run that would need too many steps gets Rosenbrock steps where a few
+        of them are enough; if there are many samples, one that would need many.
         """
         every = np.full(len(self.n_steps), bool(self.law.states))
-        if len(self.motion.displacement) < _MANY_SAMPLES:
-            result, _ = self._doubled(theta, every, tolerance, most)
-        else:
-            result, left = self._doubled(theta, every, tolerance, min(_MANY_STEPS, most))
-            result = result._stiff_where(theta, left & ~self.stiff, tolerance)
-            result, _ = result._doubled(theta, left & (result.stiff == self.stiff), tolerance, most)
+        few = len(self.motion.displacement) < _MANY_SAMPLES
+        result, left = self._doubled(
+            theta, every, tolerance, most if few else min(_MANY_STEPS, most)
+        )
+        result = result._stiff_where(theta, left & ~self.stiff, tolerance)
+        result, _ = result._doubled(theta, left & (result.stiff == self.stiff), tolerance, most)
         # a force that saturates is bounded by itself, while its derivatives may grow at every step
         while (more := result._diverging(theta) & (result.n_steps < most)).any():
             n_steps = np.where(more, 2 * result.n_steps, result.n_steps)
@@ -166,7 +175,7 @@ class Simulator:
 
     def _stiff_where(self, theta: NDArray, chosen: NDArray, tolerance: float) -> Simulator:
         """Take Rosenbrock steps in those of the chosen runs where a few of them are enough."""
-        if not chosen.any() or len(self.law.states) > _STIFF_STATES:
+        if not chosen.any() or not has_stiff_steps(self.law):
             return self
         trial = self.with_steps(np.where(chosen, 1, 0), chosen)
         trial, left = trial._doubled(theta, chosen, tolerance, _FEW_STIFF_STEPS)
@@ -187,6 +196,19 @@ class Simulator:
         change = np.maximum.reduceat(np.max(np.abs(jacobian * theta), axis=1), runs)
         size = np.maximum.reduceat(np.abs(force), runs)
         return np.isfinite(size) & ~(change <= _LARGEST_CHANGE * size)
+
+
+@lru_cache(maxsize=64)
+def has_stiff_steps(law: Law) -> bool:
+    """Whether Rosenbrock steps of a law are cheap: of few states, or of many that go alone."""
+    import casadi
+
+    if not law.states or len(law.states) <= _STIFF_STATES:
+        return bool(law.states)
+    states, numbers = (symbols([q.name for q in some]) for some in (law.states, law.parameters))
+    rates = law.rates(*symbols(["x", "v"]), tuple(states), tuple(numbers))
+    by_states = casadi.jacobian(casadi.vertcat(*rates), casadi.vertcat(*states))
+    return bool(by_states.sparsity().is_diag())
 
 
 def compile_law(law: Law) -> None:

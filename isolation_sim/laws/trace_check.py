@@ -44,9 +44,12 @@ def check_traceable(law: Law) -> None:
     inner = [
         function
         for effect in getattr(law, "effects", ())
-        for function in (effect.motion, effect.current, effect.factor, effect.force, effect.rates)
+        for function in (
+            effect.motion, effect.current, effect.time_scale, effect.factor, effect.force,
+            effect.rates,
+        )
         if function is not None and not _is_ours(function)
-    ]
+    ]  # fmt: skip
     for name, function in functions.items():
         if function is not None and (inner or not _is_ours(function)):
             _check(law, name, function, inner or [function])

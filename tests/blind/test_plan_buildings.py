@@ -10,7 +10,7 @@ import pytest
 
 import isolation_sim as iso
 from isolation_sim.discrepancy.building.cause_search import candidates
-from isolation_sim.discrepancy.building.comparison import compare_records
+from isolation_sim.discrepancy.building.comparison import compare_building
 from isolation_sim.discrepancy.building.model import Soil, building_model
 from isolation_sim.discrepancy.building.record import read_building_record
 from isolation_sim.scenario import Scenario
@@ -100,7 +100,7 @@ def test_a_very_stiff_soil_changes_nothing_in_either_direction(rocking, tmp_path
 def test_a_frame_that_lost_stiffness_is_detected_beside_the_centre(tmp_path):
     """One fit, without a search."""
     record, model = read(blind.faulty(nominal(), "one_frame", 0.1, SEED), tmp_path)
-    comparison = compare_records(model, [record])
+    comparison = compare_building(model, [record])
     place = f"storey{blind.storey_of(SEED)}_x"
     fits = {
         one.form: comparison.fit((), ((one, one.starts[0]),))

@@ -118,13 +118,29 @@ def test_a_bound_at_which_it_is_another_effect_counts_in_any_case():
     assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1.0)
 
 
-def test_a_viscosity_that_thins_only_beyond_the_tests_is_a_dashpot():
-    velocity = effect("weak_rate_dependence", "thinning").parameters[1]
+@pytest.mark.parametrize(
+    ("cause", "form", "place"),
+    [
+        ("weak_rate_dependence", "thinning", 1),  # thins only beyond the tests
+        ("coulomb_friction", "smooth", -1),  # not developed at the largest velocity
+        ("coulomb_friction", "stroke", -1),
+        ("coulomb_friction", "dahl", -1),  # nor at the largest deformation, where it is a spring
+    ],
+)
+def test_what_is_no_more_than_a_dashpot_or_a_spring_is_named_for_nothing_else(cause, form, place):
+    quantity = effect(cause, form).parameters[place]
     loss, scale = EFFECT.parameters
-    bounds = replace(velocity, lower=loss.lower, upper=1.0)
+    bounds = replace(quantity, lower=loss.lower, upper=1.0)
     one = searched(0.01 * T, (1.0, 100.0))  # (0.7, 70) fits as well
     other = SimpleNamespace(parameters=(bounds, scale))
     assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1.0)
+
+
+def test_friction_has_developed_at_the_largest_velocity_and_deformation():
+    data = SimpleNamespace(x=np.array([-4e-3, 10e-3]), sizes=(300.0, 10e-3, 0.1, 1.0))
+    model = Model(data, SimpleNamespace(law=None))
+    velocity, length = (effect("coulomb_friction", f).parameters[1] for f in ("smooth", "dahl"))
+    assert (model.upper(velocity), model.upper(length)) == pytest.approx((0.1, 10e-3))
 
 
 @pytest.mark.parametrize("form", ["frequency", "mean_speed"])

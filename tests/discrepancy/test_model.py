@@ -7,12 +7,14 @@ import pytest
 
 from isolation_sim.discrepancy.device.carried_history import can_carry_history, carry_history
 from isolation_sim.discrepancy.device.model import EACH_RUN, FittedModel, Model, fit_model
-from isolation_sim.effects import EFFECTS
+from isolation_sim.effects import EFFECTS, extend
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
-from isolation_sim.laws import LAWS
+from isolation_sim.laws import LAWS, law
+
+from ..effects.conftest import respond
 
 FORMS = [form for forms in EFFECTS.values() for form in forms]
 
@@ -45,6 +47,39 @@ def test_derivatives_by_the_law_pass_the_effect(form, bare):
             ends.append(model.forces(moved, False)[0])
         slope = (ends[1] - ends[0]) / (2 * step)
         assert np.linalg.norm(columns[:, k] - slope) <= 2e-4 * np.linalg.norm(slope)
+
+
+@pytest.mark.parametrize("form", [f for f in FORMS if f.time_scale], ids=lambda form: form.name)
+@pytest.mark.parametrize(
+    ("name", "numbers"),
+    [
+        ("standard_solid", {"c0": 900.0, "k0": 1e4, "k1": 2e4}),
+        ("kelvin_voigt", {"k": 2e4, "c": 900.0}),
+    ],
+)
+def test_another_time_of_the_law_is_that_of_the_simulated_device(form, name, numbers):
+    """Steady and moving runs, each at its own temperature, against the extended law."""
+    time, runs = np.arange(0, 3.0, 1 / 256), []
+    for k, temperature in enumerate((-5.0, 20.0, 40.0)):
+        w = 2 * np.pi * (1.0 + 0.5 * k)
+        x, v = 6e-3 * np.sin(w * time), 6e-3 * w * np.cos(w * time)
+        run = TestRun(f"run{k}", time, x, v, 3e4 * x, 0 * x)
+        runs.append(replace(run, temperature=np.full_like(x, temperature)))
+    campaign = Campaign("warm", "made", tuple(runs))
+    data = measured_runs(campaign.runs)
+    model = Model(data, parameterise(campaign, LAWS[name], data))
+    own = {q.name: q.starts[0] * model.size(q) for q in form.parameters}
+    values = np.array([*(numbers[q.name] for q in model.parameterisation.free), *own.values()])
+    model = model.with_effects(form)
+    force = model.resolve_steps(values).forces(values, False)[0]
+    for k, run in enumerate(runs):
+        device = extend(law(name, numbers), [(form, own)])
+        device = device.with_parameters(temperature=run.temperature[0])
+        expected, _ = respond(device, time, run.displacement, run.velocity, 0.0)
+        at = slice(data.starts[k], data.starts[k + 1])
+        # after the first cycle nothing is left of how the run began
+        late = time > 1.5
+        assert np.max(np.abs(force[at] - expected)[late]) < 1e-3 * np.max(np.abs(expected))
 
 
 FOLLOWERS = [form for form in FORMS if "force" in form.needs]
@@ -91,6 +126,20 @@ def test_what_follows_the_force_has_exact_derivatives(form, series):
         # what changes the law's motion or current has forward differences
         error = 1e-3 if k == lag or (k > lag and form.motion is not None) else 1e-6
         assert np.linalg.norm(columns[:, k] - slope) <= error * np.linalg.norm(slope), k
+
+
+def test_a_value_at_its_bound_follows_no_other_effect(bare):
+    """The width of an asymmetry moves the force by a constant, but never below its bound."""
+    model, law = bare
+    model = model.with_effects(next(f for f in FORMS if f.name.endswith("asymmetry.spring")))
+    width = model.effects[0].parameters[1]
+    left = []
+    for value in (width.lower, 2 * width.lower):
+        fitted = FittedModel.at(model, np.array([*law, 1e3, value]))
+        constant = fitted.model.data.weight[fitted.model.data.fitted]
+        left.append(np.linalg.norm(fitted.across(constant)) / np.linalg.norm(constant))
+    at_bound, inside = left
+    assert inside < 0.1 < 0.5 < at_bound
 
 
 def test_the_device_alone_has_no_effects_of_the_instruments(bare):

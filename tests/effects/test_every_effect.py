@@ -62,7 +62,7 @@ def test_needs_are_what_it_uses(form):
     states, numbers = (
         tuple(symbols([q.name for q in some])) for some in (form.states, form.parameters)
     )
-    hooks = (form.rates, form.motion, form.factor, form.force)
+    hooks = (form.rates, form.motion, form.time_scale, form.factor, form.force)
     values = [hook(signals, states, numbers) for hook in hooks if hook is not None]
     flat = [v for value in values for v in (value if isinstance(value, tuple) else (value,))]
     outputs = casadi.vertcat(*flat) + 0 * casadi.SX.sym("nothing")
@@ -161,11 +161,14 @@ def test_finite_over_its_bounds(form):
     signals = Signals(x, v, a, current, force, anywhere(rng, -40.0, 80.0))
     states = tuple(anywhere(rng, -1.0, 1.0) for _ in form.states)
     parameters = tuple(parameters)
-    for hook in (form.motion, form.current, form.factor, form.force, form.rates):
+    before, behind = (form.motion, form.current, form.time_scale), (form.factor, form.force)
+    for hook in (*before, *behind, form.rates):
         if hook is not None:
             values = hook(signals, states, parameters)
             for value in values if isinstance(values, tuple) else (values,):
                 assert np.all(np.isfinite(value))
+    if form.time_scale is not None:
+        assert np.all(form.time_scale(signals, states, parameters) > 0)
     if form.factor is not None:
         assert np.all(form.factor(signals, states, parameters) >= 0)
     # the energy of a force that is even in the deformation falls on one side

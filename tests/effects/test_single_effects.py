@@ -442,6 +442,27 @@ def test_vogels_temperature_of_zero_kelvin_is_arrhenius():
     assert cold[0] == pytest.approx(np.exp(0.004 * 40 * 60 / 20)) and np.isfinite(cold[1])
 
 
+@pytest.mark.parametrize("temperature", [-10.0, 20.0, 50.0])
+def test_by_superposition_only_relaxation_takes_another_time(temperature):
+    """At rest after a step a standard solid relaxes exponentially, in the scaled time."""
+    c, k0, k1, b, distance = 5e3, 1e4, 2e4, 0.03, 100.0
+    shift = np.exp(-b * (temperature - 20) * distance / (distance + temperature - 20))
+    numbers = {"softening": b, "distance": distance}
+    solid = law("standard_solid", {"c0": c, "k0": k0, "k1": k1})
+    warm = extend(solid, [(effect("ambient_temperature", "superposition"), numbers)])
+    device = warm.with_parameters(temperature=temperature)
+    t = np.linspace(0.0, 1.0, 201)
+    force, _ = respond(device, t, 0.01 + 0 * t, 0 * t, 0.0, first=[0.01], tolerance=1e-9)
+    at_last, time = 0.01 * k0 / (k0 + k1), shift * c / (k0 + k1)
+    expected = k1 * (at_last + (0.01 - at_last) * np.exp(-t / time))
+    np.testing.assert_allclose(force, expected, rtol=1e-6)
+    # a dashpot's force follows the velocity of the law's own time
+    dashpot = law("kelvin_voigt", {"k": k1, "c": c})
+    warm = extend(dashpot, [(effect("ambient_temperature", "superposition"), numbers)])
+    device = warm.with_parameters(temperature=temperature)
+    assert device.force(0.01, 0.2, (), 0.0) == pytest.approx(k1 * 0.01 + shift * c * 0.2)
+
+
 def test_friction_at_speed():
     fast = REST._replace(v=10.0)
     assert effect("coulomb_friction").force(fast, (), (50.0, 1e-3)) == 50.0

@@ -18,6 +18,7 @@ from isolation_sim.identification.fit import fit
 from isolation_sim.identification.fitted import Estimate, labels
 from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.law_model import LawModel
+from isolation_sim.identification.least_squares import Optimum
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.velocity import smooth
@@ -189,6 +190,43 @@ def test_a_fit_that_diverges_takes_more_steps():
     model, solution = model.minimise_resolved(start, 20, 1e-6)
     assert np.isfinite(solution.cost) and np.all(model.data.n_steps > 1)
     assert solution.x[1] == pytest.approx(150.0, rel=0.01)
+
+
+@pytest.mark.parametrize("slower", [1, 2, 5])
+def test_slow_samples_of_a_law_with_a_fast_branch_are_fitted(slower):
+    """A spring-pot's fastest branch decays in 0.8 ms; its harmonic force is in closed form."""
+    k, a, runs = 3e5, 0.2, []
+    time = slower * np.arange(0, 120.0, 0.2)
+    for frequency in np.array([0.05, 0.1, 0.2]) / slower:
+        w = 2 * np.pi * frequency
+        phase = np.exp(1j * w * time)
+        x, v = 0.05 * phase.imag, 0.05 * w * phase.real
+        force = (k * (1j * frequency) ** a * 0.05 * phase).imag
+        runs.append(TestRun(f"{frequency:g}_hz", time, x, v, force, 0 * time))
+    result = fit(Campaign("slow", "made", tuple(runs)), "spring_pot", threads=1, starts=4)
+    assert result.error < 0.02
+    values = dict(
+        zip(LAWS["spring_pot"].parameter_names, result.device.parameters_at(0.0), strict=True)
+    )
+    assert values["k"] == pytest.approx(k, rel=0.05) and values["a"] == pytest.approx(a, abs=0.02)
+
+
+def test_an_end_inside_the_bounds_is_kept_beside_a_better_one_at_a_bound(campaign_of):
+    campaign = campaign_of("kelvin_voigt", 0)
+    p = parameterise(campaign, LAWS["kelvin_voigt"], measured_runs(campaign.runs))
+    within = p.scale * np.arange(1, len(p.scale) + 1)
+    at_bound = within.copy()
+    at_bound[-len(p.currents) :] = p.lower[-len(p.currents) :]
+    one_current = within.copy()
+    one_current[-1] = p.lower[-1]
+    assert p.ends_at_bound(at_bound) and not p.ends_at_bound(one_current)
+
+    def ends(*pairs):
+        return [Optimum(x, cost, np.empty(0), np.empty((0, 0)), 1, True) for x, cost in pairs]
+
+    assert law_fit._inside(p, ends((at_bound, 1.0), (within, 1.2))) is within
+    assert law_fit._inside(p, ends((at_bound, 1.0), (within, 1.3))) is None  # far worse
+    assert law_fit._inside(p, ends((one_current, 1.0), (within, 1.1))) is None
 
 
 def test_another_of_the_redundant_parameters_may_be_held(campaign_of):

@@ -25,6 +25,19 @@ def test_what_a_search_has_switched_off_begins_again_weaker():
     assert p.switched_on(began_off, np.array([3e4, 2e4, 0.0, 0.0])) is None
 
 
+def test_a_divisor_that_has_grown_out_of_reach_begins_again_at_its_size():
+    """A force c v_c log(1 + v / v_c) does not tell v_c where that is far beyond the velocities."""
+    law = LAWS["rate_dependent_bouc_wen"]
+    p = Parameterisation(law, np.array([0.0, 2.0]), (300.0, 8e-3, 0.2), {})
+    at = 2 * [q.name for q in p.free].index("v_c")
+    end = p.scale.copy()
+    assert p.switched_on(p.scale, end) is None
+    end[at] = 1e3 * p.scale[at]
+    assert p.switched_on(p.scale, end) is None  # at one current only
+    end[at + 1] = 1e7 * p.scale[at]
+    assert p.switched_on(p.scale, end).tolist() == p.scale.tolist()
+
+
 def test_what_vanishes_at_one_current_has_its_mean_at_all():
     p = Parameterisation(LAWS["kelvin_voigt"], np.array([0.0, 2.0]), (300.0, 8e-3, 0.2), {})
     assert p.evened(np.array([1e4, 3e4, 40.0, 0.0])).tolist() == [1e4, 3e4, 20.0, 20.0]

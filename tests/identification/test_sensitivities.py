@@ -239,7 +239,7 @@ def stiff_maxwell(n_samples, relaxations):
     return Simulator(law, motion, runs), np.concatenate(rows)
 
 
-def test_few_steps_resolve_a_stiff_law_on_many_samples():
+def test_few_steps_resolve_a_stiff_law():
     simulator, theta = stiff_maxwell(6000, (5e-5, 0.2))
     resolved = simulator.resolved(theta, 2e-4)
     assert resolved.stiff.tolist() == [True, False]
@@ -248,8 +248,13 @@ def test_few_steps_resolve_a_stiff_law_on_many_samples():
     result = resolved.run(theta)
     assert np.max(np.abs(result[0] - exact[0])) < 2e-4 * np.max(np.abs(exact[0]))
     assert relative((result[1] - exact[1]) * theta, exact[1] * theta) < 1e-3
-    few, theta = stiff_maxwell(600, (5e-5, 0.2))
+    # on few samples they are not worth their compilation, unless the others diverge
+    diverging, theta = stiff_maxwell(600, (5e-5, 0.2))
+    assert diverging.resolved(theta, 2e-4).stiff.tolist() == [True, False]
+    few, theta = stiff_maxwell(600, (4e-4, 0.2))
     assert not few.resolved(theta, 2e-4).stiff.any()
+    many, theta = stiff_maxwell(6000, (4e-4, 0.2))
+    assert many.resolved(theta, 2e-4).stiff.tolist() == [True, False]
 
 
 def test_a_run_that_diverges_does_not_set_the_steps_of_another():

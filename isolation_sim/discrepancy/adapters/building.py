@@ -15,9 +15,9 @@ from .. import inference
 from ..building.candidate import TYPICAL_PERIOD
 from ..building.cause_search import search_causes
 from ..building.comparison import (
-    Comparison,
+    BuildingComparison,
     FittedBuilding,
-    compare_records,
+    compare_building,
     coordinates,
     is_at_bound,
     values_of,
@@ -78,7 +78,7 @@ class BuildingRecords(Problem[FittedBuilding]):
     def nominal(self) -> FittedBuilding:
         """Estimate the noise and simulate the engineer's model."""
         self.progress("estimating the noise")
-        self.first = compare_records(self._model, self.records).with_best_current()
+        self.first = compare_building(self._model, self.records).with_best_current()
         self.engineers = self.first.evaluate(())
         # beside something that is wrong, the better assumption between samples is no evidence
         other, _ = self.first.with_best_sampling()
@@ -425,7 +425,9 @@ def extended_device(model: BuildingModel) -> Device:
     return replace(model.device, force_scale=total_force_scale(model))
 
 
-def traces_of(comparison: Comparison, outcomes: Sequence[FittedBuilding]) -> tuple[Trace, ...]:
+def traces_of(
+    comparison: BuildingComparison, outcomes: Sequence[FittedBuilding]
+) -> tuple[Trace, ...]:
     """Channels of each segment, measured and by two models."""
     return worst_first(
         trace
@@ -435,7 +437,7 @@ def traces_of(comparison: Comparison, outcomes: Sequence[FittedBuilding]) -> tup
     )
 
 
-def intervals(comparison: Comparison, outcome: FittedBuilding) -> list[dict[str, Interval]]:
+def intervals(comparison: BuildingComparison, outcome: FittedBuilding) -> list[dict[str, Interval]]:
     """95 % intervals of all causes' numbers; the noise counts as far as it is independent."""
     half = np.zeros(outcome.n_parameters)
     if outcome.optimum is not None:
@@ -467,7 +469,9 @@ def intervals(comparison: Comparison, outcome: FittedBuilding) -> list[dict[str,
     return numbers
 
 
-def _tests(record: BuildingRecord, comparison: Comparison) -> Iterator[tuple[str, BuildingRecord]]:
+def _tests(
+    record: BuildingRecord, comparison: BuildingComparison
+) -> Iterator[tuple[str, BuildingRecord]]:
     for factor in (0.5, 1.0, 1.5, 2.0):
         label = f"the same ground motion times {factor:g}" if factor != 1 else "the same once more"
         yield (
@@ -518,7 +522,10 @@ def _time(segment: Segment) -> str:
 
 
 def _segment_traces(
-    segment: Segment, held_out: bool, comparison: Comparison, outcomes: Sequence[FittedBuilding]
+    segment: Segment,
+    held_out: bool,
+    comparison: BuildingComparison,
+    outcomes: Sequence[FittedBuilding],
 ) -> Iterator[Trace]:
     record, samples = segment.record, segment.samples
     simulated = [record.values - comparison.residual(one.cause_values, record) for one in outcomes]

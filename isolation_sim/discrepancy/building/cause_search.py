@@ -9,6 +9,8 @@ on data not fitted is then the floor, and the search is repeated with weights th
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from copy import copy
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
@@ -41,16 +43,17 @@ from ..decisions import (
     STRONG_EVIDENCE,
     TO_BLAME,
     UNRESOLVED,
+    WORTH_REFITTING,
 )
 from ..inference import rivals
 from ..search import SearchResult, search
 from .candidate import Candidate, Values
-from .comparison import CauseValues, Comparison, FittedBuilding, squared, with_causes
+from .comparison import BuildingComparison, CauseValues, FittedBuilding, squared, with_causes
 from .errors import excess_error, largest_excess, mean_error, relative_errors, relative_noise
 from .goodness_of_fit import adequacy, is_quiet, p_value
 from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
-from .isolator_effects import LAYER_CAUSES
-from .layer_effects import proposed_effects
+from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
+from .layer_effects import helpful_effects, proposed_effects
 from .localisation import is_elsewhere
 from .model import BuildingModel
 from .record import BuildingRecord
@@ -69,11 +72,12 @@ class CauseSearch:
 
     def __init__(
         self,
-        comparison: Comparison,
+        comparison: BuildingComparison,
         most_causes: int = MOST_BUILDING_CAUSES,
         progress: Callable[[str], None] = lambda text: None,
         choices: Sequence[Candidate] | None = None,  # Causes that are tried; all by default
         barred: tuple[str, str] | None = None,  # Key of a cause that is not among them
+        to_beat: float = np.inf,  # Excess error of other causes, of which these must leave a part
     ):
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
         self.before = comparison.evaluate(())
@@ -84,12 +88,21 @@ class CauseSearch:
         # ones that were fitted in the present round
         self._others: dict[str, list[tuple[Candidate, Values]]] = {}
         self._last: list[FittedBuilding] = []
+        # for each cause that was proposed, its forms of fewer numbers
+        self._simpler: dict[tuple[str, str], list[Candidate]] = {}
         self._choices = (
             candidates(comparison.model, comparison.records) if choices is None else choices
         )
-        self._barred = barred
+        self._barred, self._to_beat = barred, to_beat
         keys = {choice.key for choice in self._choices} | {(name, "") for name in LAYER_CAUSES}
         self._n_tests = len(keys)
+
+    def continued(self, comparison: BuildingComparison) -> CauseSearch:
+        """Go on under another comparison, with what is known of the causes tried."""
+        again = copy(self)
+        again.comparison, again.before = comparison, comparison.evaluate(())
+        again.rivals = dict(self.rivals)
+        return again
 
     def is_explained(self, current: FittedBuilding) -> bool:
         """Whether the residuals are as likely as those of noise alone."""
@@ -103,16 +116,20 @@ class CauseSearch:
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
         self._last = []
-        first = [cause for cause in self._choices if not cause.late]
+        first = self._helpful(current, [cause for cause in self._choices if not cause.late])
         best = self._refined(current, self._fits(current, first, SIMULATED))
         if best and self.is_explained(best[0]) and not best[0].at_bound:
             return best
         late = [cause for cause in self._choices if cause.late]
-        best = _rank(best + self._refined(current, self._fits(current, late, LATE_SIMULATED)))
+        rough = _promising(current, self._fits(current, late, LATE_SIMULATED), best)
+        best = _rank(best + self._refined(current, rough))
         if best and is_elsewhere(self.comparison, current.cause_values, best[0].cause_values):
             return best
-        proposed = proposed_effects(self.comparison, current.cause_values)
-        proposed = [cause for cause in proposed if cause.key != self._barred]
+        proposed = []
+        for nearest, *simpler in proposed_effects(self.comparison, current.cause_values):
+            if nearest.key != self._barred:
+                proposed.append(nearest)
+                self._simpler[nearest.key] = simpler
         last = self._last = self._fits(current, proposed, LATE_SIMULATED)
         if best:  # flexible causes imitate simple ones
             last = [one for one in last if _is_nearer(one, best[0], -STRONG_EVIDENCE)]
@@ -121,6 +138,25 @@ class CauseSearch:
             stands = self._stands_for(last[0], best[0])
             return [last[0], *_rank(best + last[1:])] if stands else best + last
         return best or last
+
+    def _helpful(
+        self, current: FittedBuilding, choices: Sequence[Candidate]
+    ) -> Sequence[Candidate]:
+        """Leave out effects beside one that is tried last if they do not help along the motion.
+
+        Each would be compiled with it, which takes longer than all its simulations.
+        """
+        model = with_causes(self.comparison.model, current.cause_values)
+        if all(one in ISOLATOR_EFFECTS.values() for one in model.effects):
+            return choices
+        added = {
+            cause: [one for one in cause.apply(model, cause.starts[0]).effects
+                    if one not in model.effects]
+            for cause in choices
+        }  # fmt: skip
+        effects = dict.fromkeys(one for some in added.values() for one in some)
+        helpful = helpful_effects(self.comparison, current.cause_values, effects)
+        return [cause for cause in choices if all(one in helpful for one in added[cause])]
 
     def _stands_for(self, last: FittedBuilding, best: FittedBuilding) -> bool:
         """Whether a flexible cause leaves far less than the best other, or noise alone.
@@ -240,13 +276,15 @@ class CauseSearch:
         comparison, causes = self.comparison.with_best_sampling(best.cause_values)
         return best if comparison is self.comparison else self._fit_under(comparison, causes)
 
-    def _fit_under(self, comparison: Comparison, causes: CauseValues) -> FittedBuilding:
+    def _fit_under(self, comparison: BuildingComparison, causes: CauseValues) -> FittedBuilding:
         """Fit causes under another comparison, which is the search's from then on."""
         self.comparison, self.before = comparison, comparison.evaluate(())
         return comparison.fit((), causes)
 
     def finish(self, best: FittedBuilding) -> FittedBuilding:
         """Replace each cause by a better variant; name none if together they remove too little."""
+        if not excess_error(self.comparison, best) < self._to_beat:
+            return self.before
         best = self._exchange_for_simpler(best)
         if self._is_calibration(best, self.before):
             return self.before
@@ -409,6 +447,12 @@ class CauseSearch:
         least = min(changes, key=lambda k: changes[k])
         return least if changes[least] < resolved else None
 
+    def _fit_instead(self, causes: CauseValues, current: FittedBuilding) -> FittedBuilding:
+        """Fit causes in the place of others, to the end only if they come near to those."""
+        rough = self.comparison.fit((), causes, SCREENING_STEPS)
+        far = INSTEAD**2 * rough.cost > current.cost
+        return rough if far else self.comparison.fit((), rough.cause_values)
+
     def _exchange_causes(self, current: FittedBuilding) -> FittedBuilding:
         """Put others that were tried in the place of earlier causes, if they are nearer now."""
         for k in range(len(current.cause_values) - 1):
@@ -416,7 +460,7 @@ class CauseSearch:
             for other in self._others[cause.label]:
                 if other[0].label in current.causes:
                     continue
-                trial = self.comparison.fit((), (*before, other, *after))
+                trial = self._fit_instead((*before, other, *after), current)
                 if (
                     self._stands_for(trial, current) if other[0].last
                     else _is_nearer(trial, current, STRONG_EVIDENCE)
@@ -440,7 +484,7 @@ class CauseSearch:
             ]  # fmt: skip
             without = self.comparison.fit((), (*before, *after))
             for other, starts in self._screened(without, fewer, RIVALS_TRIED):
-                trial = self.comparison.fit((), (*before, (other, starts[0]), *after))
+                trial = self._fit_instead((*before, (other, starts[0]), *after), current)
                 still = current.cause_values[k][0] is many
                 alike = still and self._is_calibration(current, trial)
                 if _is_nearer(trial, current) or self._is_enough(trial, current) or alike:
@@ -459,12 +503,12 @@ class CauseSearch:
         """Put other forms of the causes in their place, from the numbers found as well."""
         for k in range(len(current.cause_values)):
             before, (cause, values), after = _around(current, k)
-            for other in self._choices:
-                if other.key == cause.key and other is not cause:
+            for other in (*self._choices, *self._simpler.get(cause.key, ())):
+                if other.key == cause.key and other.form != cause.form:
                     choices = (*other.starts, _carried_over(other, cause, values))
                     starts = [(*before, (other, start), *after) for start in choices]
                     costs = [squared(self.comparison.fitted_residuals(one)) for one in starts]
-                    trial = self.comparison.fit((), starts[int(np.argmin(costs))])
+                    trial = self._fit_instead(starts[int(np.argmin(costs))], current)
                     more = len(other.parameters) > len(cause.parameters)
                     if _is_nearer(trial, current, STRONG_EVIDENCE if more else 0.0):
                         current = trial
@@ -472,7 +516,7 @@ class CauseSearch:
 
 
 def search_causes(
-    comparison: Comparison,
+    comparison: BuildingComparison,
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
     places: Collection[str] | None = None,  # Of the causes that are tried; all by default
@@ -494,11 +538,20 @@ def search_causes(
     space, result = _search_as_expected(comparison, most_causes, progress, choices)
     best = result.best
     left, left_fitted = (excess_error(space.comparison, best, part) for part in (True, False))
-    if best.cause_values and left > REMAINS:
+    much = left > max(REMAINS, NEARLY_RIGHT * missed)
+    much_fitted = left_fitted > max(REMAINS, NEARLY_RIGHT * missed_fitted)
+    if best.cause_values and much and not much_fitted:
+        # the part that was fitted may only not determine the numbers of the same causes
+        same = _fitted_to_more(space, result)
+        if same is not None and largest_excess(same[0].comparison, same[1].best) < INSTEAD * left:
+            return same
+    if best.cause_values and much:
         # a cause that imitates two others, taken first, may keep both out
         first = best.cause_values[0][0].key
         others = [cause for cause in choices if cause.key != first]
-        other = _search_as_expected(comparison, min(most_causes, 2), progress, others, first)
+        other = _search_as_expected(
+            comparison, min(most_causes, 2), progress, others, first, to_beat=left
+        )
         instead = other[1].best
         remains = excess_error(other[0].comparison, instead)
         if remains < INSTEAD * left:
@@ -508,9 +561,9 @@ def search_causes(
             return other
     # what acts in strong motion alone is not seen where this is all fitted, or all held out
     reopened = None
-    if left < REMAINS < left_fitted:
+    if much_fitted and not much:
         reopened = comparison.fitting_less()
-    elif best.cause_values and left_fitted < REMAINS < left:
+    elif best.cause_values and much and not much_fitted:
         reopened = comparison.fitting_more()
     if reopened is not None:
         again = _search_as_expected(reopened, most_causes, progress, choices)
@@ -526,26 +579,45 @@ def search_causes(
     return again if again[1].best.cause_values else (space, result)
 
 
-def _reopened(comparison: Comparison, best: FittedBuilding) -> Comparison | None:
+def _fitted_to_more(
+    space: CauseSearch, result: SearchResult[FittedBuilding]
+) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
+    """Fit the causes of a search to more of the last record; None where that is no choice."""
+    more = space.comparison.fitting_more()
+    if more is None:
+        return None
+    again = space.continued(more)
+    best = again.finish(more.fit((), result.best.cause_values))
+    return again, replace(result, base=again.before, best=best)
+
+
+def _reopened(comparison: BuildingComparison, best: FittedBuilding) -> BuildingComparison | None:
     """More of the last record fitted where a model misses its held-out part; None where not."""
     missed = adequacy(comparison.held_out, best.held_out) < MISFIT_LEVEL
     return comparison.fitting_more() if missed else None
 
 
 def _search_as_expected(
-    comparison: Comparison,
+    comparison: BuildingComparison,
     most_causes: int,
     progress: Callable[[str], None],
     choices: Sequence[Candidate],
     barred: tuple[str, str] | None = None,
+    to_beat: float = np.inf,
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
-    """Repeat the search until the best model leaves no more than the expected model error."""
+    """Repeat the search until the best model leaves no more than the expected model error.
+
+    It is not repeated where other causes leave less.
+    """
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     while True:
-        space = CauseSearch(comparison.expecting(expected), most_causes, progress, choices, barred)
+        space = CauseSearch(
+            comparison.expecting(expected), most_causes, progress, choices, barred, to_beat
+        )
         result = search(space, space.before)
         left = excess_error(space.comparison, result.best)
-        if left < max(2 * expected, relative_noise(space.comparison, True)):
+        enough = max(2 * expected, relative_noise(space.comparison, True))
+        if left < enough or left >= to_beat:
             return space, result
         expected = left
 
@@ -574,6 +646,16 @@ def _few_of_each(ranked: Sequence[T], key: Callable[[T], tuple[str, str]]) -> li
         if seen[key(one)] <= FORMS_TRIED:
             shortlist.append(one)
     return shortlist
+
+
+def _promising(
+    current: FittedBuilding, rough: Sequence[FittedBuilding], best: Sequence[FittedBuilding]
+) -> list[FittedBuilding]:
+    """Those of some fits that may come near to the best of others."""
+    gains = [current.cost - one.cost for one in best[:1]]
+    return [
+        one for one in rough if current.cost - one.cost >= WORTH_REFITTING * max(gains, default=0)
+    ]
 
 
 def _is_last(outcome: FittedBuilding) -> bool:

@@ -28,7 +28,7 @@ from .segment import Segment, make_segment, without_channel
 
 _STEP = 1e-3
 _MOST_STEPS = 15
-_CACHED_BYTES = 2e8
+_CACHED_BYTES = 4e8
 """Memory, about, for simulations that a search meets again."""
 
 CauseValues = tuple[tuple[Candidate, Values], ...]
@@ -103,7 +103,7 @@ class FittedBuilding:
 
 
 @dataclass(eq=False)
-class Comparison:
+class BuildingComparison:
     """Records against a model, with the noise of each.
 
     Attributes
@@ -158,18 +158,27 @@ class Comparison:
         key = (record.name, end, *moved)
         if key not in self._cache:
             if len(self._cache) * record.values.nbytes > _CACHED_BYTES:
-                self._cache.clear()
+                self._forget()
             self._cache[key] = _simulated(with_causes(self.model, moved), record, end)
         sensors = with_causes(self.model, ((c, v) for c, v in result if c.of_sensor))
         return record.values[:end] - sensors.sensed(record, self._cache[key])
 
-    def with_best_current(self) -> Comparison:
+    def _forget(self) -> None:
+        """Empty the cache, but for what each search begins with: one cause alone, where few."""
+        alone = {key: run for key, run in self._cache.items() if len(key) <= 3}
+        is_less = 2 * len(alone) < len(self._cache)
+        self._cache.clear()
+        self._cache.update(alone if is_less else {})
+
+    def with_best_current(self) -> BuildingComparison:
         """Compare again if a current that jumps and rests is nearer as it is held."""
         if all(record.current_steps for record in self.records):
             return self._best_of(self._other_currents(), ())[0]
         return self
 
-    def with_best_sampling(self, result: CauseValues = ()) -> tuple[Comparison, CauseValues]:
+    def with_best_sampling(
+        self, result: CauseValues = ()
+    ) -> tuple[BuildingComparison, CauseValues]:
         """Compare again if ground or current between the samples follow another assumption.
 
         The causes then have the numbers that they have beside it.
@@ -187,7 +196,7 @@ class Comparison:
 
     def _best_of(
         self, models: Sequence[BuildingModel], result: CauseValues
-    ) -> tuple[Comparison, CauseValues]:
+    ) -> tuple[BuildingComparison, CauseValues]:
         """Compare again with one of some models if it is nearer to the records than the present."""
         trials = [replace(self, model=one, _cache={}) for one in models]
         fits = [trial._with_currents_fitted(result) for trial in trials]
@@ -224,35 +233,35 @@ class Comparison:
             for cause, values in result
         )
 
-    def with_noise_beside(self, result: CauseValues) -> Comparison:
+    def with_noise_beside(self, result: CauseValues) -> BuildingComparison:
         """Estimate the noise again, with given causes in the model."""
-        again = compare_records(self.model, self.records, result, self.model_error, self.middle)
+        again = compare_building(self.model, self.records, result, self.model_error, self.middle)
         return replace(again, _cache=self._cache)
 
     def floor_of(self, record: BuildingRecord) -> NoiseFloor:
         """Noise of a record."""
         return self.floors[[one.name for one in self.records].index(record.name)]
 
-    def expecting(self, model_error: float) -> Comparison:
+    def expecting(self, model_error: float) -> BuildingComparison:
         """Weight the same data by another expected model error."""
         again = self._weighted(
             lambda s, floor: make_segment(s.record, s.samples, floor, model_error)
         )
         return replace(again, model_error=model_error)
 
-    def without_channel(self, name: str) -> Comparison:
+    def without_channel(self, name: str) -> BuildingComparison:
         """Compare the same data beside an unknown signal in one channel."""
         k = self.records[0].channels.index(name)
         return self._weighted(lambda segment, floor: without_channel(segment, floor, k))
 
-    def _weighted(self, weight: Callable[[Segment, NoiseFloor], Segment]) -> Comparison:
+    def _weighted(self, weight: Callable[[Segment, NoiseFloor], Segment]) -> BuildingComparison:
         fitted, held_out = (
             tuple(weight(segment, self.floor_of(segment.record)) for segment in segments)
             for segments in (self.fitted, self.held_out)
         )
         return replace(self, fitted=fitted, held_out=held_out)
 
-    def fitting_more(self) -> Comparison | None:
+    def fitting_more(self) -> BuildingComparison | None:
         """Fit more of the last record as well; None where that is no choice.
 
         That is half of the held-out time of a lone record, and of several most of the motion.
@@ -264,13 +273,13 @@ class Comparison:
             (self.middle + len(last)) // 2 if self.middle else _middle_of_motion(last)
         )
 
-    def fitting_less(self) -> Comparison | None:
+    def fitting_less(self) -> BuildingComparison | None:
         """Hold out a part of a lone record's strong motion; None where that is no choice."""
         if self.middle is None or len(self.records) > 1:
             return None
         return self._divided(_middle(self.records[0], LESS_FITTED_ENERGY))
 
-    def _divided(self, middle: int) -> Comparison | None:
+    def _divided(self, middle: int) -> BuildingComparison | None:
         last, floor = self.records[-1], self.floors[-1]
         if min(middle, len(last) - middle) < MINIMUM_SAMPLES:
             return None
@@ -301,8 +310,7 @@ class Comparison:
         start = coordinates(parameters, [v for _, values in free for v in values])
         lower = coordinates(parameters, [p.lower for p in parameters])
         upper = coordinates(parameters, [p.upper for p in parameters])
-        size = np.where(start == 0, np.abs(start).max() * 0.1 + 1e-9, np.abs(start))
-        size[[p.logarithmic for p in parameters]] = 1.0
+        size = np.concatenate([_sizes(cause, values) for cause, values in free])
 
         def put(x: NDArray) -> CauseValues:
             numbers = iter(values_of(parameters, x))
@@ -316,7 +324,7 @@ class Comparison:
             at = residuals(x)
             jacobian = np.zeros((at.size, x.size if derivatives else 0))
             for k in range(jacobian.shape[1]):
-                step = _STEP * max(abs(x[k]), size[k])
+                step = min(_STEP * max(abs(x[k]), size[k]), (upper[k] - lower[k]) / 2)
                 if x[k] + step > upper[k]:
                     step = -step
                 moved = x.copy()
@@ -338,13 +346,13 @@ class Comparison:
         return tuple(s.whiten(residuals[s.record.name]) for s in segments)
 
 
-def compare_records(
+def compare_building(
     model: BuildingModel,
     records: Sequence[BuildingRecord],
     result: CauseValues = (),
     model_error: float = 0.0,
     middle: int | None = None,
-) -> Comparison:
+) -> BuildingComparison:
     """Estimate the noise of records and divide them into fitted and held-out data."""
     records = tuple(records)
     if not records or all(record.hold_out for record in records):
@@ -374,7 +382,9 @@ def compare_records(
             (held_out if out else fitted).append(
                 make_segment(record, slice(0, len(record)), floor, model_error)
             )
-    return Comparison(model, records, floors, tuple(fitted), tuple(held_out), model_error, middle)
+    return BuildingComparison(
+        model, records, floors, tuple(fitted), tuple(held_out), model_error, middle
+    )
 
 
 def _parts(
@@ -421,6 +431,20 @@ def with_causes(model: BuildingModel, result: Iterable[tuple[Candidate, Values]]
     for cause, values in result:
         model = cause.apply(model, values)
     return model
+
+
+def _sizes(cause: Candidate, values: Values) -> NDArray:
+    """Orders of magnitude of a cause's coordinates in a fit that starts from some values."""
+    x = np.abs(coordinates(cause.parameters, values))
+    sizes = np.where(x == 0, x.max(initial=0.0) * 0.1 + 1e-9, x)
+    for k, p in enumerate(cause.parameters):
+        # numbers beside one that starts from zero may be of other units
+        known = max([abs(start[k]) for start in cause.starts], default=0.0)
+        if p.logarithmic:
+            sizes[k] = 1.0
+        elif x[k] == 0 and (known or np.isfinite(p.upper - p.lower)):
+            sizes[k] = known or p.upper - p.lower
+    return sizes
 
 
 def coordinates(parameters: Sequence[Parameter], values: Sequence[float]) -> NDArray:

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .candidate import TYPICAL_PERIOD
-from .comparison import Comparison, FittedBuilding
+from .comparison import BuildingComparison, FittedBuilding
 
 
-def relative_errors(comparison: Comparison, outcome: FittedBuilding, held_out: bool) -> NDArray:
+def relative_errors(
+    comparison: BuildingComparison, outcome: FittedBuilding, held_out: bool
+) -> NDArray:
     """Error of each channel: RMS of the residual over RMS of the measured value."""
     return _relative([
         (
@@ -22,7 +24,7 @@ def relative_errors(comparison: Comparison, outcome: FittedBuilding, held_out: b
     ])  # fmt: skip
 
 
-def mean_error(comparison: Comparison, outcome: FittedBuilding, held_out: bool) -> float:
+def mean_error(comparison: BuildingComparison, outcome: FittedBuilding, held_out: bool) -> float:
     """One relative error of all channels that show a signal, each counted alike."""
     return _pooled(relative_errors(comparison, outcome, held_out)[comparison.seen])
 
@@ -42,7 +44,7 @@ def _pooled(errors: NDArray) -> float:
     return float(np.sqrt(np.mean(errors**2))) if errors.size else float("nan")
 
 
-def relative_noise(comparison: Comparison, held_out: bool) -> float:
+def relative_noise(comparison: BuildingComparison, held_out: bool) -> float:
     """Error that noise alone leaves, relative like the errors."""
     noise, measured = np.zeros((2, len(comparison.records[0].channels)))
     for segment in comparison.segments(held_out):
@@ -52,7 +54,9 @@ def relative_noise(comparison: Comparison, held_out: bool) -> float:
     return _pooled(np.sqrt(noise / measured)[comparison.seen])
 
 
-def excess_error(comparison: Comparison, outcome: FittedBuilding, held_out: bool = True) -> float:
+def excess_error(
+    comparison: BuildingComparison, outcome: FittedBuilding, held_out: bool = True
+) -> float:
     """Error that a model has beyond the noise, by default on data not fitted."""
     beyond, measured = np.zeros((2, len(comparison.records[0].channels)))
     for segment in comparison.segments(held_out):
@@ -64,12 +68,12 @@ def excess_error(comparison: Comparison, outcome: FittedBuilding, held_out: bool
     return float(np.sqrt(max(float(np.mean(excess)), 0.0))) if excess.size else 0.0
 
 
-def largest_excess(comparison: Comparison, outcome: FittedBuilding) -> float:
+def largest_excess(comparison: BuildingComparison, outcome: FittedBuilding) -> float:
     """The larger of these errors, on fitted and on held-out data."""
     return max(excess_error(comparison, outcome, held_out) for held_out in (False, True))
 
 
-def squared_blocks(comparison: Comparison, outcomes: Sequence[FittedBuilding]) -> NDArray:
+def squared_blocks(comparison: BuildingComparison, outcomes: Sequence[FittedBuilding]) -> NDArray:
     """Squared relative residual of each outcome in blocks of a period, (n_blocks, n_outcomes)."""
     blocks = []
     for segment in comparison.held_out:

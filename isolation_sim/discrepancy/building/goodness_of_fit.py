@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from ...identification.least_squares import orthonormal
 from ..decisions import QUIET
 from ..inference import f_chance
-from .comparison import Comparison, FittedBuilding
+from .comparison import BuildingComparison, FittedBuilding
 from .segment import Segment, cell_means
 
 
-def p_value(comparison: Comparison, smaller: FittedBuilding, larger: FittedBuilding) -> float:
+def p_value(
+    comparison: BuildingComparison, smaller: FittedBuilding, larger: FittedBuilding
+) -> float:
     """Chance of the improvement by more causes if they were absent (likelihood ratio)."""
     if not larger.cost < smaller.cost:
         return 1.0
@@ -24,7 +26,7 @@ def p_value(comparison: Comparison, smaller: FittedBuilding, larger: FittedBuild
 
 
 def _gain_by_noise(
-    comparison: Comparison, smaller: FittedBuilding, larger: FittedBuilding, added: int
+    comparison: BuildingComparison, smaller: FittedBuilding, larger: FittedBuilding, added: int
 ) -> float:
     """Decrease of the cost of noise alone by more causes, over that of independent residuals."""
     # noise of the ground's sensors moves many residuals together, along what a cause changes
@@ -50,7 +52,7 @@ def adequacy(segments: Sequence[Segment], whitened: Sequence[NDArray]) -> float:
     return float(1 - (1 - p.min()) ** p.size)
 
 
-def is_quiet(comparison: Comparison, outcome: FittedBuilding) -> bool:
+def is_quiet(comparison: BuildingComparison, outcome: FittedBuilding) -> bool:
     """Whether a model leaves residuals as likely as those of noise alone."""
     segments = comparison.fitted + comparison.held_out
     return adequacy(segments, outcome.fitted + outcome.held_out) > QUIET

@@ -24,7 +24,7 @@ from ...structures import IsolatedStructure
 from ..decisions import LEAST_SENSOR_ERROR
 from ..device.model import Model
 from .channels import ISOLATOR, Channel
-from .comparison import CauseValues, Comparison, with_causes
+from .comparison import BuildingComparison, CauseValues, with_causes
 from .frequency_response import frequency_response, linear_stiffness
 from .model import BuildingModel, total_force_scale
 from .noise import NoiseFloor, smooth_spectrum, spectra
@@ -80,7 +80,7 @@ def unsupported(isolated: IsolatedStructure, records: Sequence[BuildingRecord]) 
     return "" if np.ptp(holding) == 0 else "isolators that act in several directions"
 
 
-def layer_model(comparison: Comparison, result: CauseValues) -> Model:
+def layer_model(comparison: BuildingComparison, result: CauseValues) -> Model:
     """The isolators' law under the measured motion, with causes in law and structure."""
     model = with_causes(comparison.model, result)
     device = model.nominal.elements[0].device
@@ -101,7 +101,7 @@ def effect_values(model: BuildingModel, result: CauseValues) -> NDArray:
     return np.array(numbers, dtype=float)
 
 
-def _runs(comparison: Comparison, model: BuildingModel, result: CauseValues) -> LayerRuns:
+def _runs(comparison: BuildingComparison, model: BuildingModel, result: CauseValues) -> LayerRuns:
     """Motion and force in the records that are fitted, in the device's scale."""
     share, length = total_force_scale(model), model.nominal.elements[0].device.length
     parts, gains = [], {}
@@ -167,7 +167,7 @@ class _Lacking(NamedTuple):
 
 
 def _lacking(
-    comparison: Comparison, model: BuildingModel, record: BuildingRecord, floor: NoiseFloor,
+    comparison: BuildingComparison, model: BuildingModel, record: BuildingRecord, floor: NoiseFloor,
     run: Run, residual: NDArray,
 ) -> _Lacking:  # fmt: skip
     """Estimate the force and the displacement that a simulation lacks from all channels."""

@@ -15,8 +15,9 @@ from ...effects.followers import positive, raised
 
 _SPEED = 0.1
 """m/s: velocity at which a damper's force is reported."""
-_TINY = 1e-12
-"""Keeps the power's derivatives finite at rest."""
+_TINY = 1e-8
+"""Square of the velocity, over that one, below which the force is linear: a low power of less is a
+jump, whose simulation takes 50 times as long and shows by less than 0.1 % in a floor."""
 _TOUCH = 2e-3
 """Overrun, over the gap, at which half of a wall's dashpot acts: its force does not jump."""
 

@@ -6,41 +6,89 @@ fitted along its measured motion, without a simulation of the building. Few are 
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from ...effects import Effect
-from ..decisions import ALONG_MOTION, LEAST_PART, PROPOSALS, PROPOSED_GAIN
-from ..device.model import FittedModel
+from ..decisions import ALONG_MOTION, INSTEAD, LEAST_PART, PROPOSALS, PROPOSED_GAIN, SIGNIFICANT
+from ..device.model import FittedModel, fit_roughly
 from ..device.observable_effects import observable_effects
 from ..device.screen import fit_direction, refine, screen_effect
 from .candidate import Candidate
-from .comparison import CauseValues, Comparison
+from .comparison import BuildingComparison, CauseValues
 from .isolation_force import effect_values, layer_model, unsupported
 from .isolator_causes import layer_effect
 from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 
 
-def proposed_effects(comparison: Comparison, causes: CauseValues) -> list[Candidate]:
-    """Effects beside some causes, each in the form nearest to the layer's force; best first."""
-    if unsupported(comparison.model.nominal, comparison.records):
+def proposed_effects(comparison: BuildingComparison, causes: CauseValues) -> list[list[Candidate]]:
+    """Effects beside some causes, best first: each in the form nearest to the layer's force.
+
+    After it, its nearest form of fewer numbers, if it leaves little more.
+    """
+    base = _along_motion(comparison, causes)
+    if base is None:
         return []
+    best: dict[str, list[FittedModel]] = {}
+    noise = _noise(comparison) * len(base.residual)
+    for fit in _helpful(comparison, base, _forms(base)):
+        forms = best.setdefault(fit.causes[-1], [fit])
+        nearest = forms[0]
+        simpler = fit.n_parameters < nearest.n_parameters
+        if len(forms) == 1 and simpler and INSTEAD**2 * (fit.cost - noise) < nearest.cost - noise:
+            forms.append(fit)
+    return [[_candidate(comparison, fit) for fit in forms]
+            for forms in list(best.values())[:PROPOSALS]]  # fmt: skip
+
+
+def helpful_effects(
+    comparison: BuildingComparison, causes: CauseValues, effects: Collection[Effect]
+) -> Collection[Effect]:
+    """Those of some effects that may explain what the layer's force lacks beside some causes."""
+    base = _along_motion(comparison, causes)
+    if base is None:
+        return effects
+    return [fit.effects[-1] for fit in _helpful(comparison, base, effects)]
+
+
+def _along_motion(comparison: BuildingComparison, causes: CauseValues) -> FittedModel | None:
+    """The isolation layer with some causes, as a device test; None where it is none."""
+    if unsupported(comparison.model.nominal, comparison.records):
+        return None
     layer = layer_model(comparison, causes)
     base = FittedModel.at(layer, effect_values(comparison.model, causes))
     if not np.isfinite(base.cost):
-        return []
+        return None
+    if not base.effects:
+        return base
+    # what other numbers of these effects remove asks for no further one
+    own = fit_roughly(layer, np.clip(base.values, *layer.bounds()))
+    return own if own.cost < base.cost else base
+
+
+def _noise(comparison: BuildingComparison) -> float:
+    """Mean square of weighted residuals of noise alone: below 1 where an error is expected."""
+    sizes = sum(2 * float(segment.cell_sizes.sum()) for segment in comparison.fitted)
+    return sum(segment.noise_cost for segment in comparison.fitted) / sizes
+
+
+def _helpful(
+    comparison: BuildingComparison, base: FittedModel, forms: Collection[Effect]
+) -> list[FittedModel]:
+    """Effects fitted along the layer's motion that remove enough of its misfit, best first."""
     # examples of noise tell nothing among forms of one layer
     noise = np.zeros((len(base.residual), 1))
-    screened = [screen_effect(base, one, noise) for one in _forms(base)]
+    screened = [screen_effect(base, one, noise) for one in forms]
     directions = sorted((one for one in screened if one is not None), key=lambda one: -one.gain)
     near = [refine(base, one, noise) for one in directions[:ALONG_MOTION]]
     fits = [fit_direction(base, one) for one in near]
-    least = PROPOSED_GAIN * max(base.cost - len(base.residual), 0.0)
-    best: dict[str, FittedModel] = {}
+    chance = _noise(comparison)
+    misfit = base.cost - chance * len(base.residual)
+    least = max(PROPOSED_GAIN * misfit, SIGNIFICANT * chance)
+    fits = [fit for fit in fits if base.cost - fit.cost > least]
     # a number more has to lower the cost by more than errors of the layer's force do
-    for fit in sorted(fits, key=lambda fit: fit.cost * (1 + LEAST_PART) ** fit.n_parameters):
-        if base.cost - fit.cost > least:
-            best.setdefault(fit.causes[-1], fit)
-    return [_candidate(comparison, fit) for fit in list(best.values())[:PROPOSALS]]
+    return sorted(fits, key=lambda fit: fit.cost * (1 + LEAST_PART) ** fit.n_parameters)
 
 
 def _forms(base: FittedModel) -> list[Effect]:
@@ -53,7 +101,7 @@ def _forms(base: FittedModel) -> list[Effect]:
     ]  # fmt: skip
 
 
-def _candidate(comparison: Comparison, fit: FittedModel) -> Candidate:
+def _candidate(comparison: BuildingComparison, fit: FittedModel) -> Candidate:
     """The newest effect of a layer's model, with its numbers to start from."""
     numbers = fit.values[fit.model.slices()[-1]]
     start = tuple(numbers.tolist())

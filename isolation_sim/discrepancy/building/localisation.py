@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...simulation.result import Run
 from ..decisions import IMITATION, NEARLY_RIGHT, PROPOSED_GAIN, WELL_EXPLAINED
-from .comparison import CauseValues, Comparison, FittedBuilding, with_causes
+from .comparison import BuildingComparison, CauseValues, FittedBuilding, with_causes
 from .errors import excess_error
 from .frequency_response import end_response, frequency_response
 from .model import BuildingModel, dofs_by_level
@@ -69,7 +69,7 @@ class UnknownForce(NamedTuple):
 
 
 def unknown_force(
-    comparison: Comparison, nominal: FittedBuilding, causes: CauseValues
+    comparison: BuildingComparison, nominal: FittedBuilding, causes: CauseValues
 ) -> UnknownForce | None:
     """Find the unknown force with the fewest causes beside it; None where causes do as well."""
     if len(comparison.records[0].axes) > 1:
@@ -118,7 +118,7 @@ def unknown_force(
     )
 
 
-def is_elsewhere(comparison: Comparison, causes: CauseValues, best: CauseValues) -> bool:
+def is_elsewhere(comparison: BuildingComparison, causes: CauseValues, best: CauseValues) -> bool:
     """Whether any force of the isolators beside causes leaves more than the best others do."""
     if len(comparison.records[0].axes) > 1:
         return False
@@ -132,7 +132,7 @@ def is_elsewhere(comparison: Comparison, causes: CauseValues, best: CauseValues)
     return bool(by_force > max(left_by_best, 0.0) + PROPOSED_GAIN * left[_NOWHERE])
 
 
-def _whole(comparison: Comparison, model_error: float) -> list[Segment]:
+def _whole(comparison: BuildingComparison, model_error: float) -> list[Segment]:
     """Whole records, with weights that expect an error of the model."""
     return [
         make_segment(record, slice(0, len(record)), floor, model_error)
@@ -178,7 +178,7 @@ def _channels_in_words(alike: Sequence[UnknownForce]) -> str:
 
 
 def _left(
-    comparison: Comparison,
+    comparison: BuildingComparison,
     segments: Sequence[Segment],
     causes: CauseValues,
     places: Collection[str] | None = None,  # Of the forces; all, and all channels, by default

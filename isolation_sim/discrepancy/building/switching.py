@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import Diverged
-from .comparison import Comparison
+from .comparison import BuildingComparison
 from .errors import pooled_error
 from .model import BuildingModel, RecordedCurrent
 from .record import BuildingRecord
@@ -17,7 +17,7 @@ _DRAWS = 8
 """Simulations with changes at random moments. Effort."""
 
 
-def switching_error(comparison: Comparison, held_out: bool) -> float:
+def switching_error(comparison: BuildingComparison, held_out: bool) -> float:
     """Error of all channels by changes of the current at unknown moments within their samples."""
     model, each = comparison.model, []
     for segment in comparison.segments(held_out):

@@ -58,6 +58,14 @@ def evaluate(
     return _Runs(effect, data, signals, parameters).evaluate()
 
 
+def time_scales(effect: Effect, data: MeasuredRuns, parameters: NDArray) -> NDArray:
+    """Factors of the law's times in each run, (n_runs,): means of an effect's, without states."""
+    signals = Signals(data.x, data.v, data.a, data.current, 0.0, data.temperature)
+    assert effect.time_scale is not None
+    every = effect.time_scale(signals, (), tuple(parameters)) + np.zeros_like(data.x)
+    return np.add.reduceat(every, data.starts[:-1]) / data.lengths
+
+
 def differentiate(
     effect: Effect, data: MeasuredRuns, force: NDArray, parameters: NDArray, by_force: NDArray,
     own: int,

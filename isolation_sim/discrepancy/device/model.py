@@ -17,7 +17,7 @@ from ...identification.least_squares import DETERMINED, Optimum, orthonormal, un
 from ...identification.measured_runs import MeasuredRuns
 from ..decisions import SEARCH_STEPS
 from .carried_history import has_unknown_starts
-from .effect_evaluation import differentiate, evaluate
+from .effect_evaluation import differentiate, evaluate, time_scales
 
 # A load cell that is set to zero before every run: no run tells the offset of another. This form
 # needs the measured force itself, so that it cannot be an effect of the catalogue: the mean of each
@@ -93,7 +93,7 @@ class Model(LawModel):
     @property
     def needs_differences(self) -> bool:
         """Whether derivatives need further simulations of the law."""
-        return any(e.motion is not None or e.current is not None for e in self.effects)
+        return any(effect.is_before_law for effect in self.effects)
 
     def slices(self) -> list[slice]:
         """Place of each effect's parameters among the values."""
@@ -158,7 +158,7 @@ class Model(LawModel):
         np.matmul(jacobian, self.parameterisation.spread, out=by_inner[:, : self.n_law])
         for place, k, step, moved in self._moves(own):
             effect = self.effects[place]
-            if effect.motion is not None or effect.current is not None:
+            if effect.is_before_law:
                 by_inner[:, k] = (self._law_force(law, moved, False)[0] - inner) / step
         force, columns = self._behind_effects(inner, by_inner, own)
         return self._with_offsets(self.data.record(force)), self.recorded(columns)
@@ -237,6 +237,9 @@ class Model(LawModel):
             if effect.current is not None:
                 seen = evaluate(effect, self.data, nothing, parameters, current=motion.current)
                 motion = motion.with_current(seen["current"])
+        for effect, parameters in zip(self.effects, own, strict=True):
+            if effect.time_scale is not None:
+                motion = motion.slower(time_scales(effect, self.data, parameters))
         return self.simulator(motion).run(self.parameterisation.coefficients(law), derivatives)
 
     def _evaluate(
@@ -339,8 +342,10 @@ class FittedModel:
 
     @cached_property
     def basis(self) -> NDArray:
-        """Orthonormal directions in which the values move the residuals, (n_fitted, n)."""
-        return orthonormal(self.jacobian)
+        """Orthonormal directions in which values inside their bounds move the residuals."""
+        # one at a bound does not follow what would lead it out
+        lower, upper = self.model.bounds()
+        return orthonormal(self.jacobian[:, (self.values > lower) & (self.values < upper)])
 
     def significance(self, places: NDArray) -> float:
         """Square of some values over their covariance under residuals of one noise each."""

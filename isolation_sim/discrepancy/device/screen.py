@@ -54,8 +54,7 @@ class _Probe:
     def __init__(self, base: FittedModel, effect: Effect):
         self.base, self.effect = base, effect
         self.model = base.model.with_effects(effect)
-        outside = effect.motion is None and effect.current is None
-        self.inner = base.inner if outside else None
+        self.inner = None if effect.is_before_law else base.inner
         self.before = base.across(base.residual)
         self.lower = np.array([self.model.lower(q) for q in effect.parameters])
         self.upper = np.array([self.model.upper(q) for q in effect.parameters])
@@ -72,7 +71,7 @@ class _Probe:
         """Parameters to look at: a magnitude or several, and some of each other's first values."""
         # What changes the motion or the current does not act in proportion to its magnitude: a slow
         # field does not follow from a quick one, nor a wide gap from a narrow one.
-        in_proportion = self.effect.current is None and self.effect.motion is None
+        in_proportion = not self.effect.is_before_law
         choices = []
         for q, size in zip(self.effect.parameters, self.sizes, strict=True):
             result = [min(max(s * size, q.lower), q.upper) for s in q.starts]
@@ -211,7 +210,7 @@ def fit_directions(
 def _may_compete(one: Direction, best_gain: float, base: FittedModel) -> bool:
     """Whether an effect may explain about as much as the best of those fitted before."""
     # the expected gain of what changes the motion or the current is often too small
-    if one.effect.motion is not None or one.effect.current is not None:
+    if one.effect.is_before_law:
         return True
     return one.gain > WORTH_FITTING * best_gain or best_gain < MUCH_EXPLAINED * base.cost
 

@@ -24,7 +24,7 @@ from ...laws.current_dependence import CurrentDependence
 from ...laws.law import Law
 from ..adapters.building import BuildingRecords, extended_device, intervals, traces_of
 from ..building.candidate import Candidate, Parameter, Values
-from ..building.comparison import CauseValues, Comparison, FittedBuilding, with_causes
+from ..building.comparison import BuildingComparison, CauseValues, FittedBuilding, with_causes
 from ..building.errors import excess_error, mean_error, relative_noise, squared_blocks
 from ..building.goodness_of_fit import adequacy, p_value
 from ..building.isolation_force import effect_values, layer_model
@@ -90,7 +90,7 @@ class BuildingTiers(Tiers[_Rung]):
         self._weigh(space.comparison.expecting(expected), best.cause_values)
         self.base = self.comparison.model.device.law
 
-    def _weigh(self, comparison: Comparison, causes: CauseValues) -> None:
+    def _weigh(self, comparison: BuildingComparison, causes: CauseValues) -> None:
         """Set the weights of the data."""
         self.comparison = comparison
         self.law, self.causes = (_Rung(comparison.evaluate(values)) for values in ((), causes))

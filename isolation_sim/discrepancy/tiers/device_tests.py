@@ -276,7 +276,7 @@ class DeviceTiers(Tiers[_Rung]):
         expected = model.expected
         if expected is not None:
             expected = np.concatenate([expected, np.zeros(len(own.scale) - len(expected))])
-        return replace(model, parameterisation=own, expected=expected), text
+        return replace(model, parameterisation=own, expected=expected, inside=None), text
 
     def losses(self, rung: _Rung, against: _Rung) -> tuple[str, ...]:
         """Conditions left out of a fit, and conditions held out, on which a rung loses."""

@@ -12,7 +12,7 @@ from scipy.signal import butter, sosfiltfilt
 import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
-from isolation_sim.discrepancy.building.comparison import compare_records
+from isolation_sim.discrepancy.building.comparison import compare_building
 from isolation_sim.discrepancy.building.model import RecordedCurrent, building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.building.switching import switching_error
@@ -140,7 +140,7 @@ def test_a_delay_between_the_samples_is_named_only_alone(isolated):
     listed = {(c.name, c.form): c for c in candidates(model, [record])}
     delay = listed["actuation_delay", "dead_time"]
     other = listed["base_mass_error", ""], (0.1,)
-    space = CauseSearch(compare_records(model, [record]))
+    space = CauseSearch(compare_building(model, [record]))
     evaluate = space.comparison.evaluate
 
     def unresolved(both, without):
@@ -162,7 +162,7 @@ def test_a_ramp_within_a_sample_is_not_named_beside_a_delay(isolated):
     listed = {(c.name, c.form): c for c in candidates(model, [record])}
     delay = listed["actuation_delay", "dead_time"]
     ramp = listed["current_supply_limit", "slew"], (3.0 / DT,)
-    space = CauseSearch(compare_records(model, [record]))
+    space = CauseSearch(compare_building(model, [record]))
     evaluate = space.comparison.evaluate
     both = evaluate(((delay, (2.7 * DT,)), ramp))
     for alone, place in ((3.2 * DT, 1), (2.7 * DT, None)):
@@ -185,7 +185,7 @@ def test_a_delay_does_not_keep_a_held_current_linear(isolated):
     model = building_model(isolated, [record])
     late = replace(model, jump=0.0, delay=0.06).predict(record)
     record = replace(record, response=dict(zip(record.channels, late.T, strict=True)))
-    space = compare_records(model, [record])
+    space = compare_building(model, [record])
     delay = next(c for c in candidates(model, [record]) if c.form == "dead_time")
     fitted = space.fit((), ((delay, (0.05,)),))
     assert fitted.cause_values[0][1] == pytest.approx((0.065,), abs=0.001)
@@ -206,7 +206,7 @@ def test_half_a_sample_of_delay_is_a_held_current_at_the_end(isolated):
     record = replace(record, response=dict(zip(record.channels, true.T, strict=True)))
     listed = {(c.name, c.form): c for c in candidates(model, [record])}
     delay, force = listed["actuation_delay", "dead_time"], listed["isolator_force_error", ""]
-    space = CauseSearch(compare_records(model, [record]))
+    space = CauseSearch(compare_building(model, [record]))
     found = space.finish(space.comparison.fit((), ((force, (0.2,)), (delay, (0.004,)))))
     assert found.causes == ("isolator_force_error",)
     assert found.cause_values[0][1] == pytest.approx((0.3,), abs=0.001)
@@ -220,7 +220,7 @@ def test_a_dead_time_and_a_lag_are_one_delay(isolated):
     late = replace(model, jump=0.0, delay=0.03, lag=0.05)
     response = dict(zip(record.channels, late.predict(record).T, strict=True))
     record = replace(record, response=response)
-    space = compare_records(replace(model, jump=0.0), [record])
+    space = compare_building(replace(model, jump=0.0), [record])
     listed = [c for c in candidates(model, [record]) if c.name == "actuation_delay"]
     fits = {
         c.form: min((space.fit((), ((c, start),)) for start in c.starts), key=lambda one: one.cost)
@@ -235,6 +235,6 @@ def test_the_moments_of_jumps_within_a_sample_make_errors(isolated):
     """A constant current makes none."""
     model, errors = building_model(isolated, [_held(5, "after")]), []
     for record in (_held(5, "after"), replace(_held(5, "after"), current=np.full(N, 1.0))):
-        comparison = compare_records(model, [record])
+        comparison = compare_building(model, [record])
         errors.append([switching_error(comparison, held_out) for held_out in (False, True)])
     assert min(errors[0]) > 0.002 and errors[1] == [0.0, 0.0]

@@ -9,10 +9,11 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
-from isolation_sim.discrepancy.building.cause_search import candidates
-from isolation_sim.discrepancy.building.comparison import compare_records, with_causes
+from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
+from isolation_sim.discrepancy.building.comparison import compare_building, with_causes
 from isolation_sim.discrepancy.building.isolator_causes import layer_effect
 from isolation_sim.discrepancy.building.isolator_effects import (
+    DAMPER,
     ISOLATOR_EFFECTS,
     LAYER_CAUSES,
     around_the_law,
@@ -21,7 +22,7 @@ from isolation_sim.discrepancy.building.layer_effects import proposed_effects
 from isolation_sim.discrepancy.building.model import building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.diagnose import diagnose_building
-from isolation_sim.effects import EFFECTS, effect
+from isolation_sim.effects import EFFECTS, Signals, effect
 
 CHANNELS = (
     "base_acceleration_m_s2",
@@ -90,10 +91,57 @@ def test_causes_that_are_proposed_are_of_the_catalogue():
 def test_the_motion_of_the_isolators_proposes_what_they_lack(one, numbers):
     isolated = _isolated()
     record = _recorded(isolated, one, numbers)
-    comparison = compare_records(building_model(isolated, [record]), [record])
-    first = proposed_effects(comparison, ())[0]
+    comparison = compare_building(building_model(isolated, [record]), [record])
+    (first, *_), *_ = proposed_effects(comparison, ())
     assert (first.name, first.form, first.last) == (one.cause, one.form, True)
     assert first.starts[0] == pytest.approx(numbers, rel=0.3)
+
+
+def test_a_form_of_fewer_numbers_is_proposed_beside_the_nearest():
+    isolated = _isolated()
+    record = _recorded(isolated, effect("coulomb_friction", "lugre"), (3e5, 4e-3, 0.8, 0.05))
+    comparison = compare_building(building_model(isolated, [record]), [record])
+    forms = proposed_effects(comparison, ())[0]
+    assert [one.form for one in forms] == ["lugre", "dahl"]
+
+
+def test_nothing_is_proposed_for_what_other_numbers_of_an_effect_explain():
+    isolated = _isolated()
+    record = _recorded(isolated, DAHL, (3e5, 4e-3))
+    model = building_model(isolated, [record])
+    comparison = compare_building(model, [record])
+    numbers = (2e5, 8e-3)
+    friction = layer_effect(model, [record], DAHL, numbers)
+    assert proposed_effects(comparison, ((friction, numbers),)) == []
+
+
+@pytest.mark.parametrize(("second", "tried"), [((2e5, 0.6), True), (None, False)])
+def test_effects_beside_one_that_is_tried_last_have_to_help_along_the_motion(second, tried):
+    """Each law of several effects is compiled for longer than it is simulated."""
+    isolated = _isolated()
+    record = _recorded(isolated, DAHL, (3e5, 4e-3))
+    model = building_model(isolated, [record])
+    friction = layer_effect(model, [record], DAHL, (3e5, 4e-3)), (3e5, 4e-3)
+    dampers = [c for c in candidates(model, [record]) if c.form == DAMPER.form]
+    if second:
+        true = with_causes(model, (friction, (dampers[0], second)))
+        values = dict(zip(CHANNELS, true.predict(record).T, strict=True))
+        record = replace(record, response=values)
+    comparison = compare_building(model, [record])
+    space = CauseSearch(comparison)
+    others = [c for c in candidates(model, [record]) if c.name == "base_mass_error"]
+    current = comparison.evaluate((friction,))
+    assert space._helpful(current, [*dampers, *others]) == [*dampers * tried, *others]
+    # without such an effect all stand around one law
+    assert space._helpful(space.before, dampers) == dampers
+
+
+def test_a_low_power_of_the_velocity_does_not_jump():
+    """The simulation of a jump takes 50 times as long."""
+    signals = Signals(0.0, 1e-6, 0.0, 0.0, 0.0, 20.0)
+    assert DAMPER.force(signals, (), (1.0, 0.2)) < 0.02
+    at_once = DAMPER.force(signals._replace(v=0.01), (), (1.0, 0.2))
+    assert at_once == pytest.approx(0.1**0.2, rel=1e-3)
 
 
 def test_a_wall_is_beyond_most_of_the_motion():
@@ -124,8 +172,8 @@ def test_remanence_needs_a_current(current):
     record = _recorded(isolated, one, (0.6, 0.5), current=True)
     if not current:
         record = replace(record, current=None)
-    comparison = compare_records(building_model(isolated, [record]), [record])
-    names = [one.name for one in proposed_effects(comparison, ())]
+    comparison = compare_building(building_model(isolated, [record]), [record])
+    names = [forms[0].name for forms in proposed_effects(comparison, ())]
     assert ("magnetic_remanence" in names) == current
 
 
@@ -134,7 +182,7 @@ def test_none_is_proposed_where_the_layer_is_no_device_test():
     device = isolated.elements[0].device
     several = isolated.structure.with_element(device, "base", name="isolator")
     several = several.with_element(device, -several.elements[0].direction, name="other")
-    comparison = compare_records(building_model(several, [record]), [record])
+    comparison = compare_building(building_model(several, [record]), [record])
     assert proposed_effects(comparison, ()) == []
 
 
@@ -157,7 +205,7 @@ def test_friction_is_no_sharper_than_a_record_shows(form):
     peak = np.abs(record.displacement("")).max()
     assert 1e-4 * peak < least < 5e-3 * peak
     assert friction.starts == ((1e4, least),)
-    comparison = compare_records(model, [record])
+    comparison = compare_building(model, [record])
     assert not comparison.evaluate(((friction, (1e4, least)),)).at_bound
 
 
@@ -165,7 +213,7 @@ def test_a_number_at_its_bound_is_reported():
     record = _blank()
     model = building_model(_isolated(), [record])
     heating = layer_effect(model, [record], HEATING, (1e-8, 20.0))
-    comparison = compare_records(model, [record])
+    comparison = compare_building(model, [record])
     ends = [comparison.evaluate(((heating, (1e-8, cooling)),)).at_bound for cooling in (20.0, 1e5)]
     assert ends == [False, True]
     assert not comparison.evaluate(()).at_bound

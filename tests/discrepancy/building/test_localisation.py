@@ -11,7 +11,7 @@ import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.building import cause_search, localisation
 from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
-from isolation_sim.discrepancy.building.comparison import compare_records, with_causes
+from isolation_sim.discrepancy.building.comparison import compare_building, with_causes
 from isolation_sim.discrepancy.building.localisation import (
     ISOLATION_LAYER,
     is_elsewhere,
@@ -91,7 +91,7 @@ def test_a_force_is_placed_where_the_model_is_wrong(isolated, name, place, value
         building_model(isolated, [_blank()]), (_cause(isolated, name, place, values),)
     )
     record = _record(true, end)
-    comparison = compare_records(building_model(isolated, [record]), [record])
+    comparison = compare_building(building_model(isolated, [record]), [record])
     unknown = unknown_force(comparison, comparison.evaluate(()), ())
     assert unknown is not None
     assert unknown.place == result and unknown.beside == ()
@@ -112,7 +112,7 @@ def test_effects_of_isolators_are_proposed_where_their_force_may_leave_least(
 ):
     cause = (_cause(isolated, name, place, values),)
     record = _record(with_causes(building_model(isolated, [_blank()]), cause))
-    comparison = compare_records(building_model(isolated, [record]), [record])
+    comparison = compare_building(building_model(isolated, [record]), [record])
     fitted = comparison.evaluate(cause if best == "the cause" else ())
     assert is_elsewhere(comparison, (), fitted.cause_values) is elsewhere
     proposed = []
@@ -133,7 +133,7 @@ def test_a_damper_over_several_storeys_is_placed_between_its_ends(isolated, leve
     row = np.eye(6)[levels[1]] - np.eye(6)[levels[0]]
     damped = model.changed(damping=model.structure.damping + 5e6 * np.outer(row, row))
     record = _record(damped)
-    comparison = compare_records(model, [record])
+    comparison = compare_building(model, [record])
     unknown = unknown_force(comparison, comparison.evaluate(()), ())
     assert unknown is not None and unknown.words.endswith(place) and unknown.left < 0.03
 
@@ -145,7 +145,7 @@ def test_a_signal_of_one_sensor_alone_is_distinguished_from_a_force(isolated):
     sound = record.response[name]
     twist = 0.2 * sound.std() * np.sqrt(2) * np.sin(2 * np.pi * 1.3 * record.time)
     record = replace(record, response={**record.response, name: sound + twist})
-    comparison = compare_records(model, [record])
+    comparison = compare_building(model, [record])
     unknown = unknown_force(comparison, comparison.evaluate(()), ())
     assert unknown is not None and (unknown.place, unknown.channel) == ("", name)
     assert unknown.words == f"an unknown signal in {name} alone" and unknown.left < 0.05
@@ -156,7 +156,7 @@ def test_a_cause_in_the_right_place_keeps_its_name(isolated, monkeypatch):
     model = building_model(isolated, [_blank()])
     right = _cause(isolated, "storey_stiffness_loss", "storey3", (0.2,))
     record = _record(with_causes(model, (right,)))
-    comparison = compare_records(model, [record])
+    comparison = compare_building(model, [record])
     nominal = comparison.evaluate(())
     left = {(): 1.0, "far": 0.1}
 
@@ -180,7 +180,7 @@ def test_a_force_stands_for_one_cause_only_beside_the_others(
     storey = _cause(isolated, "storey_stiffness_loss", "storey3", (0.2,))
     mass = _cause(isolated, "floor_mass_error", "floor4", (0.05,))
     record = _record(with_causes(model, (storey,)))
-    comparison = compare_records(model, [record])
+    comparison = compare_building(model, [record])
 
     def remains(comparison, segments, causes):
         by_causes = {(): 1e6, (storey, mass): 2e4}.get(causes, 5e5)
@@ -198,7 +198,7 @@ def test_a_cause_that_is_needed_stays_beside_the_force(isolated):
     wrong = _cause(isolated, "floor_mass_error", "floor4", (0.05,))
     true = with_causes(building_model(isolated, [_blank()]), (right, other))
     record = _record(true)
-    comparison = compare_records(building_model(isolated, [record]), [record])
+    comparison = compare_building(building_model(isolated, [record]), [record])
     nominal = comparison.evaluate(())
     unknown = unknown_force(comparison, nominal, (wrong, right))
     assert unknown is not None
@@ -213,7 +213,7 @@ def test_an_element_without_stiffness_at_rest_leaves_the_causes(isolated, monkey
 
     right = _cause(isolated, "storey_stiffness_loss", "storey3", (0.6,))
     record = _record(with_causes(building_model(isolated, [_blank()]), (right,)))
-    comparison = compare_records(building_model(isolated, [record]), [record])
+    comparison = compare_building(building_model(isolated, [record]), [record])
     nominal = comparison.evaluate(())
     assert unknown_force(comparison, nominal, ()) is not None
     monkeypatch.setattr(localisation, "frequency_response", raising)

@@ -17,7 +17,7 @@ from isolation_sim.archive import law_of
 from isolation_sim.cli import main
 from isolation_sim.discrepancy.building import cause_search
 from isolation_sim.discrepancy.building.cause_search import candidates
-from isolation_sim.discrepancy.building.comparison import compare_records
+from isolation_sim.discrepancy.building.comparison import compare_building
 from isolation_sim.discrepancy.building.isolation_force import layer_model, unsupported
 from isolation_sim.discrepancy.building.model import building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
@@ -116,7 +116,7 @@ def test_the_force_that_the_isolators_lack_is_seen_through_the_building(record):
     """Without that force it is noise of unit variance in the band; with it, its coefficient."""
     for isolated, true in ((nominal(), 0.0), (squeezed(), SQUEEZE)):
         shown = record if true else record_of(isolated)
-        layer = layer_model(compare_records(building_model(nominal(), [shown]), [shown]), ())
+        layer = layer_model(compare_building(building_model(nominal(), [shown]), [shown]), ())
         data = layer.data
         left = (layer.forces(np.zeros(0), False)[0] - data.force)[data.fitted]
         (column,) = layer.recorded((data.x**2 * data.v)[:, np.newaxis])[data.fitted].T
@@ -133,7 +133,7 @@ def test_the_force_of_a_law_that_is_fast_between_samples_follows_its_motion(reco
     numbers = {"k0": SPRING, "c0": 0.1 * DASHPOT, "k1": 4 * SPRING}
     stiff = iso.law("standard_solid", numbers)
     model = building_model(iso.reference_building().on(stiff), [record])
-    layer = layer_model(compare_records(model, [record]), ())
+    layer = layer_model(compare_building(model, [record]), ())
     force = layer.forces(np.zeros(0), False)[0]
     assert np.isfinite(force).all()
     finer = replace(layer, data=layer.data.with_steps(8 * layer.data.n_steps, layer.data.stiff))
