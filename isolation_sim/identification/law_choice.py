@@ -164,11 +164,13 @@ def choose_law(
     ranks = [first, *pool.map(evaluate, fits[1:])]
     likely = sorted(zip(ranks, fits, strict=True), key=lambda one: one[0].left_out)
     for one, (model, end) in likely[:_FINALISTS]:
-        # one that misses its own data by more than the best misses others' cannot become the best
-        if end is not None and one.error <= min(rank.left_out for rank in ranks):
+        # these fits are rough: one of the same family may become the best
+        if end is not None and one.error <= WRONG_FAMILY * min(rank.left_out for rank in ranks):
             model, further = refine_law(model, end.x, _RANKED)
             if model.error(further.x) < (1 - _RANKED) * one.error:
-                ranks[ranks.index(one)] = _evaluate(model, further)
+                # numbers that follow the fitted data more closely may predict others worse
+                again = _evaluate(model, further)
+                ranks[ranks.index(one)] = min(one, again, key=lambda rank: rank.left_out)
         advance()
     if prescribed is not None:
         own = _rank_prescribed(campaign, short, degree, prescribed)

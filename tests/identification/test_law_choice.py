@@ -5,6 +5,8 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.discrepancy.device import observable_effects
@@ -19,6 +21,7 @@ from isolation_sim.identification.fit import fit
 from isolation_sim.identification.law_choice import LawChoice, LawRank, choose_law
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.identification.run_table import TestRun
+from isolation_sim.laws import LAWS, law
 from isolation_sim.workers import workers
 
 COMPARED = ("kelvin_voigt", "maxwell", "dahl")
@@ -41,6 +44,33 @@ def test_the_law_that_made_the_data_is_chosen(choice):
     assert [one.law for one in result.near] == near
     assert {one.law for one in result.ranks} == set(COMPARED)
     assert f"Of 3 laws {name} fits best" in result.text and "another family" in result.text
+
+
+def pendulum(seed):
+    """A friction pendulum in slow tests, integrated by SciPy, with 1 % of noise."""
+    random, runs = np.random.default_rng(seed), []
+    device = law("friction_pendulum", {**LAWS["friction_pendulum"].example, "tau": 0.01})
+    for k in range(8):
+        w, t = 2 * np.pi * random.uniform(0.08, 0.4), np.arange(0, 40, 0.2)
+        path = CubicSpline(t, 8e-3 * random.uniform(0.3, 1) * np.sin(w * t) * np.minimum(t / 5, 1))
+        states = solve_ivp(
+            lambda s, z, path=path: device.rates(path(s), path(s, 1), tuple(z), 0.0), t[[0, -1]],
+            [0.0], method="LSODA", t_eval=t, rtol=1e-6, max_step=0.05,
+        ).y  # fmt: skip
+        force = device.force(path(t), path(t, 1), tuple(states), 0.0)
+        force = force + 0.01 * np.std(force) * random.standard_normal(t.size)
+        runs.append(TestRun(f"run{k}", t, path(t), path(t, 1), force, 0 * t))
+    return Campaign("pendulum", "made", tuple(runs))
+
+
+def test_a_law_of_the_right_family_is_fitted_further_before_it_is_ranked():
+    """The first fit of a friction pendulum ends far from the best one."""
+    campaign = pendulum(10)
+    with workers(1) as pool:
+        data = measured_runs(campaign.runs)
+        laws = ("friction_pendulum", "improved_bouc_wen", "park_wen_ang")
+        choice = choose_law(campaign, data, None, pool, laws=laws)
+    assert choice.best.law == "friction_pendulum"
 
 
 def test_only_laws_that_may_be_near_are_cross_validated(campaign_of, monkeypatch):
