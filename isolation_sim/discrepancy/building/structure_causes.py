@@ -134,19 +134,20 @@ def _yielding(place: str, number: int, row: int, stiffness: float, peak: float) 
     """A storey yields."""
 
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
-        yield_shear, hardening = values
+        yield_shear, hardening, smoothness = values
         soft = (1 - hardening) * stiffness
         drift = model.structure.drift_rows[row]
         elastic = model.structure.stiffness - soft * np.outer(drift, drift)
-        device = storey_hysteresis(soft, yield_shear / stiffness, _SMOOTHNESS)
+        device = storey_hysteresis(soft, yield_shear / stiffness, smoothness)
         hysteresis = {**model.hysteresis, row: device}
         return replace(model.changed(stiffness=elastic), hysteresis=hysteresis)
 
     return Candidate(
         "storey_yielding", place,
         (Parameter("yield_shear", "N", 0.1 * peak, 10 * peak, logarithmic=True),
-         Parameter("hardening_ratio", "1", 0.0, 0.95, plain=(0.0,))),
-        tuple((share * peak, 0.1) for share in (0.7, 0.4, 0.2)), apply,
+         Parameter("hardening_ratio", "1", 0.0, 0.95, plain=(0.0,)),
+         Parameter("smoothness", "1", *_SMOOTHNESSES, logarithmic=True, plain=_SMOOTHNESSES)),
+        tuple((share * peak, 0.1, _SMOOTHNESS) for share in (0.7, 0.4, 0.2)), apply,
         f"{place} yields at {{yield_shear:.3g}} N, with {{hardening_ratio:.2f}} of its stiffness "
         "beyond", numbers=(("storey", number),), late=True,
     )  # fmt: skip
@@ -303,8 +304,9 @@ _SOIL_STIFFNESS = tuple(5 * 10 ** (k / 2) for k in range(9))
 """Stiffness of the soil over that of an isolation layer from which fits start: from soft to nearly
 rigid, so close that the next minimum of the misfit is the deepest."""
 
-_SMOOTHNESS = 3.0
-"""Exponent of a yielding storey's Bouc-Wen law."""
+_SMOOTHNESS, _SMOOTHNESSES = 3.0, (1.0, 9.0)
+"""Exponent of a yielding storey's Bouc-Wen law from which fits start, and its range: of masonry
+and concrete to steel, whose corner is sharp."""
 _FOUNDATION = 0.02, 50.0
 """Least and largest mass of a foundation with its soil over that of the base."""
 

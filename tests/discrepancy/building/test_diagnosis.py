@@ -413,12 +413,28 @@ def test_a_storey_that_yields_is_named_with_its_strength(isolated):
     peak = isolated.structure.total_mass * np.abs(blank.mean_acceleration(blank.values, "")).max()
 
     def yielding(model):
-        return _with(model, "storey_yielding", "storey4", (0.2 * peak, 0.1))
+        return _with(model, "storey_yielding", "storey4", (0.2 * peak, 0.1, 3.0))
 
     diagnosis = diagnose_building(_record(isolated, yielding, seed=6), isolated)
     (cause,) = diagnosis.causes
     assert (cause.name, cause.place) == ("storey_yielding", "storey4")
     assert cause.parameters["yield_shear"].value == pytest.approx(0.2 * peak, rel=0.01)
+
+
+@pytest.mark.parametrize("smoothness", [1.5, 3.0, 8.0])
+def test_the_corner_of_a_storey_that_yields_is_fitted(isolated, smoothness):
+    """A frame of steel has a sharp one; with that of concrete half of the misfit would remain."""
+    blank = _record(isolated)
+    peak = isolated.structure.total_mass * np.abs(blank.mean_acceleration(blank.values, "")).max()
+    numbers = 0.2 * peak, 0.1, smoothness
+    record = _record(isolated, lambda m: _with(m, "storey_yielding", "storey4", numbers), seed=6)
+    model = building_model(isolated, [record])
+    listed = {(c.name, c.place): c for c in candidates(model, [record])}
+    storey = listed["storey_yielding", "storey4"]
+    comparison = compare_building(model, [record])
+    fits = [comparison.fit((), ((storey, start),)) for start in storey.starts]
+    best = min(fits, key=lambda one: one.cost)
+    assert best.cause_values[0][1] == pytest.approx(numbers, rel=0.15)
 
 
 @pytest.mark.slow
