@@ -187,7 +187,7 @@ class Effect:
         -> current that the law sees, A.
     time_scale : callable or None
         -> factor of all times of the law, 1, by which its states relax more slowly and its dashpots
-        resist more. Along a measured run it is the mean of the run's.
+        resist more; of signals and parameters alone. Along a measured run it is the run's mean.
     factor : callable or None
         -> factor of the law's force, 1.
     force : callable or None

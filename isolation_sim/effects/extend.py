@@ -247,7 +247,7 @@ def _extended_law(
             if effect.time_scale is not None:
                 scale = effect.time_scale(signals, z, p)
                 slower = scale if slower is None else slower * scale
-        if slower is not None:  # an hour of the clock is less for the law
+        if slower is not None:  # in its own time the law moves faster
             seen_v = seen_v * slower
         numbers = evaluate(seen_current, parameters[:n_inner])
         law_force = inner_force(seen_x, seen_v, states[:n_states], numbers)
