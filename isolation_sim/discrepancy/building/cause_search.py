@@ -121,7 +121,7 @@ class CauseSearch:
         if best and self.is_explained(best[0]) and not best[0].at_bound:
             return best
         late = [cause for cause in self._choices if cause.late]
-        rough = _promising(current, self._fits(current, late, LATE_SIMULATED), best)
+        rough = _near_the_best(current, self._fits(current, late, LATE_SIMULATED), best)
         best = _rank(best + self._refined(current, rough))
         if best and is_elsewhere(self.comparison, current.cause_values, best[0].cause_values):
             return best
@@ -648,7 +648,7 @@ def _few_of_each(ranked: Sequence[T], key: Callable[[T], tuple[str, str]]) -> li
     return shortlist
 
 
-def _promising(
+def _near_the_best(
     current: FittedBuilding, rough: Sequence[FittedBuilding], best: Sequence[FittedBuilding]
 ) -> list[FittedBuilding]:
     """Those of some fits that may come near to the best of others."""
