@@ -45,7 +45,7 @@ def arrhenius(signals: Signals, states: tuple, parameters: tuple) -> Any:
 
 
 def vogel(signals: Signals, states: tuple, parameters: tuple) -> Any:
-    """Force over that at the reference temperature."""
+    """Force, or relaxation times, over those at the reference temperature."""
     softening, distance = parameters
     above = signals.temperature - REFERENCE_TEMPERATURE
     # no device of these parameters is tested near or below Vogel's temperature
@@ -61,11 +61,6 @@ def core(signals: Signals, states: tuple, parameters: tuple) -> Any:
 def fluid(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Force of the fluid beyond that at the reference temperature."""
     return (exponential(signals, states, parameters) - 1) * parameters[1] * signals.v
-
-
-def superposition(signals: Signals, states: tuple, parameters: tuple) -> Any:
-    """Relaxation times over those at the reference temperature."""
-    return vogel(signals, states, parameters)
 
 
 SOFTENING = EffectParameter(
@@ -133,7 +128,7 @@ FORMS = (
         form="superposition",
         title="Ambient temperature, of the relaxation times",
         parameters=(SHIFT, VOGEL),
-        time_scale=superposition,
+        time_scale=vogel,
         needs=frozenset({"temperature"}),
         source="Williams, Landel and Ferry (1955)",
     ),

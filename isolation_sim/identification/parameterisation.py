@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -170,21 +169,15 @@ class Parameterisation:
 
     def switched_on(self, start: NDArray, end: NDArray) -> NDArray | None:
         """Return the end of a search with some of what it has switched off; None if nothing is."""
-
         # An element that began too strong is at zero for all currents, or its divisor so large, and
         # may stay there although a weaker one would help: nothing depends on it.
-        def each_current(values: Any) -> NDArray:
-            return np.repeat(values, len(self.currents))
-
-        from_zero = each_current([q.lower == 0 for q in self.free])
-        divides = each_current([q.divides for q in self.free])
-        off = from_zero & (end <= self.lower) & (start > self.lower)
-        lost = divides & from_zero & (end > _LOST * self.scale)
-        gone, lost = (
-            each_current(one.reshape(len(self.free), -1).all(axis=1)) for one in (off, lost)
-        )
-        if not (gone | lost).any():
+        from_zero = np.array([q.lower == 0 for q in self.free])
+        divides = np.array([q.divides for q in self.free])
+        off = from_zero & self._at_all_currents((end <= self.lower) & (start > self.lower))
+        large = from_zero & divides & self._at_all_currents(end > _LOST * self.scale)
+        if not (off | large).any():
             return None
+        gone, lost = (np.repeat(one, len(self.currents)) for one in (off, large))
         again = np.where(gone, np.clip(_ON * start, self.lower, self.upper), end)
         return np.where(lost, self.scale, again)
 
@@ -200,8 +193,11 @@ class Parameterisation:
     def ends_at_bound(self, values: NDArray) -> bool:
         """Whether a parameter is at a bound at all currents."""
         each = zip(values, self.lower, self.upper, self.scale, strict=True)
-        at = np.array([at_bound(*one) for one in each])
-        return bool(at.reshape(len(self.free), -1).all(axis=1).any())
+        return bool(self._at_all_currents(np.array([at_bound(*one) for one in each])).any())
+
+    def _at_all_currents(self, chosen: NDArray) -> NDArray:
+        """Free parameters, (n_free,) bool, all of whose unknowns are chosen, (n_unknowns,) bool."""
+        return np.asarray(chosen.reshape(len(self.free), -1).all(axis=1))
 
     def starts(self, number: int, seed: int) -> list[NDArray]:
         """Published numbers, if there are any, then random ones of the data's magnitude."""

@@ -41,7 +41,7 @@ from ..device.effect_search import EffectSearch
 from ..device.force_errors import ForceErrors
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
-from ..device.model import FittedModel, Model, fit_model
+from ..device.model import FittedModel, Model
 from ..device.next_test import rival_tests
 from ..device.noise_examples import motion_noise, noise_residuals
 from ..device.observable_effects import observable_effects
@@ -105,8 +105,8 @@ class DeviceTests(Problem[FittedModel]):
         step_error = coarse_step_error(missed, RESOLVED_MISFIT, COARSEST_STEPS)
         model = replace(self.law.model, data=part, step_error=step_error)
         # a law that lacks an effect may leave its right values for others at a bound
-        start = self.law.values if model.inside is None else model.inside
-        base = fit_model(model.resolve_steps(start, 1), start, 30, 1e-7)
+        start = self.law if model.inside is None else replace(self.law, values=model.inside)
+        base = start.on(model.resolve_steps(start.values, 1))
         places = data.places(SEARCHED)
         fitted = places[data.fitted[places]]
         current_varies = bool(np.ptp(part.current) > 0)

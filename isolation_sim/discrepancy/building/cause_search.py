@@ -652,10 +652,8 @@ def _near_the_best(
     current: FittedBuilding, rough: Sequence[FittedBuilding], best: Sequence[FittedBuilding]
 ) -> list[FittedBuilding]:
     """Those of some fits that may come near to the best of others."""
-    gains = [current.cost - one.cost for one in best[:1]]
-    return [
-        one for one in rough if current.cost - one.cost >= WORTH_REFITTING * max(gains, default=0)
-    ]
+    least = WORTH_REFITTING * (current.cost - best[0].cost) if best else 0.0
+    return [one for one in rough if current.cost - one.cost >= least]
 
 
 def _is_last(outcome: FittedBuilding) -> bool:
