@@ -45,17 +45,36 @@ class Terms(NamedTuple):
     kink: int = 0
 
     def rows(self, phase: NDArray, side: NDArray) -> NDArray:
-        """Terms at phases (rad), of the side before (-1) or after (1) the corner."""
-        power = np.vander(np.cos(phase) - 1, max(self), increasing=True)
-        sine, side = np.sin(phase)[:, np.newaxis], side[:, np.newaxis]
-        return np.hstack(
+        """Terms, along a last axis, at phases (rad) before (-1) or after (1) the corner."""
+        power = np.ones((*phase.shape, max(self)))
+        power[..., 1:] = (np.cos(phase) - 1)[..., np.newaxis]
+        np.multiply.accumulate(power, axis=-1, out=power)
+        sine, side = np.sin(phase)[..., np.newaxis], side[..., np.newaxis]
+        return np.concatenate(
             [
-                power[:, : self.even],
-                sine * power[:, : self.odd],
-                side * power[:, : self.jump],
-                side * sine * power[:, : self.kink],
-            ]
+                power[..., : self.even],
+                sine * power[..., : self.odd],
+                side * power[..., : self.jump],
+                side * sine * power[..., : self.kink],
+            ],
+            axis=-1,
         )
+
+
+class Window(NamedTuple):
+    """Samples of several cycles about a phase, one row each, filled up to the longest."""
+
+    phase: NDArray  # (n_cycles, most), rad: from the centre
+    force: NDArray  # (n_cycles, most), N
+    inside: NDArray  # (n_cycles, most): False where a row is filled up
+
+    def fitted(self, rows: NDArray) -> NDArray:
+        """Coefficients of each cycle's least-squares fit, by the terms at each sample."""
+        rows, force = rows * self.inside[..., np.newaxis], self.force * self.inside
+        if np.min(np.count_nonzero(self.inside, axis=1)) < rows.shape[-1]:
+            return np.asarray((np.linalg.pinv(rows) @ force[..., np.newaxis])[..., 0])
+        q, r = np.linalg.qr(rows)
+        return np.asarray(np.linalg.solve(r, np.swapaxes(q, 1, 2) @ force[..., np.newaxis])[..., 0])
 
 
 _JUMP, _KINK = Terms(5, 3, 2), Terms(5, 3, 2, 1)
@@ -75,8 +94,12 @@ class Cycles:
         self.step = omega * (time[-1] - time[0]) / (time.size - 1)
         """Between samples, rad."""
         phases = omega * np.subtract.outer(time, starts).T
-        own = [(phase >= -np.pi / 2) & (phase < 1.5 * np.pi) for phase in phases]
+        own = (phases >= -np.pi / 2) & (phases < 1.5 * np.pi)
         self.samples = [(phase[o], force[o]) for phase, o in zip(phases, own, strict=True)]
+        most = int(own.sum(axis=1).max())
+        at = np.argsort(~own, axis=1, kind="stable")[:, :most]
+        inside = np.take_along_axis(own, at, axis=1)
+        self._all = Window(np.take_along_axis(phases, at, axis=1), force[at], inside)
         count = min(_HARMONICS, int(_HARMONICS_A_SAMPLE * 2 * np.pi / self.step))
         self.order = np.arange(1, count + 1)
         self.harmonics = np.stack([_fitted(f, _waves(p, self.order)) for p, f in self.samples])
@@ -85,15 +108,15 @@ class Cycles:
         """Force of each cycle at a phase (rad), by its harmonics."""
         return self.harmonics @ _waves(np.array([phase]), self.order)[0]
 
-    def window(self, centre: float, low: float, high: float, gap: float) -> list:
-        """Each cycle's samples between two phases about a centre, off a gap: phases and forces."""
+    def window(self, centre: float, low: float, high: float, gap: float) -> Window:
+        """Each cycle's samples between two phases about a centre, off a gap."""
         # A cycle is taken for a closed loop, so that none lacks samples.
-        result = []
-        for phase, force in self.samples:
-            away = (phase - centre + np.pi) % (2 * np.pi) - np.pi
-            inside = (away >= low) & (away <= high) & (np.abs(away) > gap)
-            result.append((away[inside], force[inside]))
-        return result
+        away = (self._all.phase - centre + np.pi) % (2 * np.pi) - np.pi
+        chosen = (away >= low) & (away <= high) & (np.abs(away) > gap) & self._all.inside
+        most = int(chosen.sum(axis=1).max())
+        first = np.argsort(~chosen, axis=1, kind="stable")[:, :most]
+        parts = away, self._all.force, chosen
+        return Window(*(np.take_along_axis(part, first, axis=1) for part in parts))
 
     def largest(self, sign: float = 1.0) -> Peak:
         """Where the mean cycle of a smooth loop, times a sign, is largest: by what it shows."""
@@ -139,31 +162,23 @@ class CornerCurve:
         """Phases relative to the centre between which the curve holds, rad."""
         # a sample on the corner has neither side
         samples = cycles.window(centre, low, high, cycles.step / 4 if corner else -1.0)
-        fewest = min(phase.size for phase, _ in samples)
-        self.terms = terms or self._chosen(fewest, *np.concatenate(samples, axis=1))
-        rows = [self.terms.rows(phase, np.sign(phase)) for phase, _ in samples]
-        self.coefficients = np.stack(
-            [_fitted(force, own) for (_, force), own in zip(samples, rows, strict=True)]
-        )
-        misfits = [
-            force - own @ coefficients
-            for (_, force), own, coefficients in zip(samples, rows, self.coefficients, strict=True)
-        ]
-        squares = float(sum(misfit @ misfit for misfit in misfits))
-        free = sum(misfit.size for misfit in misfits) - self.coefficients.size
-        self.left = squares / max(free, 1)
+        inside = samples.inside
+        fewest = int(inside.sum(axis=1).min())
+        self.terms = terms or self._chosen(fewest, samples.phase[inside], samples.force[inside])
+        rows = self.terms.rows(samples.phase, np.sign(samples.phase))
+        self.coefficients = samples.fitted(rows)
+        misfits = (samples.force - (rows @ self.coefficients[..., np.newaxis])[..., 0])[inside]
+        self.left = float(misfits @ misfits) / max(misfits.size - self.coefficients.size, 1)
         self._samples = samples
 
     @cached_property
     def left_by_harmonics(self) -> float:
         """Variance that the harmonics of the whole cycle leave of the window's samples, N^2."""
-        cycles = self.cycles
-        misfits = [
-            force - _waves(self.centre + phase, cycles.order) @ waves
-            for (phase, force), waves in zip(self._samples, cycles.harmonics, strict=True)
-        ]
+        cycles, (phase, force, inside) = self.cycles, self._samples
+        rows = _waves(self.centre + phase, cycles.order)
+        misfits = (force - (rows @ cycles.harmonics[..., np.newaxis])[..., 0])[inside]
         a_sample = cycles.harmonics.shape[1] * cycles.step / (2 * np.pi)
-        return float(np.mean(np.concatenate(misfits) ** 2)) / max(1 - a_sample, 0.05)
+        return float(np.mean(misfits**2)) / max(1 - a_sample, 0.05)
 
     @property
     def smooth(self) -> bool:
@@ -229,8 +244,10 @@ def widest(curves: Sequence[CornerCurve]) -> CornerCurve:
 
 def _waves(phase: NDArray, order: NDArray) -> NDArray:
     """Offset, then cosine and sine of each order 1, 2, …, at phases (rad)."""
-    turns = np.vander(np.exp(1j * phase), order.size + 1, increasing=True)
-    return np.delete(turns.view(float), 1, axis=1)
+    turns = np.ones((*phase.shape, order.size + 1), complex)
+    turns[..., 1:] = np.exp(1j * phase)[..., np.newaxis]
+    np.multiply.accumulate(turns, axis=-1, out=turns)
+    return np.delete(turns.view(float), 1, axis=-1)
 
 
 def _searched(curve: Callable[[NDArray], NDArray], low: float, high: float, side: float) -> Peak:
