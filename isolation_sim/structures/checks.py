@@ -16,12 +16,6 @@ def read_only(array: np.ndarray) -> np.ndarray:
     return array
 
 
-def positive(what: str, value: float) -> None:
-    """Refuse what is no number above 0."""
-    if not (np.isfinite(value) and value > 0):
-        raise InputError(what, repr(value), "a number above 0")
-
-
 def numbers(what: str, values: Any) -> np.ndarray:
     """Turn user input into a read-only array of numbers."""
     try:

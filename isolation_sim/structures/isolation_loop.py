@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ground_motions.checks import positive
+
 from ..errors import InputError
 from ..laws.law import Law
-from .checks import positive
 from .element import isolation_elements
 
 _CYCLES, _POINTS = 3, 241

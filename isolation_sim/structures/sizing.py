@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from ground_motions.checks import positive
+
 from ..errors import InputError
 from ..laws.current_dependence import CurrentDependence
 from ..laws.device import Device
-from .checks import positive
 from .isolation_loop import effective
 from .modes import modal_facts, modes_of
 

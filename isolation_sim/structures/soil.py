@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ground_motions.argument_types import checked
+from ground_motions.checks import positive
 
 from ..errors import InputError
-from .checks import positive
 from .element import Element
 from .structure import IsolatedStructure
 from .vertical_load import add_p_delta, dof_heights

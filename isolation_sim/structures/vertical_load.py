@@ -8,9 +8,9 @@ import numpy as np
 
 from ground_motions import STANDARD_GRAVITY
 from ground_motions.argument_types import checked
+from ground_motions.checks import positive
 
 from ..errors import InputError
-from .checks import positive
 from .structure import Structure
 
 
