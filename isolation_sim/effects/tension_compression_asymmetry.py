@@ -11,6 +11,9 @@ Forms:
     spring          adds k (sqrt(x^2 + w^2) - w): the stiffness alone differs, by 2 k between
                     both directions where |x| is well above w; in x^2 below it
     spring_by_current   the same with k (1 + m |I|): the field's part differs, too
+    gas             adds k l u^2 / (1 - u), u = x / l times the sign of k: a gas of the length l
+                    that deformation one way compresses, beyond its linear stiffness k: the
+                    accumulator of a fluid damper
     dashpot_by_current  adds c |v| (1 + m |I|): a dashpot that resists more one way, as valves do
 """
 
@@ -65,11 +68,36 @@ def spring_by_current(signals: Signals, states: tuple, parameters: tuple) -> Any
     return even * (1 + by_current * np.fabs(signals.current))
 
 
+def gas(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force of a gas at constant temperature beyond its mean and its stiffness at rest."""
+    stiffness, length = parameters
+    u = signals.x * np.sign(stiffness) / length
+    beyond = positive(u - FULL)
+    u = u - beyond
+    return stiffness * length * (u**2 / (1 - u) + AT_FULL[1] * beyond)
+
+
+def stored_energy_gas(x: Any, states: tuple, parameters: tuple) -> Any:
+    """Its potential."""
+    stiffness, length = parameters
+    u = x * np.sign(stiffness) / length
+    beyond = positive(u - FULL)
+    u = u - beyond
+    inside = -np.log(1 - u) - u - u**2 / 2
+    linear = AT_FULL[0] * beyond + AT_FULL[1] * beyond**2 / 2
+    return np.fabs(stiffness) * length**2 * (inside + linear)
+
+
 def dashpot_by_current(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Even part of a dashpot's force, which follows the field."""
     damping, by_current = parameters
     return damping * np.fabs(signals.v) * (1 + by_current * np.fabs(signals.current))
 
+
+FULL = 0.95
+"""Compression of a gas from which its force grows linearly."""
+AT_FULL = (FULL**2 / (1 - FULL), FULL * (2 - FULL) / (1 - FULL) ** 2)
+"""Force and slope there, over the stiffness."""
 
 DIFFERENCE = EffectParameter(
     "stiffness", "N/m", "half of the difference between both directions", magnitude=True,
@@ -170,6 +198,24 @@ FORMS = (
         force=spring_by_current,
         needs=frozenset({"current"}),
         source="smoothed bilinear spring of a magnetorheological elastomer",
+    ),
+    Effect(
+        cause="tension_compression_asymmetry",
+        form="gas",
+        title="Asymmetry of a gas spring",
+        parameters=(
+            EffectParameter(
+                "stiffness", "N/m", "stiffness of the gas at rest; its sign is the direction in "
+                "which it is compressed", magnitude=True, starts=(0.1, -0.1),
+            ),
+            EffectParameter(
+                "length", "m", "deformation that would compress it to nothing", lower=1e-7,
+                upper=100.0, divides=True, starts=(1.5,), least=1.0,
+            ),
+        ),
+        force=gas,
+        stored_energy=stored_energy_gas,
+        source="Boyle's law; the accumulator of a monotube damper",
     ),
     Effect(
         cause="tension_compression_asymmetry",

@@ -691,6 +691,23 @@ def test_spring_of_two_stiffnesses():
     assert rise == pytest.approx(2e3, rel=1e-3)
 
 
+@pytest.mark.parametrize("direction", [1, -1])
+def test_gas_of_an_accumulator(direction):
+    one, area, pressure, length = effect("tension_compression_asymmetry", "gas"), 1e-3, 2e6, 0.05
+    numbers = direction * area * pressure / length, length
+    x = direction * np.array([-0.04, -0.01, 1e-5, 0.02, 0.045])
+    volume = area * (length - direction * x)
+    # Boyle: pressure times volume stays; less the force at rest and the stiffness there
+    beyond = area * pressure * (area * length / volume - 1 - direction * x / length)
+    force = one.force(REST._replace(x=x), (), numbers)
+    np.testing.assert_allclose(force, direction * beyond, rtol=1e-9, atol=1e-6)
+    # compressed to nothing and beyond: finite, and the force is still that of its potential
+    for far in np.concatenate([x, direction * np.array([0.0475, 0.05, 0.2])]):
+        energies = [one.stored_energy(far + s, (), numbers) for s in (-1e-7, 1e-7)]
+        slope = (energies[1] - energies[0]) / 2e-7
+        assert one.force(REST._replace(x=far), (), numbers) == pytest.approx(slope, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("form", "size", "further"),
     [("spring_by_current", {"stiffness": 2e3}, {"width": 1e-6}),
