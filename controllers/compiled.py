@@ -44,11 +44,11 @@ import sys
 import numpy as np
 from numba import carray, cfunc, njit, types
 
-from isolation_sim.compilation.options import LinkedCompiler
+from isolation_sim.compilation.options import KernelCompiler, LinkedCompiler
 
 OPTIONS = dict(error_model="numpy", {options}no_cpython_wrapper=True, no_cfunc_wrapper=True)
 plain = njit(pipeline_class=LinkedCompiler, **OPTIONS)
-with_disk_cache = njit(cache=True, **OPTIONS)
+with_disk_cache = njit(cache=True, pipeline_class=KernelCompiler, **OPTIONS)
 doubles = types.CPointer(types.float64)'''
 
 _ENTRY = """@cfunc(
