@@ -193,6 +193,12 @@ def test_a_record_in_any_dialect_comes_back(tmp_path_factory, dialect):
         ("floor 0 [g]", ("base", "", "acceleration")),
         ("Roof slab [g]", ("roof", "", "acceleration")),
         ("Bearing top [g]", ("", "", "acceleration")),
+        ("90 Deg Base slab, above isolators [cm]", ("base", "90deg", "displacement")),
+        ("Foundation above the isolation level [g]", ("base", "", "acceleration")),
+        ("Basement below base isolators [cm]", ("ground", "", "displacement")),
+        ("oberhalb der Lager x [mm/s2]", ("base", "x", "acceleration")),
+        ("1st floor above isolators [g]", ("floor1", "", "acceleration")),
+        ("rel. displacement above isolators [mm]", ("isolator", "", "displacement")),
         ("Base force [kN]", ("base", "", "")),
     ],
 )
