@@ -13,7 +13,7 @@ from ...laws import Device
 from ...structures import IsolatedStructure
 from .. import inference
 from ..building.candidate import TYPICAL_PERIOD
-from ..building.cause_search import search_causes
+from ..building.cause_search import search_at, search_causes
 from ..building.comparison import (
     BuildingComparison,
     FittedBuilding,
@@ -118,18 +118,22 @@ class BuildingRecords(Problem[FittedBuilding]):
     def _search_at(
         self, unknown: UnknownForce, found: SearchResult[FittedBuilding]
     ) -> SearchResult[FittedBuilding]:
-        """Search again among the causes of an unknown force's place, if others were found.
+        """Search again from a cause at an unknown force's place, where one elsewhere was found.
 
         What was taken first may imitate two causes and keep both out.
         """
-        beside = (cause.place for cause, _ in unknown.beside)
-        space, places = self.space, {"", *unknown.places, *beside}
-        if all(cause.place in places for cause, _ in found.best.cause_values):
+        own = {"" if place == ISOLATION_LAYER else place for place in unknown.places}
+        beside = {"", *(cause.place for cause, _ in unknown.beside)}
+        known = {cause.place for cause, _ in found.best.cause_values}
+        if known & own and known <= own | beside:
             return found
-        self.space, result = search_causes(self.first, self.most_causes, self.progress, places)
-        if result.best.cause_values and self._unknown_force(result.best) is None:
+        again = search_at(self.first, self.most_causes, self.progress, own, beside)
+        if again is None or not again[1].best.cause_values:
+            return found
+        space, self.space = self.space, again[0]
+        if self._unknown_force(again[1].best) is None:
             self.unknown = None
-            return result
+            return again[1]
         self.space = space
         return found
 

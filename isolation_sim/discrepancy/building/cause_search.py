@@ -281,6 +281,39 @@ class CauseSearch:
         self.comparison, self.before = comparison, comparison.evaluate(())
         return comparison.fit((), causes)
 
+    def best_pair(self, first: Sequence[Candidate]) -> CauseValues:
+        """The best cause of some beside one more, by what both change to first order."""
+        trials: dict[Candidate, tuple[Values, NDArray]] = {}
+        residual = _joined(self.before.fitted)
+        for cause in self._choices:
+            if cause.late and cause not in first:
+                continue
+            for start in cause.starts:
+                change = _joined(self.comparison.fitted_residuals(((cause, start),))) - residual
+                if not np.isfinite(change).all():
+                    continue
+                known = trials.get(cause)
+                if known is None or _left(residual, change) < _left(residual, known[1]):
+                    trials[cause] = start, change
+        fits = []
+        for one in (cause for cause in first if cause in trials):
+            beside = [other for other in trials if other.key != one.key]
+            beside.sort(key=lambda other: _left(residual, trials[one][1], trials[other][1]))
+            fits += [
+                self.comparison.fit(
+                    (), tuple((cause, trials[cause][0]) for cause in (one, other)), SCREENING_STEPS
+                )
+                for other in beside[:REFINED]
+            ]
+        fits = [pair for pair in fits if np.isfinite(pair.cost)]
+        return min(fits, key=lambda pair: pair.cost).cause_values if fits else ()
+
+    def beginning_with(self, causes: CauseValues) -> FittedBuilding:
+        """Fit causes from which a search goes on, without those that are needless."""
+        for cause, _ in causes:
+            self.rivals[cause.label], self._others[cause.label] = [], []
+        return self.revise(self.comparison.fit((), causes))
+
     def finish(self, best: FittedBuilding) -> FittedBuilding:
         """Replace each cause by a better variant; name none if together they remove too little."""
         if not excess_error(self.comparison, best) < self._to_beat:
@@ -519,13 +552,9 @@ def search_causes(
     comparison: BuildingComparison,
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
-    places: Collection[str] | None = None,  # Of the causes that are tried; all by default
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Search for causes, again with more or less of the last record fitted if parts disagree."""
-    choices = [
-        cause for cause in candidates(comparison.model, comparison.records)
-        if places is None or cause.place in places
-    ]  # fmt: skip
+    choices = candidates(comparison.model, comparison.records)
     before, late = comparison.evaluate(()), None
     missed, missed_fitted = (excess_error(comparison, before, part) for part in (True, False))
     if missed_fitted < NEARLY_RIGHT * missed:
@@ -579,6 +608,30 @@ def search_causes(
     return again if again[1].best.cause_values else (space, result)
 
 
+def search_at(
+    comparison: BuildingComparison,
+    most_causes: int,
+    progress: Callable[[str], None],
+    places: Collection[str],
+    others: Collection[str],
+) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
+    """Search from the best pair of a cause at some places and one more; None without one.
+
+    One that is known to be at a place may stand out only beside another, which a third cause
+    imitates together with it.
+    """
+    choices = [
+        cause for cause in candidates(comparison.model, comparison.records)
+        if cause.place in (*places, *others)
+    ]  # fmt: skip
+    expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
+    space = CauseSearch(comparison.expecting(expected), most_causes, progress, choices)
+    begin = space.best_pair([cause for cause in choices if cause.place in places])
+    if not begin:
+        return None
+    return _search_as_expected(comparison, most_causes, progress, choices, begin=begin)
+
+
 def _fitted_to_more(
     space: CauseSearch, result: SearchResult[FittedBuilding]
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
@@ -604,17 +657,18 @@ def _search_as_expected(
     choices: Sequence[Candidate],
     barred: tuple[str, str] | None = None,
     to_beat: float = np.inf,
+    begin: CauseValues = (),
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Repeat the search until the best model leaves no more than the expected model error.
 
-    It is not repeated where other causes leave less.
+    It is not repeated where other causes leave less. It begins with some causes in the model.
     """
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     while True:
         space = CauseSearch(
             comparison.expecting(expected), most_causes, progress, choices, barred, to_beat
         )
-        result = search(space, space.before)
+        result = search(space, space.beginning_with(begin) if begin else space.before)
         left = excess_error(space.comparison, result.best)
         enough = max(2 * expected, relative_noise(space.comparison, True))
         if left < enough or left >= to_beat:
@@ -694,6 +748,17 @@ def _left_along(
     if not 0 < length < np.inf:
         return np.inf
     return float(before @ before) - float(before @ change) ** 2 / length
+
+
+def _joined(parts: Sequence[NDArray]) -> NDArray:
+    """Weighted residuals of all parts, one after another."""
+    return np.concatenate([part.ravel() for part in parts])
+
+
+def _left(residual: NDArray, *changes: NDArray) -> float:
+    """Least squared residual by a sum of changes, each of any size."""
+    along = orthonormal(np.column_stack(changes)).T @ residual
+    return float(residual @ residual - along @ along)
 
 
 def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding | None:
