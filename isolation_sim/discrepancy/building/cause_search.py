@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from copy import copy
 from dataclasses import replace
+from itertools import combinations
 from typing import TypeVar
 
 import numpy as np
@@ -60,6 +61,8 @@ from .record import BuildingRecord
 from .sensor_causes import sensor_causes
 from .structure_causes import structure_causes
 
+_ALIKE = 1e-3
+"""Squared sine of the angle between changes that are one to first order."""
 T = TypeVar("T")
 
 
@@ -281,32 +284,41 @@ class CauseSearch:
         self.comparison, self.before = comparison, comparison.evaluate(())
         return comparison.fit((), causes)
 
-    def best_pair(self, first: Sequence[Candidate]) -> CauseValues:
-        """The best cause of some beside one more, by what both change to first order."""
-        trials: dict[Candidate, tuple[Values, NDArray]] = {}
+    def best_pair(self, first: Collection[Candidate]) -> FittedBuilding | None:
+        """Roughly fit the best cause of some beside one more; what both change is screened."""
+        trials: list[tuple[float, Candidate, Values, NDArray]] = []
         residual = _joined(self.before.fitted)
         for cause in self._choices:
             if cause.late and cause not in first:
                 continue
+            own = []
             for start in cause.starts:
                 change = _joined(self.comparison.fitted_residuals(((cause, start),))) - residual
-                if not np.isfinite(change).all():
-                    continue
-                known = trials.get(cause)
-                if known is None or _left(residual, change) < _left(residual, known[1]):
-                    trials[cause] = start, change
-        fits = []
-        for one in (cause for cause in first if cause in trials):
-            beside = [other for other in trials if other.key != one.key]
-            beside.sort(key=lambda other: _left(residual, trials[one][1], trials[other][1]))
-            fits += [
-                self.comparison.fit(
-                    (), tuple((cause, trials[cause][0]) for cause in (one, other)), SCREENING_STEPS
-                )
-                for other in beside[:REFINED]
-            ]
-        fits = [pair for pair in fits if np.isfinite(pair.cost)]
-        return min(fits, key=lambda pair: pair.cost).cause_values if fits else ()
+                length = float(np.linalg.norm(change))
+                if 0 < length < np.inf:
+                    own.append((-abs(float(change @ residual)) / length, cause, start, change))
+            trials += [min(own, key=lambda one: one[0])] if own else []
+        along = np.array([change / np.linalg.norm(change) for *_, change in trials])
+        gains, alike = along @ residual, along @ along.T
+        pairs = []
+        for i, j in combinations(range(len(trials)), 2):
+            one, other = trials[i][1], trials[j][1]
+            apart = 1 - alike[i, j] ** 2
+            if one.key == other.key or apart < _ALIKE or not (one in first or other in first):
+                continue
+            both = gains[i] ** 2 + gains[j] ** 2 - 2 * alike[i, j] * gains[i] * gains[j]
+            pairs.append((-both / apart, i, j))
+
+        def fit(causes: CauseValues, steps: int) -> FittedBuilding:
+            return self.comparison.fit((), causes, steps)
+
+        starts = [
+            tuple((trials[k][1], trials[k][2]) for k in two) for _, *two in sorted(pairs)
+        ]  # fmt: skip
+        rough = [fit(two, 1) for two in starts[:SIMULATED]]
+        rough = sorted((one for one in rough if np.isfinite(one.cost)), key=lambda one: one.cost)
+        fits = [fit(one.cause_values, SCREENING_STEPS) for one in rough[:MOST_REFINED]]
+        return min(fits, key=lambda one: one.cost, default=None)
 
     def beginning_with(self, causes: CauseValues) -> FittedBuilding:
         """Fit causes from which a search goes on, without those that are needless."""
@@ -574,6 +586,17 @@ def search_causes(
         same = _fitted_to_more(space, result)
         if same is not None and largest_excess(same[0].comparison, same[1].best) < INSTEAD * left:
             return same
+    if not space.explains(best, _chance(space, best)):
+        # a cause that imitates two others, taken first, may keep both out
+        expecting = space.comparison.expecting(NEARLY_RIGHT * missed)
+        pair = CauseSearch(expecting, most_causes, progress, choices).best_pair(choices)
+        least = INSTEAD * max(left, left_fitted)
+        if pair is not None and largest_excess(expecting, pair) < least:
+            of_pair = _search_as_expected(
+                comparison, most_causes, progress, choices, begin=pair.cause_values
+            )
+            if largest_excess(of_pair[0].comparison, of_pair[1].best) < least:
+                return of_pair
     if best.cause_values and much:
         # a cause that imitates two others, taken first, may keep both out
         first = best.cause_values[0][0].key
@@ -608,6 +631,12 @@ def search_causes(
     return again if again[1].best.cause_values else (space, result)
 
 
+def _chance(space: CauseSearch, best: FittedBuilding) -> float:
+    """Chance of what a model leaves under noise alone."""
+    segments = space.comparison.fitted + space.comparison.held_out
+    return adequacy(segments, best.fitted + best.held_out)
+
+
 def search_at(
     comparison: BuildingComparison,
     most_causes: int,
@@ -626,10 +655,10 @@ def search_at(
     ]  # fmt: skip
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     space = CauseSearch(comparison.expecting(expected), most_causes, progress, choices)
-    begin = space.best_pair([cause for cause in choices if cause.place in places])
-    if not begin:
+    pair = space.best_pair([cause for cause in choices if cause.place in places])
+    if pair is None:
         return None
-    return _search_as_expected(comparison, most_causes, progress, choices, begin=begin)
+    return _search_as_expected(comparison, most_causes, progress, choices, begin=pair.cause_values)
 
 
 def _fitted_to_more(
@@ -753,12 +782,6 @@ def _left_along(
 def _joined(parts: Sequence[NDArray]) -> NDArray:
     """Weighted residuals of all parts, one after another."""
     return np.concatenate([part.ravel() for part in parts])
-
-
-def _left(residual: NDArray, *changes: NDArray) -> float:
-    """Least squared residual by a sum of changes, each of any size."""
-    along = orthonormal(np.column_stack(changes)).T @ residual
-    return float(residual @ residual - along @ along)
 
 
 def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding | None:
