@@ -588,17 +588,12 @@ def search_causes(
             return same
     if not space.explains(best, _chance(space, best)):
         # a cause that imitates two others, taken first, may keep both out
-        expecting = space.comparison.expecting(NEARLY_RIGHT * missed)
-        pair = CauseSearch(expecting, most_causes, progress, choices).best_pair(choices)
         least = INSTEAD * max(left, left_fitted)
-        if pair is not None and largest_excess(expecting, pair) < least:
-            of_pair = _search_as_expected(
-                comparison, most_causes, progress, choices, begin=pair.cause_values
-            )
-            if largest_excess(of_pair[0].comparison, of_pair[1].best) < least:
-                return of_pair
+        of_pair = _search_from_pair(comparison, most_causes, progress, choices, choices, least)
+        if of_pair is not None:
+            return of_pair
     if best.cause_values and much:
-        # a cause that imitates two others, taken first, may keep both out
+        # one that has another form may be nearer than the right one beside others
         first = best.cause_values[0][0].key
         others = [cause for cause in choices if cause.key != first]
         other = _search_as_expected(
@@ -653,12 +648,27 @@ def search_at(
         cause for cause in candidates(comparison.model, comparison.records)
         if cause.place in (*places, *others)
     ]  # fmt: skip
-    expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
-    space = CauseSearch(comparison.expecting(expected), most_causes, progress, choices)
-    pair = space.best_pair([cause for cause in choices if cause.place in places])
-    if pair is None:
+    first = [cause for cause in choices if cause.place in places]
+    return _search_from_pair(comparison, most_causes, progress, choices, first)
+
+
+def _search_from_pair(
+    comparison: BuildingComparison,
+    most_causes: int,
+    progress: Callable[[str], None],
+    choices: Sequence[Candidate],
+    first: Collection[Candidate],
+    least: float = np.inf,
+) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
+    """Search from the best pair, one of which is among some; None unless it leaves less."""
+    expecting = comparison.expecting(
+        NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
+    )
+    pair = CauseSearch(expecting, most_causes, progress, choices).best_pair(first)
+    if pair is None or not largest_excess(expecting, pair) < least:
         return None
-    return _search_as_expected(comparison, most_causes, progress, choices, begin=pair.cause_values)
+    again = _search_as_expected(comparison, most_causes, progress, choices, begin=pair.cause_values)
+    return again if largest_excess(again[0].comparison, again[1].best) < least else None
 
 
 def _fitted_to_more(

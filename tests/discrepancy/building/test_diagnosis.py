@@ -670,6 +670,41 @@ def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
         assert _near(nominal, outcome("base_mass_error", value, 1.0), [other]) == rivals
 
 
+@pytest.fixture
+def no_pairs(monkeypatch):
+    """No pair of causes leaves less than those found."""
+    monkeypatch.setattr(CauseSearch, "best_pair", lambda *_: None)
+
+
+@pytest.mark.parametrize(("left", "searches"), [(0.09, 2), (0.11, 1)])
+def test_a_pair_is_searched_from_where_it_leaves_less_than_half(
+    isolated, monkeypatch, left, searches
+):
+    record = _record(isolated)
+    model = building_model(isolated, [record])
+    comparison = compare_building(model, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    first, pair = (
+        comparison.evaluate(tuple((listed[name], listed[name].starts[0]) for name in names))
+        for names in (["base_mass_error"], ["isolator_force_error", "isolator_stiffness_error"])
+    )
+    begun = []
+
+    def found(comparison, most_causes, progress, choices, barred=None, to_beat=np.inf, begin=()):
+        begun.append(begin)
+        space = CauseSearch(comparison, choices=choices)
+        return space, SearchResult(space.before, pair if begin else first, [])
+
+    errors = {first: 0.2, pair: left}
+    for name in ("excess_error", "largest_excess"):
+        monkeypatch.setattr(cause_search, name, lambda _, one, *part: errors.get(one, 10.0))
+    monkeypatch.setattr(cause_search, "_search_as_expected", found)
+    monkeypatch.setattr(CauseSearch, "best_pair", lambda *_: pair)
+    assert search_causes(comparison)[1].best is (pair if searches == 2 else first)
+    assert begun == [(), pair.cause_values][:searches]
+
+
+@pytest.mark.usefixtures("no_pairs")
 @pytest.mark.parametrize(("left", "rival"), [(0.05, True), (0.02, False)])
 def test_a_cause_named_instead_of_the_first_one_may_be_confused_with_it(
     isolated, monkeypatch, left, rival
@@ -698,6 +733,7 @@ def test_a_cause_named_instead_of_the_first_one_may_be_confused_with_it(
     assert space.rivals == {"isolator_force_error": [first] if rival else []}
 
 
+@pytest.mark.usefixtures("no_pairs")
 @pytest.mark.parametrize(("before", "again"), [(1.0, False), (0.5, True)])
 def test_no_others_are_searched_where_a_nearly_right_cause_leaves_so_much(
     isolated, monkeypatch, before, again
@@ -722,6 +758,7 @@ def test_no_others_are_searched_where_a_nearly_right_cause_leaves_so_much(
     assert searches == [None, *[("base_mass_error", "")] * again]
 
 
+@pytest.mark.usefixtures("no_pairs")
 @pytest.mark.parametrize(("after", "searches"), [(0.05, 1), (0.19, 3)])
 def test_causes_are_fitted_to_more_of_a_record_before_others_are_searched(
     isolated, monkeypatch, after, searches
