@@ -127,7 +127,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         known = {cause.place for cause, _ in found.best.cause_values}
         if known & own and known <= own | beside:
             return found
-        again = search_at(self.first, self.most_causes, self.progress, own, beside)
+        again = search_at(self.space, found.best, self.first, own, beside)
         if again is None or not again[1].best.cause_values:
             return found
         space, self.space = self.space, again[0]

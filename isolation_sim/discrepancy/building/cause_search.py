@@ -55,7 +55,7 @@ from .goodness_of_fit import adequacy, is_quiet, p_value
 from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
 from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 from .layer_effects import helpful_effects, proposed_effects
-from .localisation import is_elsewhere
+from .localisation import is_elsewhere, unknown_force
 from .model import BuildingModel
 from .record import BuildingRecord
 from .sensor_causes import sensor_causes
@@ -592,6 +592,9 @@ def search_causes(
         of_pair = _search_from_pair(comparison, most_causes, progress, choices, choices, least)
         if of_pair is not None:
             return of_pair
+        unknown = unknown_force(space.comparison, space.before, best.cause_values)
+        if unknown is not None and unknown.is_in_structure:
+            return space, result  # other causes only imitate it, too
     if best.cause_values and much:
         # one that has another form may be nearer than the right one beside others
         first = best.cause_values[0][0].key
@@ -633,23 +636,24 @@ def _chance(space: CauseSearch, best: FittedBuilding) -> float:
 
 
 def search_at(
+    space: CauseSearch,
+    best: FittedBuilding,
     comparison: BuildingComparison,
-    most_causes: int,
-    progress: Callable[[str], None],
     places: Collection[str],
     others: Collection[str],
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
     """Search from the best pair of a cause at some places and one more; None without one.
 
     One that is known to be at a place may stand out only beside another, which a third cause
-    imitates together with it.
+    imitates together with it. The pair must leave far less than the causes that a search found.
     """
     choices = [
         cause for cause in candidates(comparison.model, comparison.records)
         if cause.place in (*places, *others)
     ]  # fmt: skip
     first = [cause for cause in choices if cause.place in places]
-    return _search_from_pair(comparison, most_causes, progress, choices, first)
+    least = INSTEAD * largest_excess(space.comparison, best)
+    return _search_from_pair(comparison, space.most_causes, space.progress, choices, first, least)
 
 
 def _search_from_pair(
@@ -658,7 +662,7 @@ def _search_from_pair(
     progress: Callable[[str], None],
     choices: Sequence[Candidate],
     first: Collection[Candidate],
-    least: float = np.inf,
+    least: float,
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
     """Search from the best pair, one of which is among some; None unless it leaves less."""
     expecting = comparison.expecting(

@@ -64,6 +64,11 @@ class UnknownForce(NamedTuple):
         return len(self.beside) + (self.place not in ("", ISOLATION_LAYER))
 
     @property
+    def is_in_structure(self) -> bool:
+        """Whether it acts in the structure, or on it, and may not only be a sensor's signal."""
+        return self.place not in ("", ISOLATION_LAYER) and not self.channel
+
+    @property
     def words(self) -> str:
         """What is unknown, for a sentence."""
         at = "" if self.place.startswith((_BETWEEN, _ANYWHERE)) else "at "

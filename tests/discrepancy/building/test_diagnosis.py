@@ -35,6 +35,7 @@ from isolation_sim.discrepancy.building.comparison import (
 from isolation_sim.discrepancy.building.errors import excess_error, largest_excess
 from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, is_quiet, p_value
 from isolation_sim.discrepancy.building.isolator_causes import layer_effect
+from isolation_sim.discrepancy.building.localisation import ISOLATION_LAYER, UnknownForce
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
 from isolation_sim.discrepancy.building.record import BuildingRecord
@@ -702,6 +703,39 @@ def test_a_pair_is_searched_from_where_it_leaves_less_than_half(
     monkeypatch.setattr(CauseSearch, "best_pair", lambda *_: pair)
     assert search_causes(comparison)[1].best is (pair if searches == 2 else first)
     assert begun == [(), pair.cause_values][:searches]
+
+
+@pytest.mark.usefixtures("no_pairs")
+@pytest.mark.parametrize(
+    ("place", "channel", "searches"),
+    [("floor3", "", 1), (ISOLATION_LAYER, "", 3), ("floor3", CHANNELS[3], 3)],
+)
+def test_no_others_are_searched_where_a_force_in_the_structure_is_missing(
+    isolated, monkeypatch, place, channel, searches
+):
+    record = _record(isolated)
+    model = building_model(isolated, [record])
+    comparison = compare_building(model, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    first = comparison.evaluate(((listed["base_mass_error"], (0.1,)),))
+    made = []
+
+    def found(comparison, *arguments, **options):
+        made.append(options)
+        space = CauseSearch(comparison)
+        return space, SearchResult(space.before, first if len(made) == 1 else space.before, [])
+
+    force = UnknownForce(place, (), 0.0, 1.0, channel)
+    monkeypatch.setattr(cause_search, "_search_as_expected", found)
+    monkeypatch.setattr(cause_search, "_fitted_to_more", lambda *_: None)
+    monkeypatch.setattr(cause_search, "largest_excess", lambda *_: 1.0)
+    monkeypatch.setattr(cause_search, "unknown_force", lambda *_: force)
+    monkeypatch.setattr(
+        cause_search, "excess_error",
+        lambda _, one, held_out=True: (0.2 if held_out else 0.02) if one is first else 1.0,
+    )  # fmt: skip
+    assert search_causes(comparison)[1].best is first
+    assert len(made) == searches
 
 
 @pytest.mark.usefixtures("no_pairs")
