@@ -363,17 +363,16 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def trials_text(self, tried: Round[FittedBuilding]) -> Text:
         """Mean squares that each cause leaves, and its chance."""
-        best = tried.tried[0].causes[-1]
         sizes = sum(weighted.size for weighted in tried.base.held_out)
         return Text(
-            f"{tried.taken.causes[-1]} is taken."
-            if tried.taken
-            else f"{best} is best, and is not taken: its improvement, its size or its gain on data "
-            "not fitted does not stand out from chance.",
+            f"{_and(taken)} {'are' if len(taken) > 1 else 'is'} taken."
+            if (taken := _added(tried.base, tried.taken or tried.base)[0])
+            else f"{_and(_added(tried.base, tried.tried[0])[0])} is best, and is not taken: its "
+            "improvement, its size or its gain on data not fitted does not stand out from chance.",
             ("cause", "form", "mean square of fitted data", "of held-out data", "p"),
             tuple(
                 (
-                    one.causes[-1], one.cause_values[-1][0].form, f"{one.variance:.3f}",
+                    *map(_and, _added(tried.base, one)), f"{one.variance:.3f}",
                     f"{one.held_out_cost / sizes:.3f}",
                     f"{self.space.chances[one]:.1e}",
                 )
@@ -563,6 +562,16 @@ def _of_data(best: FittedBuilding) -> str:
     if not causes or not all(cause.name.startswith("sensor_") for cause in causes):
         return ""
     return " All causes are faults of the data: the model of the building needs none."
+
+
+def _added(base: FittedBuilding, one: FittedBuilding) -> tuple[list[str], list[str]]:
+    """Labels and forms of the causes that a model has beyond those of another."""
+    new = [cause for cause, _ in one.cause_values[len(base.cause_values) :]]
+    return [cause.label for cause in new], [cause.form for cause in new if cause.form]
+
+
+def _and(words: Sequence[str]) -> str:
+    return " and ".join(words)
 
 
 def _mends_a_form(best: FittedBuilding, k: int) -> bool:

@@ -47,7 +47,7 @@ from ..decisions import (
     WORTH_REFITTING,
 )
 from ..inference import rivals
-from ..search import SearchResult, search
+from ..search import Round, SearchResult, search
 from .candidate import Candidate, Values
 from .comparison import BuildingComparison, CauseValues, FittedBuilding, squared, with_causes
 from .errors import excess_error, largest_excess, mean_error, relative_errors, relative_noise
@@ -284,8 +284,8 @@ class CauseSearch:
         self.comparison, self.before = comparison, comparison.evaluate(())
         return comparison.fit((), causes)
 
-    def best_pair(self, first: Collection[Candidate]) -> FittedBuilding | None:
-        """Roughly fit the best cause of some beside one more; what both change is screened."""
+    def pairs(self, first: Collection[Candidate]) -> list[FittedBuilding]:
+        """Roughly fit causes of some beside one more, best first; what both change is screened."""
         trials: list[tuple[float, Candidate, Values, NDArray]] = []
         residual = _joined(self.before.fitted)
         for cause in self._choices:
@@ -318,7 +318,9 @@ class CauseSearch:
         rough = [fit(two, 1) for two in starts[:SIMULATED]]
         rough = sorted((one for one in rough if np.isfinite(one.cost)), key=lambda one: one.cost)
         fits = [fit(one.cause_values, SCREENING_STEPS) for one in rough[:MOST_REFINED]]
-        return min(fits, key=lambda one: one.cost, default=None)
+        for pair in fits:
+            self.chances[pair] = p_value(self.comparison, self.before, pair)
+        return sorted(fits, key=lambda pair: pair.cost)
 
     def beginning_with(self, causes: CauseValues) -> FittedBuilding:
         """Fit causes from which a search goes on, without those that are needless."""
@@ -665,14 +667,19 @@ def _search_from_pair(
     least: float,
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
     """Search from the best pair, one of which is among some; None unless it leaves less."""
-    expecting = comparison.expecting(
-        NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
-    )
-    pair = CauseSearch(expecting, most_causes, progress, choices).best_pair(first)
-    if pair is None or not largest_excess(expecting, pair) < least:
+    expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
+    begun = CauseSearch(comparison.expecting(expected), most_causes, progress, choices)
+    pairs = begun.pairs(first)
+    if not pairs or not largest_excess(begun.comparison, pairs[0]) < least:
         return None
-    again = _search_as_expected(comparison, most_causes, progress, choices, begin=pair.cause_values)
-    return again if largest_excess(again[0].comparison, again[1].best) < least else None
+    space, result = _search_as_expected(
+        comparison, most_causes, progress, choices, begin=pairs[0].cause_values
+    )
+    if not largest_excess(space.comparison, result.best) < least:
+        return None
+    space.chances.update(begun.chances)
+    taken = Round(begun.before, pairs, pairs[0])
+    return space, replace(result, rounds=[taken, *result.rounds])
 
 
 def _fitted_to_more(

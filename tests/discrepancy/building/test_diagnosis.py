@@ -674,7 +674,7 @@ def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
 @pytest.fixture
 def no_pairs(monkeypatch):
     """No pair of causes leaves less than those found."""
-    monkeypatch.setattr(CauseSearch, "best_pair", lambda *_: None)
+    monkeypatch.setattr(CauseSearch, "pairs", lambda *_: [])
 
 
 @pytest.mark.parametrize(("left", "searches"), [(0.09, 2), (0.11, 1)])
@@ -700,7 +700,7 @@ def test_a_pair_is_searched_from_where_it_leaves_less_than_half(
     for name in ("excess_error", "largest_excess"):
         monkeypatch.setattr(cause_search, name, lambda _, one, *part: errors.get(one, 10.0))
     monkeypatch.setattr(cause_search, "_search_as_expected", found)
-    monkeypatch.setattr(CauseSearch, "best_pair", lambda *_: pair)
+    monkeypatch.setattr(CauseSearch, "pairs", lambda *_: [pair])
     assert search_causes(comparison)[1].best is (pair if searches == 2 else first)
     assert begun == [(), pair.cause_values][:searches]
 
