@@ -347,8 +347,8 @@ class BuildingRecords(Problem[FittedBuilding]):
         return Text(
             f"Size seen above {comparison.floors[0].band:.1f} Hz, colour in the quiet half of each "
             "record; noise of the measured ground motion "
-            f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}. The best "
-            f"model is expected to leave an error of {percent(comparison.model_error)} %.",
+            f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}. The "
+            f"weights allow for an error of any model, {percent(comparison.model_error)} %.",
             ("record", "channel", "sensor", "with the ground's", "% of RMS"),
             rows,
         )
