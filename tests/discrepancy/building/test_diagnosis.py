@@ -143,6 +143,8 @@ def test_residuals_of_noise_alone_are_white(isolated):
     assert np.all(np.abs(ratios) < 6 * np.log(part.noise_cells).std(axis=0))
     # twice the noise is no longer what was expected
     assert adequacy([part], [2 * whitened]) < 1e-3 < adequacy([part], [whitened])
+    # no rounding to zero
+    assert 0 < adequacy([part], [20 * whitened]) < 1e-15
 
 
 def _with_colour(shape):
