@@ -435,6 +435,8 @@ def test_rotations_and_a_second_floor_in_one_direction(tmp_path):
         ("isolator_displacement [m]", "isolator displacement [cm]", "times that of the isolators'"),
         ("isolator_displacement [m]", "base displacement [m]", "without one of the ground"),
         ("base_acceleration [m/s2]", "base [g]", "times the one that fits the other columns"),
+        ("base_acceleration [m/s2]", "base [g]", "displacement (columns: ground_acceleration 'gro"),
+        ("base_acceleration [m/s2]", "base [g]", "isolator_displacement [m]'); expected: "),
         ("Time [s]", "Zeile", "not recognised: time; expected: --column time=HEADING"),
     ],
 )  # fmt: skip
