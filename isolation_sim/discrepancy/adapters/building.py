@@ -13,7 +13,7 @@ from ...laws import Device
 from ...structures import IsolatedStructure
 from .. import inference
 from ..building.candidate import TYPICAL_PERIOD
-from ..building.cause_search import search_causes
+from ..building.cause_search import search_at, search_causes
 from ..building.comparison import (
     BuildingComparison,
     FittedBuilding,
@@ -118,18 +118,22 @@ class BuildingRecords(Problem[FittedBuilding]):
     def _search_at(
         self, unknown: UnknownForce, found: SearchResult[FittedBuilding]
     ) -> SearchResult[FittedBuilding]:
-        """Search again among the causes of an unknown force's place, if others were found.
+        """Search again from a cause at an unknown force's place, where one elsewhere was found.
 
         What was taken first may imitate two causes and keep both out.
         """
-        beside = (cause.place for cause, _ in unknown.beside)
-        space, places = self.space, {"", *unknown.places, *beside}
-        if all(cause.place in places for cause, _ in found.best.cause_values):
+        own = {"" if place == ISOLATION_LAYER else place for place in unknown.places}
+        beside = {"", *(cause.place for cause, _ in unknown.beside)}
+        known = {cause.place for cause, _ in found.best.cause_values}
+        if known & own and known <= own | beside:
             return found
-        self.space, result = search_causes(self.first, self.most_causes, self.progress, places)
-        if result.best.cause_values and self._unknown_force(result.best) is None:
+        again = search_at(self.space, found.best, self.first, own, beside)
+        if again is None or not again[1].best.cause_values:
+            return found
+        space, self.space = self.space, again[0]
+        if self._unknown_force(again[1].best) is None:
             self.unknown = None
-            return result
+            return again[1]
         self.space = space
         return found
 
@@ -343,8 +347,8 @@ class BuildingRecords(Problem[FittedBuilding]):
         return Text(
             f"Size seen above {comparison.floors[0].band:.1f} Hz, colour in the quiet half of each "
             "record; noise of the measured ground motion "
-            f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}. The best "
-            f"model is expected to leave an error of {percent(comparison.model_error)} %.",
+            f"({ground} m/s2) simulated. Fitted: {fitted}. Held out: {held_out}. The "
+            f"weights allow for an error of any model, {percent(comparison.model_error)} %.",
             ("record", "channel", "sensor", "with the ground's", "% of RMS"),
             rows,
         )
@@ -359,17 +363,16 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def trials_text(self, tried: Round[FittedBuilding]) -> Text:
         """Mean squares that each cause leaves, and its chance."""
-        best = tried.tried[0].causes[-1]
         sizes = sum(weighted.size for weighted in tried.base.held_out)
         return Text(
-            f"{tried.taken.causes[-1]} is taken."
-            if tried.taken
-            else f"{best} is best, and is not taken: its improvement, its size or its gain on data "
-            "not fitted does not stand out from chance.",
+            f"{_and(taken)} {'are' if len(taken) > 1 else 'is'} taken."
+            if (taken := _added(tried.base, tried.taken or tried.base)[0])
+            else f"{_and(_added(tried.base, tried.tried[0])[0])} is best, and is not taken: its "
+            "improvement, its size or its gain on data not fitted does not stand out from chance.",
             ("cause", "form", "mean square of fitted data", "of held-out data", "p"),
             tuple(
                 (
-                    one.causes[-1], one.cause_values[-1][0].form, f"{one.variance:.3f}",
+                    *map(_and, _added(tried.base, one)), f"{one.variance:.3f}",
                     f"{one.held_out_cost / sizes:.3f}",
                     f"{self.space.chances[one]:.1e}",
                 )
@@ -559,6 +562,16 @@ def _of_data(best: FittedBuilding) -> str:
     if not causes or not all(cause.name.startswith("sensor_") for cause in causes):
         return ""
     return " All causes are faults of the data: the model of the building needs none."
+
+
+def _added(base: FittedBuilding, one: FittedBuilding) -> tuple[list[str], list[str]]:
+    """Labels and forms of the causes that a model has beyond those of another."""
+    new = [cause for cause, _ in one.cause_values[len(base.cause_values) :]]
+    return [cause.label for cause in new], [cause.form for cause in new if cause.form]
+
+
+def _and(words: Sequence[str]) -> str:
+    return " and ".join(words)
 
 
 def _mends_a_form(best: FittedBuilding, k: int) -> bool:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from copy import copy
 from dataclasses import replace
+from itertools import combinations
 from typing import TypeVar
 
 import numpy as np
@@ -46,7 +47,7 @@ from ..decisions import (
     WORTH_REFITTING,
 )
 from ..inference import rivals
-from ..search import SearchResult, search
+from ..search import Round, SearchResult, search
 from .candidate import Candidate, Values
 from .comparison import BuildingComparison, CauseValues, FittedBuilding, squared, with_causes
 from .errors import excess_error, largest_excess, mean_error, relative_errors, relative_noise
@@ -54,12 +55,14 @@ from .goodness_of_fit import adequacy, is_quiet, p_value
 from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
 from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 from .layer_effects import helpful_effects, proposed_effects
-from .localisation import is_elsewhere
+from .localisation import is_elsewhere, unknown_force
 from .model import BuildingModel
 from .record import BuildingRecord
 from .sensor_causes import sensor_causes
 from .structure_causes import structure_causes
 
+_ALIKE = 1e-3
+"""Squared sine of the angle between changes that are one to first order."""
 T = TypeVar("T")
 
 
@@ -280,6 +283,50 @@ class CauseSearch:
         """Fit causes under another comparison, which is the search's from then on."""
         self.comparison, self.before = comparison, comparison.evaluate(())
         return comparison.fit((), causes)
+
+    def pairs(self, first: Collection[Candidate]) -> list[FittedBuilding]:
+        """Roughly fit causes of some beside one more, best first; what both change is screened."""
+        trials: list[tuple[float, Candidate, Values, NDArray]] = []
+        residual = _joined(self.before.fitted)
+        for cause in self._choices:
+            if cause.late and cause not in first:
+                continue
+            own = []
+            for start in cause.starts:
+                change = _joined(self.comparison.fitted_residuals(((cause, start),))) - residual
+                length = float(np.linalg.norm(change))
+                if 0 < length < np.inf:
+                    own.append((-abs(float(change @ residual)) / length, cause, start, change))
+            trials += [min(own, key=lambda one: one[0])] if own else []
+        along = np.array([change / np.linalg.norm(change) for *_, change in trials])
+        gains, alike = along @ residual, along @ along.T
+        pairs = []
+        for i, j in combinations(range(len(trials)), 2):
+            one, other = trials[i][1], trials[j][1]
+            apart = 1 - alike[i, j] ** 2
+            if one.key == other.key or apart < _ALIKE or not (one in first or other in first):
+                continue
+            both = gains[i] ** 2 + gains[j] ** 2 - 2 * alike[i, j] * gains[i] * gains[j]
+            pairs.append((-both / apart, i, j))
+
+        def fit(causes: CauseValues, steps: int) -> FittedBuilding:
+            return self.comparison.fit((), causes, steps)
+
+        starts = [
+            tuple((trials[k][1], trials[k][2]) for k in two) for _, *two in sorted(pairs)
+        ]  # fmt: skip
+        rough = [fit(two, 1) for two in starts[:SIMULATED]]
+        rough = sorted((one for one in rough if np.isfinite(one.cost)), key=lambda one: one.cost)
+        fits = [fit(one.cause_values, SCREENING_STEPS) for one in rough[:MOST_REFINED]]
+        for pair in fits:
+            self.chances[pair] = p_value(self.comparison, self.before, pair)
+        return sorted(fits, key=lambda pair: pair.cost)
+
+    def beginning_with(self, causes: CauseValues) -> FittedBuilding:
+        """Fit causes from which a search goes on, without those that are needless."""
+        for cause, _ in causes:
+            self.rivals[cause.label], self._others[cause.label] = [], []
+        return self.revise(self.comparison.fit((), causes))
 
     def finish(self, best: FittedBuilding) -> FittedBuilding:
         """Replace each cause by a better variant; name none if together they remove too little."""
@@ -519,13 +566,9 @@ def search_causes(
     comparison: BuildingComparison,
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
-    places: Collection[str] | None = None,  # Of the causes that are tried; all by default
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Search for causes, again with more or less of the last record fitted if parts disagree."""
-    choices = [
-        cause for cause in candidates(comparison.model, comparison.records)
-        if places is None or cause.place in places
-    ]  # fmt: skip
+    choices = candidates(comparison.model, comparison.records)
     before, late = comparison.evaluate(()), None
     missed, missed_fitted = (excess_error(comparison, before, part) for part in (True, False))
     if missed_fitted < NEARLY_RIGHT * missed:
@@ -545,8 +588,17 @@ def search_causes(
         same = _fitted_to_more(space, result)
         if same is not None and largest_excess(same[0].comparison, same[1].best) < INSTEAD * left:
             return same
-    if best.cause_values and much:
+    if not space.explains(best, _chance(space, best)):
         # a cause that imitates two others, taken first, may keep both out
+        least = INSTEAD * max(left, left_fitted)
+        of_pair = _search_from_pair(comparison, most_causes, progress, choices, choices, least)
+        if of_pair is not None:
+            return of_pair
+        unknown = unknown_force(space.comparison, space.before, best.cause_values)
+        if unknown is not None and unknown.is_in_structure:
+            return space, result  # other causes only imitate it, too
+    if best.cause_values and much:
+        # one that has another form may be nearer than the right one beside others
         first = best.cause_values[0][0].key
         others = [cause for cause in choices if cause.key != first]
         other = _search_as_expected(
@@ -579,6 +631,57 @@ def search_causes(
     return again if again[1].best.cause_values else (space, result)
 
 
+def _chance(space: CauseSearch, best: FittedBuilding) -> float:
+    """Chance of what a model leaves under noise alone."""
+    segments = space.comparison.fitted + space.comparison.held_out
+    return adequacy(segments, best.fitted + best.held_out)
+
+
+def search_at(
+    space: CauseSearch,
+    best: FittedBuilding,
+    comparison: BuildingComparison,
+    places: Collection[str],
+    others: Collection[str],
+) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
+    """Search from the best pair of a cause at some places and one more; None without one.
+
+    One that is known to be at a place may stand out only beside another, which a third cause
+    imitates together with it. The pair must leave far less than the causes that a search found.
+    """
+    choices = [
+        cause for cause in candidates(comparison.model, comparison.records)
+        if cause.place in (*places, *others)
+    ]  # fmt: skip
+    first = [cause for cause in choices if cause.place in places]
+    least = INSTEAD * largest_excess(space.comparison, best)
+    return _search_from_pair(comparison, space.most_causes, space.progress, choices, first, least)
+
+
+def _search_from_pair(
+    comparison: BuildingComparison,
+    most_causes: int,
+    progress: Callable[[str], None],
+    choices: Sequence[Candidate],
+    first: Collection[Candidate],
+    least: float,
+) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
+    """Search from the best pair, one of which is among some; None unless it leaves less."""
+    expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
+    begun = CauseSearch(comparison.expecting(expected), most_causes, progress, choices)
+    pairs = begun.pairs(first)
+    if not pairs or not largest_excess(begun.comparison, pairs[0]) < least:
+        return None
+    space, result = _search_as_expected(
+        comparison, most_causes, progress, choices, begin=pairs[0].cause_values
+    )
+    if not largest_excess(space.comparison, result.best) < least:
+        return None
+    space.chances.update(begun.chances)
+    taken = Round(begun.before, pairs, pairs[0])
+    return space, replace(result, rounds=[taken, *result.rounds])
+
+
 def _fitted_to_more(
     space: CauseSearch, result: SearchResult[FittedBuilding]
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
@@ -604,17 +707,18 @@ def _search_as_expected(
     choices: Sequence[Candidate],
     barred: tuple[str, str] | None = None,
     to_beat: float = np.inf,
+    begin: CauseValues = (),
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Repeat the search until the best model leaves no more than the expected model error.
 
-    It is not repeated where other causes leave less.
+    It is not repeated where other causes leave less. It begins with some causes in the model.
     """
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     while True:
         space = CauseSearch(
             comparison.expecting(expected), most_causes, progress, choices, barred, to_beat
         )
-        result = search(space, space.before)
+        result = search(space, space.beginning_with(begin) if begin else space.before)
         left = excess_error(space.comparison, result.best)
         enough = max(2 * expected, relative_noise(space.comparison, True))
         if left < enough or left >= to_beat:
@@ -694,6 +798,11 @@ def _left_along(
     if not 0 < length < np.inf:
         return np.inf
     return float(before @ before) - float(before @ change) ** 2 / length
+
+
+def _joined(parts: Sequence[NDArray]) -> NDArray:
+    """Weighted residuals of all parts, one after another."""
+    return np.concatenate([part.ravel() for part in parts])
 
 
 def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding | None:

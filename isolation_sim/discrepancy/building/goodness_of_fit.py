@@ -49,7 +49,8 @@ def _derivatives(smaller: FittedBuilding, larger: FittedBuilding) -> tuple[NDArr
 def adequacy(segments: Sequence[Segment], whitened: Sequence[NDArray]) -> float:
     """Chance of residuals as large as these, in any channel and band, under noise alone."""
     p = np.concatenate([cell_p_values(a, w) for a, w in zip(segments, whitened, strict=True)])
-    return float(1 - (1 - p.min()) ** p.size)
+    # exact for chances far below the spacing of numbers around one, too
+    return float(-np.expm1(p.size * np.log1p(-min(float(p.min()), 1 - 1e-12))))
 
 
 def is_quiet(comparison: BuildingComparison, outcome: FittedBuilding) -> bool:

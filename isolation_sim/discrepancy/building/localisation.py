@@ -22,7 +22,13 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...simulation.result import Run
-from ..decisions import IMITATION, NEARLY_RIGHT, PROPOSED_GAIN, WELL_EXPLAINED
+from ..decisions import (
+    IMITATION,
+    NEARLY_RIGHT,
+    PROPOSED_GAIN,
+    STRONG_EVIDENCE,
+    WELL_EXPLAINED,
+)
 from .comparison import BuildingComparison, CauseValues, FittedBuilding, with_causes
 from .errors import excess_error
 from .frequency_response import end_response, frequency_response
@@ -56,6 +62,11 @@ class UnknownForce(NamedTuple):
     def complexity(self) -> int:
         """Number of causes, and one for a force beside that of the isolators."""
         return len(self.beside) + (self.place not in ("", ISOLATION_LAYER))
+
+    @property
+    def is_in_structure(self) -> bool:
+        """Whether it acts in the structure, or on it, and may not only be a sensor's signal."""
+        return self.place not in ("", ISOLATION_LAYER) and not self.channel
 
     @property
     def words(self) -> str:
@@ -100,7 +111,7 @@ def unknown_force(
     if by_causes < WELL_EXPLAINED and any(_is_of(one, causes) for one in _needed(near)):
         return None
     # a cause is preferred to an unknown force in its place, and a place that leaves noise alone
-    noise = _MOST_SIGMA * np.sqrt(sum(segment.noise_variance for segment in segments)) / misfit
+    noise = _most_noise(segments) / misfit
     near.sort(key=lambda one: (
         max(one.left, 0.0) > noise, one.complexity, -len(one.beside), round(one.left, 3)
     ))  # fmt: skip
@@ -111,11 +122,33 @@ def unknown_force(
         if (one.beside, one.complexity) == (best.beside, best.complexity)
         and (one.left <= noise or best.left > noise)
     ]  # fmt: skip
-    return best._replace(
-        place=_places_in_words(alike),
-        channel=_channels_in_words(alike),
-        places=tuple(one.channel or one.place for one in alike),
+    likeliest = _by_noise_alone(comparison, alike)
+    return likeliest[0]._replace(
+        place=_places_in_words(likeliest),
+        channel=_channels_in_words(likeliest),
+        places=tuple(one.channel or one.place for one in likeliest),
     )
+
+
+def _by_noise_alone(
+    comparison: BuildingComparison, alike: Sequence[UnknownForce]
+) -> Sequence[UnknownForce]:
+    """Forces beside the same causes that noise does not tell from the likeliest of them."""
+    if len(alike) < 2:
+        return alike
+    # weights that expect an error of the model hide differences which are far more than noise
+    segments = _whole(comparison, 0.0)
+    left = _left(comparison, segments, alike[0].beside)
+    squares = {one: left[one.place, one.channel] for one in alike}
+    least = min(squares.values())
+    if least > _most_noise(segments):
+        return alike
+    return [one for one in alike if squares[one] < least + STRONG_EVIDENCE]
+
+
+def _most_noise(segments: Sequence[Segment]) -> float:
+    """Squares above those of noise up to which noise alone is left."""
+    return _MOST_SIGMA * float(np.sqrt(sum(segment.noise_variance for segment in segments)))
 
 
 def is_elsewhere(comparison: BuildingComparison, causes: CauseValues, best: CauseValues) -> bool:

@@ -101,7 +101,7 @@ def white_noise(values: NDArray, dt: float, band: float, quantile: float) -> NDA
     # ``quantile`` chooses among windows of half a second: 0.5 for the median, which impacts do not
     # move; less if the signal fills most of the time.
     size = _window_quantile(values, dt, band, quantile)
-    return size / _window_quantile(_unit_noise(len(values)), dt, band, quantile)
+    return size / _of_unit_noise(len(values), dt, band, quantile)
 
 
 def _window_quantile(values: NDArray, dt: float, band: float, quantile: float) -> NDArray:
@@ -117,10 +117,11 @@ def _window_quantile(values: NDArray, dt: float, band: float, quantile: float) -
     return np.sqrt(np.quantile(squares, quantile, axis=0))
 
 
-@lru_cache(maxsize=8)
-def _unit_noise(n: int) -> NDArray:
-    """White noise of unit variance that a quantile is compared with."""
-    return np.random.default_rng(0).standard_normal((n, 1))
+@lru_cache(maxsize=32)
+def _of_unit_noise(n: int, dt: float, band: float, quantile: float) -> NDArray:
+    """The quantile of white noise of unit variance, (1,)."""
+    white = np.random.default_rng(0).standard_normal((n, 1))
+    return _window_quantile(white, dt, band, quantile)
 
 
 def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
@@ -148,9 +149,11 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     draws = _simulated_noise(model, record, most, of_ground, predicted)
     at = np.arange(int(band * dt * len(measured))) / (dt * len(measured))
     own_noise = sensors * colour.at(at)
-    felt = _felt(draws[:_DRAWS], own_noise, len(most))
+    felt = _felt(draws, own_noise, len(most))
     share = float(_ground_shares(residual[np.newaxis], own_noise, felt)[0])
-    shaken = share * draws[_DRAWS:]
+    # the response to so little noise is linear, so that sums of runs are as good as further runs
+    mixing = np.random.default_rng(2).standard_normal((_DRAWS, _DRAWS)) / np.sqrt(_DRAWS)
+    shaken = share * np.einsum("ed,dnc->enc", mixing, draws)
     own = np.empty_like(shaken)
     for k in range(len(own)):
         white = np.random.default_rng(k).standard_normal(own[k].shape)
@@ -162,7 +165,7 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     # and so would the ground's noise
     guesses = np.maximum(_ground_shares(own - shaken, own_noise, felt), share / 2)
     examples = own - shaken * (share / guesses)[:, np.newaxis, np.newaxis]
-    ground, draws = share * most, share * draws[:_DRAWS]
+    ground, draws = share * most, share * draws
     every = sensors * colour.at(np.fft.rfftfreq(len(measured), dt))
     own_rms = np.sqrt(np.mean(every**2, axis=0))
     total = np.hypot(own_rms, np.sqrt(np.mean(draws**2, axis=(0, 1))))
@@ -252,8 +255,8 @@ def _simulated_noise(
     random = np.random.default_rng(1)
     draws = []
     if not np.isfinite(predicted).all():
-        return np.zeros((2 * _DRAWS, *predicted.shape))
-    for _ in range(2 * _DRAWS):
+        return np.zeros((_DRAWS, *predicted.shape))
+    for _ in range(_DRAWS):
         shaken = []
         for motion, size in zip(record.ground, sizes, strict=True):
             noise = size * random.standard_normal((len(record), 1))

@@ -1,4 +1,4 @@
-"""Noise of half as many draws: to simulate them takes half of a diagnosis."""
+"""Noise of half as many draws: to simulate them takes long."""
 
 from collections.abc import Iterator
 
@@ -12,7 +12,7 @@ DRAWS = noise._DRAWS
 
 @pytest.fixture(scope="module", autouse=True)
 def few_draws() -> Iterator[None]:
-    """Half of the draws to estimate the noise, and as many to compare with."""
+    """Half of the draws to estimate the noise."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(noise, "_DRAWS", DRAWS // 2)
         yield

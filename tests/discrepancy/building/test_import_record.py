@@ -193,6 +193,12 @@ def test_a_record_in_any_dialect_comes_back(tmp_path_factory, dialect):
         ("floor 0 [g]", ("base", "", "acceleration")),
         ("Roof slab [g]", ("roof", "", "acceleration")),
         ("Bearing top [g]", ("", "", "acceleration")),
+        ("90 Deg Base slab, above isolators [cm]", ("base", "90deg", "displacement")),
+        ("Foundation above the isolation level [g]", ("base", "", "acceleration")),
+        ("Basement below base isolators [cm]", ("ground", "", "displacement")),
+        ("oberhalb der Lager x [mm/s2]", ("base", "x", "acceleration")),
+        ("1st floor above isolators [g]", ("floor1", "", "acceleration")),
+        ("rel. displacement above isolators [mm]", ("isolator", "", "displacement")),
         ("Base force [kN]", ("base", "", "")),
     ],
 )
@@ -429,6 +435,8 @@ def test_rotations_and_a_second_floor_in_one_direction(tmp_path):
         ("isolator_displacement [m]", "isolator displacement [cm]", "times that of the isolators'"),
         ("isolator_displacement [m]", "base displacement [m]", "without one of the ground"),
         ("base_acceleration [m/s2]", "base [g]", "times the one that fits the other columns"),
+        ("base_acceleration [m/s2]", "base [g]", "displacement (columns: ground_acceleration 'gro"),
+        ("base_acceleration [m/s2]", "base [g]", "isolator_displacement [m]'); expected: "),
         ("Time [s]", "Zeile", "not recognised: time; expected: --column time=HEADING"),
     ],
 )  # fmt: skip

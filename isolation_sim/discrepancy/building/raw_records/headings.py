@@ -33,6 +33,11 @@ _NUMBERED = (
     re.compile(rf"(?<![a-z\d])0*(\d+)(?:st|nd|rd|th|\.)[\s_.-]*{_FLOOR}(?![a-z])"),
     re.compile(r"(?<![a-z])f0*(\d+)(?!\d)"),
 )
+_BESIDE_ISOLATORS = re.compile(
+    r"(?<![a-zäöü])(?:(above|over|oberhalb|über)|(below|under|beneath|underneath|unterhalb|unter))"
+    r"\s+(?:of\s+)?(?:the\s+|der\s+|den\s+)?(?:base[\s-]+)?(?:isolat|bearing|lager|lrb)"
+)
+"""A place beside the isolators, whose displacement is not theirs."""
 _FREE_FIELD = re.compile(r"free[\s_-]field")
 _FLOOR_WORD = re.compile(rf"(?<![a-z]){_FLOOR}(?![a-z])")
 _AXES = {
@@ -162,6 +167,10 @@ def _place(name: str, parts: set[str], relative: bool, quantity: str) -> str:
             return f"floor{number}" if (number := numbers.pop()) else BASE
     joined = {"freefield"} if _FREE_FIELD.search(name) else set()
     named = [place for place, words in _PLACES.items() if (parts | joined) & words]
+    beside = _BESIDE_ISOLATORS.search(name)
+    if beside and ROOF not in named:
+        # a foundation above the isolators is the base
+        named = [BASE if beside[1] else GROUND]
     if named == [GROUND] and _FLOOR_WORD.search(name):
         return ""  # a ground floor may be the base or the first floor
     if ROOF in named:

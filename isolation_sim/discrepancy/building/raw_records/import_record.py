@@ -16,7 +16,7 @@ from ....errors import InputError
 from ....identification.raw_tests.files import tables_by_name
 from ....io.files import check_new_files, write_text
 from ....rendering import Printed, render
-from ..channels import ROTATION, channel
+from ..channels import BASE, GROUND, ISOLATOR, ROTATION, channel
 from ..record import BuildingRecord, read_building_record
 from ..record_checks import check_quantities, record_problems
 from .columns import Column, Match, places_of
@@ -214,8 +214,10 @@ def _read_back(text: str, name: str, match: Match) -> BuildingRecord:
     """The record as a diagnosis reads it; errors name the columns of the files."""
     with tempfile.TemporaryDirectory() as folder:
         path = write_text(text, Path(folder) / f"{name}.csv")
+        compared = ""
         try:
             record = read_building_record(path)
+            compared = _compared(match)
             check_quantities(record)
         except InputError as error:
             place = places_of(match.tables[one.table] for one in match.columns)
@@ -229,8 +231,19 @@ def _read_back(text: str, name: str, match: Match) -> BuildingRecord:
                 )
             if match.settings.relative is None and message.endswith("relative to the ground"):
                 message += ', or accelerations = "relative" in the settings'
+            message = message.replace("; expected: ", f"{compared}; expected: ", 1)
             raise InputError(message) from None
     return record
+
+
+def _compared(match: Match) -> str:
+    """The columns whose quantities are compared, for a message."""
+    columns = ", ".join(
+        f"{one.key} {one.heading!r}"
+        for one in match.columns
+        if one.channel is not None and one.channel.place in (GROUND, BASE, ISOLATOR)
+    )
+    return f" (columns: {columns})"
 
 
 def _signals(record: BuildingRecord) -> Iterator[tuple[str, np.ndarray]]:
