@@ -8,6 +8,9 @@ Forms:
                 the gap one that pulls: friction holds the device where it was left
     dead_zone   law sees x less the part within `gap` of the centre: a spring brings the device back
                 to the middle of its clearance
+    released    law sees the play, and while the linkage is open the device relaxes,
+                y' = -y / `time`: a damper with a spring in a clearance that only pushes. The
+                linkage opens where the force is zero, if `time` is the law's own (c / k)
 
 The displacement is measured on the rig's side of the linkage. Contact is elastic: it takes hold
 from 0.9 to 1.1 of the gap, and the device then sees the velocity of the rig. The memory of y
@@ -74,12 +77,36 @@ def motion_dead_zone(signals: Signals, states: tuple, parameters: tuple) -> tupl
     return pressed, signals.v * hold
 
 
+def motion_released(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Motion behind the gap of a device that relaxes while the linkage is open."""
+    gap, time = parameters
+    place = signals.x - states[0]
+    pressed, _ = _contact(states[0], gap)
+    # a contact pushes, up to the velocity of the rig; without a gap it is never open
+    closing, pushed = signals.v + place / time, pressed / RISE
+    driven = positive(np.fmin(pushed, closing)) - positive(np.fmin(-pushed, -closing))
+    held = _SMALL_GAP / (gap + _SMALL_GAP)
+    return place + pressed, driven + held * (closing - driven) - place / time
+
+
+def rates_released(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Distance of the rig from a device that relaxes, up to the ends of the gap."""
+    gap, time = parameters
+    away = states[0]
+    return (signals.v + (signals.x - away) / time - _contact(away, gap)[0] / RISE,)
+
+
 GAP = EffectParameter(
     "gap", "m", "half of the free play", lower=0.0, magnitude=True, starts=(0.01, 0.03, 0.1),
     difference=0.05,
 )  # fmt: skip
 OPEN_GAP = replace(GAP, least=5e-4)
 """Without a gap that is seen in the displacement, an open linkage would be a part of the pull."""
+RELEASE = EffectParameter(
+    "time", "s", "relaxation of the device that is let go", lower=2.5 * RISE, upper=20.0,
+    starts=(0.02, 0.07, 0.2, 1.0), divides=True, plain=(2.5 * RISE, 20.0),
+)  # fmt: skip
+"""For ever it is the play; at once, the dead zone."""
 KEEP = Quantity("keep", "m", "deformation from which the play is measured")
 
 FORMS = (
@@ -114,5 +141,15 @@ FORMS = (
         parameters=(GAP,),
         motion=motion_dead_zone,
         source="Nordin & Gutman (2002), dead zone",
+    ),
+    Effect(
+        cause="linkage_backlash",
+        form="released",
+        title="Linkage backlash that releases the device",
+        parameters=(GAP, RELEASE),
+        states=(Quantity("away", "m", "distance of the rig from the device, from their middle"),),
+        rates=rates_released,
+        motion=motion_released,
+        source="Nordin, Galic & Gutman (1997), flexible shaft in its gap",
     ),
 )  # fmt: skip

@@ -26,6 +26,8 @@ _FORGOTTEN = 2.0
 forgotten how the run began. Convention."""
 _MOST_UNSETTLED = 0.25
 """Share of a run that may count for little since its start is unknown, at most. Convention."""
+_MOST_OF_A_PART = 0.5
+"""The same of a run that is less than a cycle: before it turns it may remember all the time."""
 _NOT_STARTED = 3.0
 """Residual until then, over that expected from the noise and the misfit of later samples, from
 which no known start is right. Noise alone exceeds 1.5 once in 10,000 runs of 20 samples. Theory."""
@@ -221,17 +223,21 @@ def _unsettled(
         remembers = np.flatnonzero(np.ptp(forces[starts, run], axis=0) > _FORGOTTEN * noise)
         if not remembers.size:
             continue
-        n = min(int(remembers[-1]) + 1, int(_MOST_UNSETTLED * (run.stop - run.start)))
+        length = run.stop - run.start
+        never_returns = np.max(begin[k]) > (length - 1.5) * data.dt[k]
         residual = np.square(data.force[run] - forces[chosen[k], run])
-        first, later, strong, weak = (
-            float(np.mean(part))
-            for squares in (residual, np.square(data.force[run]))
-            for part in (squares[:n], squares[n:])
-        )
-        # noise, and a misfit of the same share of the force as later
-        expected = noise**2 + max(later - noise**2, 0.0) * strong / weak
-        if first > _NOT_STARTED**2 * expected:
-            result[run.start : run.start + n] = True
+        for most in (_MOST_OF_A_PART, _MOST_UNSETTLED)[0 if never_returns else 1 :]:
+            n = min(int(remembers[-1]) + 1, int(most * length))
+            first, later, strong, weak = (
+                float(np.mean(part))
+                for squares in (residual, np.square(data.force[run]))
+                for part in (squares[:n], squares[n:])
+            )
+            # noise, and a misfit of the same share of the force as later
+            expected = noise**2 + max(later - noise**2, 0.0) * strong / weak
+            if first > _NOT_STARTED**2 * expected:
+                result[run.start : run.start + n] = True
+                break
     return result if result.any() else None
 
 

@@ -51,6 +51,8 @@ _LATE = 10.0
 _MOVING = 0.05
 """Velocity or displacement at the first sample, over its RMS, from which a run may begin in the
 middle."""
+_FAST = 0.5
+"""Velocity over its RMS, in both directions, of a run that is less than a cycle. Convention."""
 _AT_ZERO = 0.01
 """Displacement at the first sample, over its RMS, up to which a run is taken to begin at rest with
 whatever velocity: a motion that was cut begins there once in a hundred times, and a sine or a sum
@@ -138,6 +140,9 @@ def _return_times(run: TestRun) -> NDArray:
     result = np.zeros(RETURNS)
     if not (speed > 0 and _begins_in_motion(run, size, speed)):
         return result
+    if _is_part_of_a_cycle(run, speed):  # which stands for the motion before
+        result[0] = run.step * (len(x) - 1)
+        return result
     cycles = run.step * np.arange(len(x)) / cycle_time(size, speed)
     # the deformation counts most: where it jumps the device would yield
     away = _JUMP * np.abs(x - x[0]) / size + np.abs(v - v[0]) / speed + cycles / _LATE
@@ -158,7 +163,7 @@ def _begins_in_motion(run: TestRun, size: float, speed: float) -> bool:
     x, noise = run.displacement, sensor_noise(run.displacement).deviation
     if abs(x[0]) > max(_MOVING * size, _BEYOND_NOISE * noise):
         return True
-    if abs(x[0]) <= _AT_ZERO * size:
+    if abs(x[0]) <= _AT_ZERO * size and not _is_part_of_a_cycle(run, speed):
         return False
     # The smoothed velocity is least certain at the first sample: the slope of the displacement must
     # agree with it, over a short time as well, in which a run at rest does not yet move.
@@ -172,6 +177,14 @@ def _begins_in_motion(run: TestRun, size: float, speed: float) -> bool:
     return bool(least > _MOVING * speed and abs(rates[1]) > _BEYOND_NOISE * chance)
 
 
+def _is_part_of_a_cycle(run: TestRun, speed: float) -> bool:
+    """Whether a run begins in fast motion, turns, and never moves again as it began."""
+    along = run.velocity * np.sign(run.velocity[0])
+    turned = np.flatnonzero(along < -_FAST * speed)
+    fast = along[0] > _FAST * speed and turned.size > 0
+    return bool(fast and np.max(along[turned[0] :]) < _MOVING * speed)
+
+
 def _start(run: TestRun, noise: float) -> tuple[float, NDArray]:
     """Period of a run whose first cycle is steady, and return times of other motion, s; else 0."""
     never = np.zeros(RETURNS)
@@ -179,6 +192,8 @@ def _start(run: TestRun, noise: float) -> tuple[float, NDArray]:
     size = float(np.std(x))
     if len(t) < _LEAST_SAMPLES or not size > 0 or not np.std(force) > 0:
         return 0.0, never
+    if _is_part_of_a_cycle(run, float(np.std(run.velocity))):
+        return 0.0, _return_times(run)
     closed = _one_cycle(run, noise)
     if closed is not None:
         return closed, never

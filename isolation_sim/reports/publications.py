@@ -58,6 +58,10 @@ PUBLICATIONS = {
         "rubber, Proceedings of the Royal Society A 455 (1999), doi:10.1098/rspa.1999.0431."
     ),
     "Visintin (1994)": "A. Visintin, Differential Models of Hysteresis, Springer, 1994.",
+    "Nordin, Galic & Gutman (1997)": (
+        "M. Nordin, J. Galic, P.-O. Gutman, New models for backlash and gear play, International "
+        "Journal of Adaptive Control and Signal Processing 11 (1997) 49-63."
+    ),
     "Nordin & Gutman (2002)": (
         "M. Nordin, P.-O. Gutman, Controlling mechanical systems with backlash - a survey, "
         "Automatica 38 (2002) 1633-1649."

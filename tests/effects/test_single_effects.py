@@ -547,6 +547,33 @@ def test_an_open_linkage_passes_no_force():
     assert open_linkage_force(pressed, (0.0,), (0.0,)) == 0.0
 
 
+def test_an_open_linkage_releases_a_device_with_a_spring():
+    # spring and dashpot behind a clearance that only pushes, at a step far below the lag of 2 ms
+    k, c, gap = 1e4, 2e3, 1e-3
+    damper = law("kelvin_voigt", {"k": k, "c": c})
+    numbers = {"gap": gap, "time": c / k}
+    device = extend(damper, [(effect("linkage_backlash", "released"), numbers)])
+    t, x, v = sine(5e-3, 0.5, 3, 2000)
+    force, _ = respond(device, t, x, v, 0.0, None, 1e-9)
+    place, expected = 0.0, np.zeros(t.size)
+    for n in range(1, t.size):
+        free = place * np.exp(-(t[n] - t[n - 1]) * k / c)
+        place = min(max(free, x[n] - gap), x[n] + gap)
+        # a linkage that is closed moves the device with the rig
+        expected[n] = 0.0 if place == free else k * place + c * v[n]
+    steady = t > 2.0
+    missed = (force - expected)[steady]
+    # it closes within the lag
+    assert np.std(missed) < 0.04 * np.std(expected)
+    is_open = steady & (expected == 0.0)
+    assert np.mean(is_open[steady]) > 0.1
+    assert np.median(np.abs(force[is_open])) < 0.01 * np.max(expected)
+    # without a gap it is not there
+    released = effect("linkage_backlash", "released").motion
+    moving = REST._replace(x=4e-3, v=0.1)
+    assert released(moving, (1e-3,), (0.0, 0.2)) == pytest.approx((4e-3, 0.1), rel=1e-12)
+
+
 def test_a_linear_stop_is_a_spring_beyond_the_gap():
     device = spring(("end_stop.linear", {"stiffness": 3e4, "gap": 2e-3}))
     x = np.array([1e-3, 3e-3, -3e-3])

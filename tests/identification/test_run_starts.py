@@ -240,6 +240,17 @@ def test_cycles_cut_out_whose_motion_dies_away():
     assert result == pytest.approx([0.0, 2.0], abs=1e-3)
 
 
+@pytest.mark.parametrize("begin", [0, 2])
+def test_half_a_cycle_tells_by_its_force_whether_it_begins_at_rest(begin):
+    """It begins at zero in both cases, and never returns to its beginning."""
+    runs = [_cycles(a, 0.5, 0.0, 0.0, 3.0, 0, k) for k, a in enumerate((2e-3, 6e-3, 1.5e-2))]
+    halves = [_cycles(a, 0.25, 0.0, 0.0, 0.5, begin, 5 + k) for k, a in enumerate((9e-3, 1.4e-2))]
+    assert measured_runs(halves).return_times.any(axis=1).all()
+    result = fit(Campaign("halves", "made", (*runs, *halves)), "bouc_wen")
+    assert max(error.relative for error in result.errors) < 0.02
+    assert any("unknown past" in note for note in result.notes) == bool(begin)
+
+
 def _decaying(k, begin, noise=0.005):
     """A standard solid under free vibrations of several tones, kept from a time ``begin`` on."""
     random = np.random.default_rng(k)
