@@ -58,7 +58,8 @@ REMAINS = 0.03
 during the search and after it: the law may be of the wrong family. Convention."""
 NEARLY_ALL = 0.1
 """Share of the misfit on the data that judge that may remain beyond noise where the verdict is
-"explained" because no model attains less. Convention, seen on tests of unknown devices."""
+"explained" because no model attains less; on the searched data, below which the search goes on
+where another law alone is far better. Convention, seen on tests of unknown devices."""
 FITTED_ALONE = 4.0
 """Squared error on the data held out over that of noise above which a law that is adequate on the
 fitted data is not said to be so in general. Clean campaigns reach 3. Convention."""

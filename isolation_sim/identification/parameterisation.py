@@ -129,6 +129,13 @@ class Parameterisation:
             name: float(np.polynomial.polynomial.polyval(mean[0], np.atleast_1d(value)))
             for name, value in self.fixed.items()
         }
+        # currents that change within runs determine the scale of a state, but not here
+        redundancy = self.law.redundancy
+        if redundancy is not None and self.scaling is None:
+            name = redundancy.held
+            if not fixed.keys() & set(redundancy.among):
+                size = characteristic_scale(self._units[name], *self.sizes)
+                fixed[name] = redundancy.value * size if redundancy.of_data else size
         return Parameterisation(self.law, mean, self.sizes, fixed, scaling=self.scaling)
 
     def holding(self) -> Parameterisation | None:

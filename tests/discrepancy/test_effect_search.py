@@ -322,9 +322,10 @@ def test_causes_take_the_place_of_a_state_of_each_run(monkeypatch, cost, taken):
 
 def test_no_more_effects_are_tried_where_another_law_is_far_better():
     space = Space()
-    assert not space.is_explained(fitted(1000, "payne"))
+    assert not space.is_explained(fitted(2000, "payne"))
     space.stops_at = lambda current: True
-    assert space.is_explained(fitted(1000, "payne"))
+    assert space.is_explained(fitted(2000, "payne"))
+    assert not space.is_explained(fitted(900, "offset"))  # all but a tenth is no imitation
     assert not space.is_explained(fitted(1e4))  # one effect is always tried
 
 

@@ -44,6 +44,23 @@ def test_what_vanishes_at_one_current_has_its_mean_at_all():
     assert p.evened(np.array([1e4, 3e4, 40.0, 60.0])) is None
 
 
+@pytest.mark.parametrize(
+    ("law", "fixed", "held"),
+    [
+        ("linearised_bouc_wen", {}, {"k2": 300.0}),
+        ("linearised_bouc_wen", {"C_e": 5.0}, {"C_e": 5.0}),
+        ("bouc_wen", {}, {"A": 1.0}),
+        ("bouc_wen", {"alpha": 2e4}, {"alpha": 2e4}),
+        ("kelvin_voigt", {}, {}),
+    ],
+)
+def test_a_search_without_the_current_holds_a_redundant_parameter(law, fixed, held):
+    """Its scale would be that of chance, far from the size that is expected of it."""
+    p = Parameterisation(LAWS[law], np.array([0.0, 2.0]), (300.0, 8e-3, 0.2), fixed)
+    assert p.fixed == fixed
+    assert p.steady().fixed == held
+
+
 def test_a_number_in_a_power_of_a_length_is_compared_by_its_length():
     """The same corner with another exponent: beta alone is 10^5 times as large."""
     p = Parameterisation(LAWS["bouc_wen"], np.array([0.0]), (100.0, 2e-2, 0.1), {"A": 1.0})

@@ -21,6 +21,7 @@ from ..decisions import (
     MANY_STEPS,
     MOST_EFFECTS,
     MOST_MINOR,
+    NEARLY_ALL,
     NEW_SPECIMENS,
     RIVALS_TRIED,
     SIGNIFICANT,
@@ -78,7 +79,9 @@ class EffectSearch:
 
     def is_explained(self, current: FittedModel) -> bool:
         """Whether no effect is tried; whether nothing is left is seen by trying."""
-        return bool(current.effects) and self.stops_at(current)
+        # causes that leave so little do not imitate another law
+        left = current.cost - self.noise_cost
+        return bool(current.effects) and left > NEARLY_ALL * self.misfit and self.stops_at(current)
 
     def candidates(self, current: FittedModel) -> list[FittedModel]:
         """Fit the most promising effects, and a generic term if it is clearly better."""
