@@ -32,22 +32,22 @@ _KNOWN = all(hasattr(codegen.JITCodeLibrary, name) for name in _REPLACED)
 
 
 # Numba looks up what an operation means wherever it stands, among all that have its sign, which
-# takes a few milliseconds. What it found for the same types serves again: that saves a quarter of
+# takes a few milliseconds. The answer for the same types serves again, which saves a quarter of
 # the compilation. Functions other than its own operations are still looked up.
 _Function: Any = BaseFunction
 _look_up: Any = getattr(BaseFunction, "get_call_type", None)
 _REMEMBERS = _look_up is not None and hasattr(BaseFunction, "get_impl_key")
-_FOUND: dict[Any, Any] = {}
+_SIGNATURES: dict[Any, Any] = {}
 
 
 def _look_up_once(function: Any, context: Any, args: Any, kws: Any) -> Any:
     """Signature of a function for types of arguments, in place of Numba's own method."""
     place = context, function, tuple(args)
-    if place in _FOUND and not kws:
-        return _FOUND[place]
+    if place in _SIGNATURES and not kws:
+        return _SIGNATURES[place]
     signature = _look_up(function, context, args, kws)
     if signature and not kws and function.get_impl_key(signature) is function.key[0]:
-        _FOUND[place] = signature
+        _SIGNATURES[place] = signature
     return signature
 
 

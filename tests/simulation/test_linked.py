@@ -68,7 +68,7 @@ def test_an_operation_is_looked_up_once_for_its_types(monkeypatch):
     usual = njit(mixed)
     results = [usual(x, n) for x, n in ((0.3, 7), (np.float32(0.3), 7), (-2, 1.5))]
     asked, look_up = [], compilation._look_up
-    monkeypatch.setattr(compilation, "_FOUND", {})
+    monkeypatch.setattr(compilation, "_SIGNATURES", {})
     monkeypatch.setattr(
         compilation, "_look_up",
         lambda function, context, args, kws: (
