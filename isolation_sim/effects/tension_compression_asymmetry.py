@@ -68,21 +68,24 @@ def spring_by_current(signals: Signals, states: tuple, parameters: tuple) -> Any
     return even * (1 + by_current * np.fabs(signals.current))
 
 
+def _compression(x: Any, stiffness: Any, length: Any) -> tuple:
+    """Part of a gas column that is compressed, up to ``FULL``, and what is beyond it."""
+    u = x * np.sign(stiffness) / length
+    beyond = positive(u - FULL)
+    return u - beyond, beyond
+
+
 def gas(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Force of a gas at constant temperature beyond its mean and its stiffness at rest."""
     stiffness, length = parameters
-    u = signals.x * np.sign(stiffness) / length
-    beyond = positive(u - FULL)
-    u = u - beyond
+    u, beyond = _compression(signals.x, stiffness, length)
     return stiffness * length * (u**2 / (1 - u) + AT_FULL[1] * beyond)
 
 
 def stored_energy_gas(x: Any, states: tuple, parameters: tuple) -> Any:
     """Its potential."""
     stiffness, length = parameters
-    u = x * np.sign(stiffness) / length
-    beyond = positive(u - FULL)
-    u = u - beyond
+    u, beyond = _compression(x, stiffness, length)
     inside = -np.log(1 - u) - u - u**2 / 2
     linear = AT_FULL[0] * beyond + AT_FULL[1] * beyond**2 / 2
     return np.fabs(stiffness) * length**2 * (inside + linear)

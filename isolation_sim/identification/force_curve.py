@@ -68,6 +68,13 @@ class Window(NamedTuple):
     force: NDArray  # (n_cycles, most), N
     inside: NDArray  # (n_cycles, most): False where a row is filled up
 
+    @classmethod
+    def of(cls, phase: NDArray, force: NDArray, chosen: NDArray) -> Window:
+        """The chosen samples of each row, in their order."""
+        most = int(chosen.sum(axis=1).max())
+        first = np.argsort(~chosen, axis=1, kind="stable")[:, :most]
+        return cls(*(np.take_along_axis(one, first, axis=1) for one in (phase, force, chosen)))
+
     def fitted(self, rows: NDArray) -> NDArray:
         """Coefficients of each cycle's least-squares fit, by the terms at each sample."""
         rows, force = rows * self.inside[..., np.newaxis], self.force * self.inside
@@ -95,14 +102,10 @@ class Cycles:
         """Between samples, rad."""
         phases = omega * np.subtract.outer(time, starts).T
         own = (phases >= -np.pi / 2) & (phases < 1.5 * np.pi)
-        self.samples = [(phase[o], force[o]) for phase, o in zip(phases, own, strict=True)]
-        most = int(own.sum(axis=1).max())
-        at = np.argsort(~own, axis=1, kind="stable")[:, :most]
-        inside = np.take_along_axis(own, at, axis=1)
-        self._all = Window(np.take_along_axis(phases, at, axis=1), force[at], inside)
+        self._all = Window.of(phases, np.broadcast_to(force, phases.shape), own)
         count = min(_HARMONICS, int(_HARMONICS_A_SAMPLE * 2 * np.pi / self.step))
         self.order = np.arange(1, count + 1)
-        self.harmonics = np.stack([_fitted(f, _waves(p, self.order)) for p, f in self.samples])
+        self.harmonics = self._all.fitted(_waves(self._all.phase, self.order))
 
     def at(self, phase: float, side: float = 0.0) -> NDArray:
         """Force of each cycle at a phase (rad), by its harmonics."""
@@ -113,10 +116,7 @@ class Cycles:
         # A cycle is taken for a closed loop, so that none lacks samples.
         away = (self._all.phase - centre + np.pi) % (2 * np.pi) - np.pi
         chosen = (away >= low) & (away <= high) & (np.abs(away) > gap) & self._all.inside
-        most = int(chosen.sum(axis=1).max())
-        first = np.argsort(~chosen, axis=1, kind="stable")[:, :most]
-        parts = away, self._all.force, chosen
-        return Window(*(np.take_along_axis(part, first, axis=1) for part in parts))
+        return Window.of(away, self._all.force, chosen)
 
     def largest(self, sign: float = 1.0) -> Peak:
         """Where the mean cycle of a smooth loop, times a sign, is largest: by what it shows."""
@@ -130,8 +130,8 @@ class Cycles:
 
     def _shown(self) -> int:
         """Number of harmonics that are beyond doubt."""
-        phase, force = np.concatenate(self.samples, axis=1)
-        rows = _waves(phase, self.order)
+        phase, force, inside = self._all
+        force, rows = force[inside], _waves(phase[inside], self.order)
         for count in range(self.order.size, 1, -1):
             few, many = (_left(force, rows[:, : 2 * n + 1]) for n in (count - 1, count))
             if _needed(few, many, force):
@@ -260,13 +260,10 @@ def _searched(curve: Callable[[NDArray], NDArray], low: float, high: float, side
     return Peak(float(value[k]), float(phase[k]), side)
 
 
-def _fitted(force: NDArray, rows: NDArray) -> NDArray:
-    return np.asarray(np.linalg.lstsq(rows, force, rcond=None)[0])
-
-
 def _left(force: NDArray, rows: NDArray) -> tuple[float, int]:
     """Sum of squares that the columns leave of the force, and their number."""
-    return float(np.sum((force - rows @ _fitted(force, rows)) ** 2)), rows.shape[1]
+    fitted = rows @ np.linalg.lstsq(rows, force, rcond=None)[0]
+    return float(np.sum((force - fitted) ** 2)), rows.shape[1]
 
 
 def _needed(few: tuple[float, int], many: tuple[float, int], force: NDArray) -> bool:

@@ -226,7 +226,8 @@ def _unsettled(
         length = run.stop - run.start
         never_returns = np.max(begin[k]) > (length - 1.5) * data.dt[k]
         residual = np.square(data.force[run] - forces[chosen[k], run])
-        for most in (_MOST_OF_A_PART, _MOST_UNSETTLED)[0 if never_returns else 1 :]:
+        shares = (_MOST_OF_A_PART, _MOST_UNSETTLED) if never_returns else (_MOST_UNSETTLED,)
+        for most in shares:
             n = min(int(remembers[-1]) + 1, int(most * length))
             first, later, strong, weak = (
                 float(np.mean(part))

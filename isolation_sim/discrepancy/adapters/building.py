@@ -30,7 +30,7 @@ from ..building.errors import (
     relative_noise,
     squared_blocks,
 )
-from ..building.goodness_of_fit import adequacy, cell_p_values, is_quiet, p_value
+from ..building.goodness_of_fit import cell_p_values, is_quiet, noise_chance, p_value
 from ..building.isolator_causes import LAYER_NUMBERS
 from ..building.isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 from ..building.localisation import ISOLATION_LAYER, UnknownForce, unknown_force
@@ -91,7 +91,9 @@ class BuildingRecords(Problem[FittedBuilding]):
         """Search for causes, and fit the model again without each of them."""
         self.space, result = search_causes(self.first, self.most_causes, self.progress)
         self.imitations: tuple[str, ...] = ()
-        explained = self.space.explains(result.best, self._chance(result.best))
+        explained = self.space.explains(
+            result.best, noise_chance(self.space.comparison, result.best)
+        )
         self.switching = 0.0 if explained else self._switching()
         self.unknown: UnknownForce | None = None
         if self.switching > 0:
@@ -110,7 +112,7 @@ class BuildingRecords(Problem[FittedBuilding]):
 
     def _unknown_force(self, best: FittedBuilding) -> UnknownForce | None:
         """An unknown force that leaves far less than causes which leave more than noise."""
-        chance = self._chance(best)
+        chance = noise_chance(self.space.comparison, best)
         if chance >= MISFIT_LEVEL and self.space.explains(best, chance):
             return None
         return unknown_force(self.space.comparison, self.space.before, best.cause_values)
@@ -136,11 +138,6 @@ class BuildingRecords(Problem[FittedBuilding]):
             return again[1]
         self.space = space
         return found
-
-    def _chance(self, best: FittedBuilding) -> float:
-        """Chance of what a model leaves under noise alone."""
-        segments = self.space.comparison.segments
-        return adequacy(segments(False) + segments(True), best.fitted + best.held_out)
 
     def _switching(self) -> float:
         """Error by unknown moments of the current's changes where the model misses no more."""
@@ -171,9 +168,8 @@ class BuildingRecords(Problem[FittedBuilding]):
     def evaluate(self, result: SearchResult[FittedBuilding]) -> Evaluation:
         """Compare all channels before and after, and test both for noise alone."""
         comparison, before, after = self.space.comparison, self.space.before, result.best
-        segments = comparison.fitted + comparison.held_out
         chance = {
-            label: adequacy(segments, outcome.fitted + outcome.held_out)
+            label: noise_chance(comparison, outcome)
             for label, outcome in (("before", before), ("after", after))
         }
         errors = [

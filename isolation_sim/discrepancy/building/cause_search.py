@@ -51,7 +51,7 @@ from ..search import Round, SearchResult, search
 from .candidate import Candidate, Values
 from .comparison import BuildingComparison, CauseValues, FittedBuilding, squared, with_causes
 from .errors import excess_error, largest_excess, mean_error, relative_errors, relative_noise
-from .goodness_of_fit import adequacy, is_quiet, p_value
+from .goodness_of_fit import adequacy, is_quiet, noise_chance, p_value
 from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
 from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 from .layer_effects import helpful_effects, proposed_effects
@@ -588,7 +588,7 @@ def search_causes(
         same = _fitted_to_more(space, result)
         if same is not None and largest_excess(same[0].comparison, same[1].best) < INSTEAD * left:
             return same
-    if not space.explains(best, _chance(space, best)):
+    if not space.explains(best, noise_chance(space.comparison, best)):
         # a cause that imitates two others, taken first, may keep both out
         least = INSTEAD * max(left, left_fitted)
         of_pair = _search_from_pair(comparison, most_causes, progress, choices, choices, least)
@@ -629,12 +629,6 @@ def search_causes(
         return space, result
     again = _search_as_expected(reopened, most_causes, progress, choices)
     return again if again[1].best.cause_values else (space, result)
-
-
-def _chance(space: CauseSearch, best: FittedBuilding) -> float:
-    """Chance of what a model leaves under noise alone."""
-    segments = space.comparison.fitted + space.comparison.held_out
-    return adequacy(segments, best.fitted + best.held_out)
 
 
 def search_at(

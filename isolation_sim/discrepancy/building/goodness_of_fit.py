@@ -53,10 +53,15 @@ def adequacy(segments: Sequence[Segment], whitened: Sequence[NDArray]) -> float:
     return float(-np.expm1(p.size * np.log1p(-min(float(p.min()), 1 - 1e-12))))
 
 
+def noise_chance(comparison: BuildingComparison, outcome: FittedBuilding) -> float:
+    """Chance of what a model leaves of all data, under noise alone."""
+    segments = comparison.fitted + comparison.held_out
+    return adequacy(segments, outcome.fitted + outcome.held_out)
+
+
 def is_quiet(comparison: BuildingComparison, outcome: FittedBuilding) -> bool:
     """Whether a model leaves residuals as likely as those of noise alone."""
-    segments = comparison.fitted + comparison.held_out
-    return adequacy(segments, outcome.fitted + outcome.held_out) > QUIET
+    return noise_chance(comparison, outcome) > QUIET
 
 
 def cell_p_values(segment: Segment, whitened: NDArray) -> NDArray:

@@ -26,7 +26,7 @@ from ..adapters.building import BuildingRecords, extended_device, intervals, tra
 from ..building.candidate import Candidate, Parameter, Values
 from ..building.comparison import BuildingComparison, CauseValues, FittedBuilding, with_causes
 from ..building.errors import excess_error, mean_error, relative_noise, squared_blocks
-from ..building.goodness_of_fit import adequacy, p_value
+from ..building.goodness_of_fit import is_quiet, noise_chance, p_value
 from ..building.isolation_force import effect_values, layer_model
 from ..building.model import BuildingModel, total_force_scale
 from ..building.record import BuildingRecord
@@ -36,7 +36,6 @@ from ..decisions import (
     LEAST_BUILDING_SHARE,
     NEARLY_RIGHT,
     NOT_WORSE,
-    QUIET,
     TO_BLAME,
 )
 from ..diagnosis import BuildingDiagnosis, Diagnosis, Errors
@@ -97,7 +96,7 @@ class BuildingTiers(Tiers[_Rung]):
 
     def equation(self) -> _Rung | None:
         """The second tier, beside the causes or in their place; None if no term is needed."""
-        if self._chance(self.causes) > QUIET:
+        if is_quiet(self.comparison, self.causes.outcome):
             return None  # noise alone asks for no term, as for no cause
         starts = [self.causes.causes]
         if starts[0]:
@@ -113,11 +112,6 @@ class BuildingTiers(Tiers[_Rung]):
         values = rung.outcome.cause_values
         self._weigh(self.comparison.with_noise_beside(values), self.causes.causes)
         return replace(rung, outcome=self.comparison.fit((), values))
-
-    def _chance(self, rung: _Rung) -> float:
-        """Chance of a rung's residuals under noise alone."""
-        segments = self.comparison.fitted + self.comparison.held_out
-        return adequacy(segments, rung.outcome.fitted + rung.outcome.held_out)
 
     def _selected(self, causes: CauseValues) -> tuple[Selection, int]:
         """Terms beside some causes, along the isolators' motion, and the number of residuals."""
@@ -286,7 +280,8 @@ class BuildingTiers(Tiers[_Rung]):
         """Explained means down to the noise, or nearly all of the misfit, as for causes."""
         if not rung.text:
             return diagnosis.verdict
-        outcome, space, chance = rung.outcome, self.problem.space, self._chance(rung)
+        outcome, space = rung.outcome, self.problem.space
+        chance = noise_chance(self.comparison, outcome)
         explained = space.explains(space.comparison.evaluate(outcome.cause_values), chance)
         return "explained" if explained else "partly_explained"
 

@@ -78,6 +78,13 @@ def _record(isolated, change=None, seed=0, noise=NOISE, name="quake", scale=1.0)
     )
 
 
+def _compared(isolated, record):
+    """The nominal building beside a record, and its possible causes by their names."""
+    model = building_model(isolated, [record])
+    listed = {c.name: c for c in candidates(model, [record])}
+    return compare_building(model, [record]), listed
+
+
 def _weaker(storey, loss):
     def change(model):
         row = model.structure.drift_rows[storey - 1]
@@ -355,9 +362,7 @@ def test_a_cause_may_change_the_band_that_is_compared_after_it():
     isolated = soft.on(iso.law("kelvin_voigt", {"k": 6e7, "c": 2.0e6}))
     record = _record(isolated, _heavier(0.2), seed=1)
     problem = BuildingRecords([record], isolated, 2, lambda text: None)
-    model = building_model(isolated, [record])
-    listed = {c.name: c for c in candidates(model, [record])}
-    comparison = compare_building(model, [record])
+    comparison, listed = _compared(isolated, record)
     problem.space = space = CauseSearch(comparison)
     tried = [comparison.fit((), ((listed["base_mass_error"], (0.1,)),))]
     taken = space.choose(space.before, tried)
@@ -684,9 +689,7 @@ def test_a_pair_is_searched_from_where_it_leaves_less_than_half(
     isolated, monkeypatch, left, searches
 ):
     record = _record(isolated)
-    model = building_model(isolated, [record])
-    comparison = compare_building(model, [record])
-    listed = {c.name: c for c in candidates(model, [record])}
+    comparison, listed = _compared(isolated, record)
     first, pair = (
         comparison.evaluate(tuple((listed[name], listed[name].starts[0]) for name in names))
         for names in (["base_mass_error"], ["isolator_force_error", "isolator_stiffness_error"])
@@ -716,9 +719,7 @@ def test_no_others_are_searched_where_a_force_in_the_structure_is_missing(
     isolated, monkeypatch, place, channel, searches
 ):
     record = _record(isolated)
-    model = building_model(isolated, [record])
-    comparison = compare_building(model, [record])
-    listed = {c.name: c for c in candidates(model, [record])}
+    comparison, listed = _compared(isolated, record)
     first = comparison.evaluate(((listed["base_mass_error"], (0.1,)),))
     made = []
 
@@ -747,9 +748,7 @@ def test_a_cause_named_instead_of_the_first_one_may_be_confused_with_it(
 ):
     """Where both leave more than a little, neither has the form of what acts there."""
     record = _record(isolated)
-    model = building_model(isolated, [record])
-    comparison = compare_building(model, [record])
-    listed = {c.name: c for c in candidates(model, [record])}
+    comparison, listed = _compared(isolated, record)
     first, instead = (
         comparison.evaluate(((listed[name], listed[name].starts[0]),))
         for name in ("base_mass_error", "isolator_force_error")
@@ -776,9 +775,7 @@ def test_no_others_are_searched_where_a_nearly_right_cause_leaves_so_much(
 ):
     """Even the right cause leaves a tenth of the error: its form is not exact."""
     record = _record(isolated)
-    model = building_model(isolated, [record])
-    comparison = compare_building(model, [record])
-    listed = {c.name: c for c in candidates(model, [record])}
+    comparison, listed = _compared(isolated, record)
     first = comparison.evaluate(((listed["base_mass_error"], (0.1,)),))
     searches = []
 
@@ -801,9 +798,7 @@ def test_causes_are_fitted_to_more_of_a_record_before_others_are_searched(
 ):
     """The time that was fitted may not determine the numbers of the right causes."""
     record = _record(isolated, _heavier(0.15), seed=7)
-    model = building_model(isolated, [record])
-    comparison = compare_building(model, [record])
-    listed = {c.name: c for c in candidates(model, [record])}
+    comparison, listed = _compared(isolated, record)
     first = comparison.evaluate(((listed["base_mass_error"], (0.12,)),))
     made = []
 
@@ -831,9 +826,7 @@ def test_causes_are_fitted_to_more_of_a_record_before_others_are_searched(
 
 def test_causes_that_leave_more_than_others_are_not_finished(isolated):
     record = _record(isolated, _heavier(0.15), seed=7)
-    model = building_model(isolated, [record])
-    listed = {c.name: c for c in candidates(model, [record])}
-    comparison = compare_building(model, [record])
+    comparison, listed = _compared(isolated, record)
     fitted = comparison.fit((), ((listed["isolator_force_error"], (0.1,)),))
     others = excess_error(comparison, fitted)
     space = CauseSearch(comparison, to_beat=others)
@@ -856,9 +849,7 @@ def test_a_number_that_starts_from_zero_has_its_own_size(isolated):
 def test_simulations_of_one_cause_are_kept(isolated, monkeypatch):
     """Each search begins with them."""
     record = _record(isolated)
-    model = building_model(isolated, [record])
-    comparison = compare_building(model, [record])
-    listed = {c.name: c for c in candidates(model, [record])}
+    comparison, listed = _compared(isolated, record)
     mass, force = (listed[name] for name in ("base_mass_error", "isolator_force_error"))
     monkeypatch.setattr(comparison_module, "_CACHED_BYTES", 6 * record.values.nbytes)
     comparison.evaluate(((mass, (0.1,)),))
