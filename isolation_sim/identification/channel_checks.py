@@ -8,11 +8,15 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from .noise import rounding_step, white_noise
+from .noise import noise_beside_steps, rounding_step, white_noise
 from .run_table import TestRun
 
 _CLIPPED = 6
 """Equal extreme samples in a row from which a channel counts as clipped. Convention."""
+_SEEN = 3.0
+"""Noise over a channel's resolution from which equal samples in a row are no chance. Theory."""
+_WHITE = 0.7
+"""Noise by differences of order six over that of order four: 1 of white noise. Convention."""
 _DRIFT = 0.1
 """Drift of a channel's middle, relative to its range, that is noted. Convention."""
 _DRIFT_ERRORS = 4.0
@@ -37,7 +41,12 @@ def clipped_channels(runs: Sequence[TestRun]) -> Iterator[str]:
             yield (
                 f"{run.name}: {what} stands still at an extreme for {part.stop - part.start} "
                 "samples in a row, as a clipped channel does"
+                + ("; its samples there do not count" if _is_left_out(what, values) else "")
             )
+
+
+def _is_left_out(what: str, values: NDArray) -> bool:
+    return what == "force" and bool(clipped_samples(values).any())
 
 
 def _holds(force: NDArray, part: slice) -> bool:
@@ -81,10 +90,28 @@ def drifting_channels(runs: Sequence[TestRun]) -> Iterator[str]:
 
 def clipped(values: NDArray) -> slice | None:
     """Find the longest stretch of equal samples at an extreme, if it is as a clipped channel's."""
-    longest, n = slice(0, _CLIPPED - 1), len(values)
+    stretches = [part for _, part in _clipped_extremes(values)]
+    return max(stretches, key=lambda part: part.stop - part.start, default=None)
+
+
+def clipped_samples(values: NDArray) -> NDArray:
+    """Whether each sample lies at a limit of its channel, (n,) bool; where noise shows it."""
+    at_limit = np.isin(values, [extreme for extreme, _ in _clipped_extremes(values)])
+    if not at_limit.any():
+        return at_limit
+    # without noise the force of a perfectly plastic device stands still, too; it is smooth, so that
+    # differences of a higher order have less of it
+    noise, higher = (noise_beside_steps(values, at_limit, order) for order in (4, 6))
+    resolution = float(np.min(np.diff(np.unique(values))))
+    is_noise = higher > _WHITE * noise > _WHITE * _SEEN * resolution
+    return at_limit if is_noise else np.zeros_like(at_limit)
+
+
+def _clipped_extremes(values: NDArray) -> Iterator[tuple[float, slice]]:
+    """Extremes at which a channel is clipped, each with its longest stretch of equal samples."""
     if np.unique(np.diff(values)).size < 8:
-        return None  # a channel of few levels says nothing
-    step = float(np.median(np.diff(np.unique(values))))
+        return  # a channel of few levels says nothing
+    step, n = float(np.median(np.diff(np.unique(values)))), len(values)
     for extreme in (values.max(), values.min()):
         at = np.flatnonzero(values == extreme)
         if at.size < _CLIPPED:
@@ -93,11 +120,12 @@ def clipped(values: NDArray) -> slice | None:
         ends = np.concatenate([[-1], breaks, [at.size - 1]])
         k = int(np.argmax(np.diff(ends)))
         first, last = int(at[ends[k] + 1]), int(at[ends[k + 1]])
+        if last - first < _CLIPPED - 1:
+            continue
         # the peak of a rounded channel is flat, too, but it begins and ends gently
         beside = [max(first - (last - first) // 2, 0), min(last + (last - first) // 2, n - 1)]
         if np.mean(np.abs(values[beside] - extreme)) > _ROUNDED * step:
-            longest = max(longest, slice(first, last + 1), key=lambda each: each.stop - each.start)
-    return longest if longest.stop - longest.start >= _CLIPPED else None
+            yield float(extreme), slice(first, last + 1)
 
 
 def _drift(values: NDArray) -> float:

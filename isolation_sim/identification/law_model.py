@@ -87,7 +87,8 @@ class LawModel:
         force, jacobian = self.simulator().run(
             self.parameterisation.coefficients(values), derivatives
         )
-        return self.data.record(force), self.data.record(jacobian @ self.parameterisation.spread)
+        changes = self.data.record_changes(jacobian @ self.parameterisation.spread)
+        return self.data.record(force), changes
 
     @np.errstate(all="ignore")
     def residuals(self, values: NDArray, derivatives: bool) -> tuple[NDArray, NDArray]:

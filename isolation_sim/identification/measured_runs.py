@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects.effect import REFERENCE_TEMPERATURE, Past
+from .channel_checks import clipped_samples
 from .current_basis import STEADY
 from .force_channel import Averaging, find_averaging, moving_average
 from .holds import hold_still
 from .noise import (
     channel_noise,
     displacement_noise,
+    noise_beside_steps,
     sensor_noise,
     steady_noise,
     white_noise,
@@ -42,11 +44,13 @@ _JUMP = 0.05
 Convention, seen on clean campaigns with anti-aliasing filters."""
 _BESIDE_JUMP = 0.01
 """Factor on the weight of samples beside a jump of the current: next to none. Convention."""
+_CLIPPED = 1e-6
+"""The same of clipped samples, however far off: none, but a factor by which one may divide."""
 _MIDDLE = 0.1
 """Part of the largest displacement that a half cycle must exceed: noise is no cycle. Convention."""
 _NO_NOISE = 1e-3
 """Noise over the RMS of a velocity up to which it is taken as it is."""
-_BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted", "beside_jump")
+_BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted", "beside_jump", "clipped")
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +74,7 @@ class MeasuredRuns:
     # (n_samples,) bool: Whether the current jumps within two samples. The instant of a jump is
     # known to within a sample, and filters of the force act there: these samples count for little
     beside_jump: NDArray
+    clipped: NDArray  # (n_samples,) bool: Whether the force lies at the limit of its channel
     # force_noise, force_corner: (n_runs,), N, Hz: Standard deviation of the noise of each run's
     # force, and the corner of its low-pass; infinite if it is white
     force_noise: NDArray
@@ -132,13 +137,22 @@ class MeasuredRuns:
 
     @cached_property
     def weight(self) -> NDArray:
-        """One over each sample's ``sigma``, 1/N; next to nothing beside a jump or if unsettled."""
-        every = np.repeat(1 / self.sigma, self.lengths)
+        """One over each sample's ``sigma``, 1/N; next to nothing where it tells little."""
         small = self.beside_jump if self.unsettled is None else self.beside_jump | self.unsettled
-        return np.where(small, _BESIDE_JUMP, 1.0) * every
+        every = np.where(small, _BESIDE_JUMP, 1.0) * np.repeat(1 / self.sigma, self.lengths)
+        return np.where(self.clipped, _CLIPPED, 1.0) * every
 
     def record(self, force: NDArray) -> NDArray:
-        """Simulated force, (n_samples, ...), as the force channel records it."""
+        """Simulated force, (n_samples,), as the force channel records it."""
+        force = self.record_changes(force)
+        if not (self.clipped.any() and len(force)):
+            return force
+        # beyond the limit of the channel nothing more is recorded
+        beyond = self.clipped & (force * self.force > self.force**2)
+        return np.where(beyond, self.force, force)
+
+    def record_changes(self, force: NDArray) -> NDArray:
+        """Changes of the force, (n_samples, ...), as a channel without limits records them."""
         if not (self.averaging.any() and len(force)):
             return force
         widths = self.averaging / self.dt
@@ -152,8 +166,9 @@ class MeasuredRuns:
         # The misfit counts as a further random error of equal size in all runs. Where it exceeds
         # the noise by far, runs of little noise would otherwise decide alone. The mean square of
         # noise over ``sigma`` stays 1.
-        noise = np.repeat(self.assumed_noise, self.lengths)[self.fitted]
-        residual = (self.bounded(force) - self.force)[self.fitted]
+        counted = self.fitted & ~self.clipped
+        noise = np.repeat(self.assumed_noise, self.lengths)[counted]
+        residual = (self.bounded(force) - self.force)[counted]
         misfit = max(float(np.mean(residual**2 - noise**2)), 0.0)
         unit = float(np.mean(noise**2 / (noise**2 + misfit)))
         return replace(self, sigma=np.sqrt(unit * (self.assumed_noise**2 + misfit)))
@@ -262,6 +277,12 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
     force_noise, corner = channel_noise(
         [run.force for run in runs], [run.step for run in runs], [run.displacement for run in runs]
     )
+    clipped = [clipped_samples(run.force) for run in runs]
+    force_noise = np.array([
+        # where a channel is clipped it shows no noise
+        max(noise, noise_beside_steps(run.force, one)) if one.any() else noise
+        for run, one, noise in zip(runs, clipped, force_noise, strict=True)
+    ])  # fmt: skip
     starts = find_starts(runs, force_noise)
     velocity_noise = np.array([_velocity_noise(run) for run in runs])
     motions = [_motion(run, noise) for run, noise in zip(runs, velocity_noise, strict=True)]
@@ -283,6 +304,7 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
         ),
         fitted=np.repeat([not run.hold_out for run in runs], lengths),
         beside_jump=_beside_jumps([run.current for run in runs]),
+        clipped=np.concatenate(clipped),
         force_noise=force_noise,
         force_corner=np.full(len(runs), corner),
         displacement_noise=displacement_noise(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
@@ -172,7 +173,7 @@ def steady_noise(signal: NDArray) -> float:
     """Standard deviation of the noise of a signal that may have kinks, which are none."""
     sensor = sensor_noise(signal)
     white = sensor.corner == 1 and not sensor.rounded
-    return min(float(sensor.deviation), _beside_steps(signal) if white else np.inf)
+    return min(float(sensor.deviation), noise_beside_steps(signal) if white else np.inf)
 
 
 def _steady(signal: NDArray, lines: NDArray) -> bool:
@@ -230,7 +231,7 @@ def channel_noise(
         own = np.array([white_noise(force) for force in forces])
         # a force with steps has high frequencies of its own, at few samples; that of a coarse
         # converter has equal samples
-        beside = np.array([_beside_steps(force) for force in forces])
+        beside = np.array([noise_beside_steps(force) for force in forces])
         own = np.where((0 < beside) & (beside < own / _UNLIKE), beside, own)
     return ChannelNoise(own, corner)
 
@@ -278,11 +279,18 @@ def _below(signal: NDArray, step: float, corner: float) -> float:
     return float(np.median(power[end // 2 : end + 1]) / np.log(2) / size * step)
 
 
-def _beside_steps(signal: NDArray) -> float:
-    """Standard deviation of white noise by the median of a signal's fourth differences."""
-    # differences of lower order still hold a force of few samples a cycle, those of higher order
-    # more of the steps; the variance of white noise grows by the 70 of the binomial squares
-    return float(np.median(np.abs(np.diff(signal, 4))) / 0.6745 / np.sqrt(70.0))
+def noise_beside_steps(signal: NDArray, left_out: NDArray | None = None, order: int = 4) -> float:
+    """Standard deviation of white noise by the median of a signal's differences of an order."""
+    # those with a sample that is left out do not count. Differences of lower order still hold a
+    # force of few samples a cycle, those of higher order more of the steps; the variance of white
+    # noise grows by the sum of the binomial squares
+    change = np.abs(np.diff(signal, order))
+    if left_out is not None:
+        windows = np.lib.stride_tricks.sliding_window_view(left_out, order + 1)
+        change = change[~windows.any(axis=1)]
+    return (
+        float(np.median(change) / 0.6745 / np.sqrt(comb(2 * order, order))) if change.size else 0.0
+    )
 
 
 def coloured_noise(random: np.random.Generator, n: int, step: float, corner: float) -> NDArray:

@@ -44,6 +44,23 @@ def fitted(runs):
     return np.asarray(device.parameters_at(0.0))
 
 
+def test_a_force_beyond_the_limit_of_its_channel_tells_no_stiffness(runs):
+    limit = 0.6 * float(np.max(runs[1].force))
+    clipped = [replace(run, force=np.clip(run.force, -limit, limit)) for run in runs]
+    data = measured_runs(clipped)
+    assert [bool(data.clipped[run].any()) for run in data.runs] == [False, True, True]
+    # what is left shows the noise of the channel
+    np.testing.assert_allclose(data.force_noise, NOISE, rtol=0.2)
+    np.testing.assert_allclose(fitted(clipped)[:2], (2e4, 800.0), rtol=0.01)
+
+
+def test_a_force_that_yields_without_noise_is_not_clipped():
+    time = DT * np.arange(N)
+    force = np.clip(300.0 * np.sin(2 * np.pi * time), -200.0, 200.0)
+    runs = [TestRun("plastic", time, 1e-3 * time, np.full(N, 1e-3), force, np.zeros(N))]
+    assert not measured_runs(runs).clipped.any()
+
+
 def test_a_current_that_is_steady_up_to_noise_is_its_mean(runs):
     noise = 0.005 * np.random.default_rng(4).standard_normal(N)
     drift = np.linspace(-0.02, 0.02, N)

@@ -5,11 +5,11 @@ import pytest
 from scipy.signal import butter, sosfilt
 
 from isolation_sim.identification.noise import (
-    _beside_steps,
     channel_noise,
     coloured_noise,
     cycles_of,
     displacement_noise,
+    noise_beside_steps,
     rounding_step,
     sensor_noise,
     steady_noise,
@@ -202,10 +202,10 @@ def test_steps_of_a_fast_force_are_no_noise():
 
 
 @pytest.mark.parametrize("corner", [0.3, 0.6])
-def test_filtered_noise_is_not_underestimated_beside_steps(corner):
+def test_filtered_noise_is_not_underestimatednoise_beside_steps(corner):
     white = np.random.default_rng(9).standard_normal(TIME.size)
     filtered = sosfilt(butter(2, corner, output="sos"), white)
-    assert _beside_steps(filtered) > white_noise(filtered)
+    assert noise_beside_steps(filtered) > white_noise(filtered)
 
 
 def test_a_coarse_converter_has_noise():

@@ -130,6 +130,7 @@ def _runs(comparison: BuildingComparison, model: BuildingModel, result: CauseVal
         x=x, v=v, a=a, force=force, current=current,
         temperature=np.full(len(x), REFERENCE_TEMPERATURE), fitted=fitted,
         beside_jump=np.zeros(len(x), bool),
+        clipped=np.zeros(len(x), bool),
         force_noise=ones, force_corner=np.inf * ones, displacement_noise=nothing, sigma=ones,
         velocity_noise=np.inf * ones, has_temperature=False,
         averaging=nothing, periods=nothing, return_times=nothing[:, np.newaxis],

@@ -165,7 +165,7 @@ class Model(LawModel):
 
     def recorded(self, columns: NDArray) -> NDArray:
         """Changes of the force, (n_samples, n), as channel and offset of each run show them."""
-        columns = self.data.record(columns)
+        columns = self.data.record_changes(columns)
         return columns - run_means(self.data, columns) if EACH_RUN in self.effects else columns
 
     def _moves(self, own: list) -> Iterator[tuple[int, int, float, list]]:

@@ -141,6 +141,7 @@ def _sinusoid(
         temperature=np.full(len(time), float(np.mean(data.temperature))),
         fitted=np.ones(len(time), bool),
         beside_jump=np.zeros(len(time), bool),
+        clipped=np.zeros(len(time), bool),
         force_noise=np.ones(1),
         force_corner=np.full(1, np.inf),
         displacement_noise=np.zeros(1),

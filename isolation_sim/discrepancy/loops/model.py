@@ -133,6 +133,7 @@ def loop_motion(table: LoopTable, samples: int, n_steps: int, cycles: int = CYCL
         temperature=np.full(n * each, REFERENCE_TEMPERATURE),
         fitted=np.ones(n * each, bool),  # the table says which rows are held out
         beside_jump=np.zeros(n * each, bool),
+        clipped=np.zeros(n * each, bool),
         force_noise=np.zeros(n),
         force_corner=np.full(n, np.inf),
         displacement_noise=np.zeros(n),

@@ -186,7 +186,7 @@ class BuildingTiers(Tiers[_Rung]):
             values = np.array(below.outcome.cause_values[-1][1])
             terms = self._terms(below.chosen, below.text)
             fixed = terms.rows(values)
-            force = force + data.record(terms.along(values, data))
+            force = force + data.record_changes(terms.along(values, data))
         folds = [mask for _, mask in folds_of(data)]
         term = learn(layer, force, np.stack([force] * len(folds)), folds, self.problem.seed)
         text = self._text(below.chosen, term.network)
