@@ -1,10 +1,11 @@
 """Compile a controller's decision, written once as a plain function on arrays.
 
-The source of one module contains the function, the functions and constants of its module that it
-uses, and the nominal laws. Numba compiles the module and caches it on disk. Its name is a hash of
-its content, so that nothing is compiled twice and no stale code is used. What works with the laws
-and stands in another file, such as an observer or the current map, is a module of its own: it is
-compiled once for all controllers.
+The source of one module contains the function, and the functions and constants of its module that
+it uses. Numba compiles the module and caches it on disk. Its name is a hash of its content, so that
+nothing is compiled twice and no stale code is used. What works with the devices and stands in
+another file, such as an observer or the current map, is a module of its own: it is compiled once
+for all controllers. The functions of the nominal laws are modules as well. A decision calls them
+through their addresses, so that it is compiled once for all laws.
 """
 
 from __future__ import annotations
@@ -44,6 +45,7 @@ import sys
 import numpy as np
 from numba import carray, cfunc, njit, types
 
+from isolation_sim.compilation.call_by_address import make_call
 from isolation_sim.compilation.options import KernelCompiler, LinkedCompiler
 
 OPTIONS = dict(error_model="numpy", {options}no_cpython_wrapper=True, no_cfunc_wrapper=True)
@@ -63,7 +65,7 @@ def entry(t, measured, settings, memory, command, sizes):
         command[c] = np.nan
     {function}(
         t, carray(measured, n_measured), carray(settings, sizes[1]), carray(memory, sizes[2]),
-        carray(command, {n_channels})
+        carray(command, {n_channels}), {functions}
     )"""
 
 
@@ -151,7 +153,8 @@ class CompiledStep(DecisionStep):
         self._entry, self._keep = kind(compiled.address), compiled
         self.measured = np.zeros(n_measured)
         self._arrays = self.measured, compiled.settings, self.memory, self._command
-        self._sizes = np.array([len(array) for array in self._arrays], dtype=np.int64)
+        lengths = [len(array) for array in self._arrays]
+        self._sizes = np.array([*lengths, *compiled.numbers], dtype=np.int64)
         self._places = [
             *(array.ctypes.data_as(pointer) for array in self._arrays),
             self._sizes.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
@@ -190,71 +193,102 @@ def _alike(one: RunContext, other: RunContext | None) -> bool:
 
 def compile_decision(decision: Decision, n_channels: int, name: str = "") -> CompiledDecision:
     """Compile a decision, or load it from the cache folder; the name is that of the controller."""
-    devices = decision.devices
+    devices, methods = decision.devices, _function_arguments(decision.function)
     model: Any = type(devices) if devices else None
-    source = decision.function, model, devices.laws if devices else (), n_channels
-    module = _module(*source, name)
+    laws = devices.laws if devices else ()
+    module = _module(decision.function, model, name)
     return CompiledDecision(
-        module.entry.address, decision.settings, decision.memory, module, partial(_text, *source)
-    )
+        module.entry.address, decision.settings, decision.memory, module,
+        partial(_text, decision.function, model, laws, n_channels),
+        numbers=(n_channels, *(_address(model, laws, method) for method in methods)),
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=64)
-def _module(
-    function: Callable, model: Model | None, laws: tuple[Law, ...], n_channels: int, name: str
-) -> ModuleType:
-    text = _text(function, model, laws, n_channels, partial(_shared, model, laws))
+def _module(function: Callable, model: Model | None, name: str) -> ModuleType:
+    """Module of a decision, for all laws and numbers of coils."""
+    methods = _function_arguments(function)
+    parts: dict[str, str] = {}
+    collect(function, parts, methods, partial(_shared, model))
+    parts["entry"] = _ENTRY.format(
+        function=function.__name__, n_channels="sizes[4]",
+        functions=", ".join(f"sizes[{5 + k}]" for k in range(len(methods))),
+    )  # fmt: skip
     what, time = name or "a controller", _DURATIONS.get(function.__module__, "")
-    notice = f"compiling {what} for this law (once{time}) ..." if laws else ""
-    return load_text("decision", text, notice)
+    notice = f"compiling {what} (once{time}) ..." if model else ""
+    return load_text("decision", _module_text(parts, model), notice)
 
 
 @lru_cache(maxsize=256)
-def _shared(
-    model: Model, laws: tuple[Law, ...], function: Callable, arguments: tuple[str, ...]
-) -> str:
-    """Statement that takes a function, with the devices' that it calls, from its own module."""
+def _shared(model: Model, function: Callable, arguments: tuple[str, ...]) -> str:
+    """Statement that takes a function that calls the devices from its own module."""
     parts: dict[str, str] = {}
-    collect(function, parts, arguments, partial(_shared, model, laws))
+    collect(function, parts, arguments, partial(_shared, model))
     name = function.__name__
     parts[name] = parts[name].replace("@plain", "@with_disk_cache", 1)
-    text = _module_text(parts, model, laws)
+    text = _module_text(parts, model)
     load_text("shared", text)
     return f"{name} = sys.modules[{module_name('shared', text)!r}].{name}"
 
 
+@lru_cache(maxsize=256)
+def _address(model: Model, laws: tuple[Law, ...], method: str) -> int:
+    """Address of a function of the devices."""
+    from isolation_sim.compilation.call_by_address import address_of
+
+    function = getattr(_device_module(model, laws, method), method)
+    return address_of(function, model.signatures[method])
+
+
+def _device_module(model: Model, laws: tuple[Law, ...], method: str) -> ModuleType:
+    """Module with a function of the devices."""
+    text = _module_text(_device_parts(model, laws, {method}))
+    return load_text(
+        "devices", text.replace(f"@plain\ndef {method}(", f"@with_disk_cache\ndef {method}(")
+    )
+
+
 def _text(
-    function: Callable, model: Model | None, laws: tuple[Law, ...], n_channels: int,
-    shared: Callable[..., str] | None = None,
+    function: Callable, model: Model | None, laws: tuple[Law, ...], n_channels: int
 ) -> str:  # fmt: skip
-    """Source of a decision: whole, or with the parts that controllers share in separate modules."""
+    """Whole source of a decision, in which functions are called by their names."""
     parts: dict[str, str] = {}
-    collect(function, parts, _function_arguments(function), shared)
-    parts["entry"] = _ENTRY.format(function=function.__name__, n_channels=n_channels)
-    return _module_text(parts, model, laws)
-
-
-def _module_text(parts: Mapping[str, str], model: Model | None, laws: tuple[Law, ...]) -> str:
-    """Source of a module, with the functions of the devices that it calls."""
-    before: dict[str, str] = {}
+    collect(function, parts, _function_arguments(function))
     called = set(re.findall(r"\w+(?=\()", "\n".join(parts.values())))
-    if model is not None:
-        devices = _devices(model, laws)
-        if called & set(re.findall(r"(?<=def )\w+", devices)):
-            collect(first_coefficient, before)
-            collect(polynomial, before)
-            before["functions of the devices"] = devices
-        if "combined_range" in called:
-            collect(first_coefficient, before)
-            ranges = model.range_text(laws)
-            for needed in RANGE_FUNCTIONS:
-                if f"{needed.__name__}(" in ranges:
-                    collect(needed, before)
-            before["ranges"] = ranges
-    text = "\n\n\n".join({**before, **parts}.values())
+    parts["entry"] = _ENTRY.format(function=function.__name__, n_channels=n_channels, functions="")
+    return _module_text({**_device_parts(model, laws, called), **parts})
+
+
+def _module_text(parts: Mapping[str, str], model: Model | None = None) -> str:
+    """Source of a module, with the calls of the devices' functions through their addresses."""
+    text = "\n\n\n".join(parts.values())
+    calls = sorted(set(re.findall(r"(?<=\bcall_)\w+(?=\()", text)))
+    if model is not None and calls:
+        makes = (f"call_{name} = make_call({model.signatures[name]!r})" for name in calls)
+        text = "\n".join(makes) + f"\n\n\n{text}"
     # where functions return views of arrays, Numba wants to count references
     header = _HEADER.format(options="" if "-> NDArray" in text else "_nrt=False, ")
     return f"{header}\n\n\n{text}\n"
+
+
+def _device_parts(model: Model | None, laws: tuple[Law, ...], called: set[str]) -> dict[str, str]:
+    """Source of the functions of the devices that are called, and of what these use."""
+    parts: dict[str, str] = {}
+    if model is None:
+        return parts
+    devices = _devices(model, laws)
+    if called & set(re.findall(r"(?<=def )\w+", devices)):
+        collect(first_coefficient, parts)
+        collect(polynomial, parts)
+        parts["functions of the devices"] = devices
+    if "combined_range" in called:
+        collect(first_coefficient, parts)
+        ranges = model.range_text(laws)
+        for needed in RANGE_FUNCTIONS:
+            if f"{needed.__name__}(" in ranges:
+                collect(needed, parts)
+        parts["ranges"] = ranges
+    return parts
 
 
 @lru_cache(maxsize=64)
@@ -270,10 +304,9 @@ def collect(
 ) -> None:  # fmt: skip
     """Gather the source of a function and of all functions that it uses, in order of use.
 
-    Functions that a function takes as ``arguments`` are written into its text by their names:
-    compiled code that passes functions on takes ten times as long to compile, and cannot be stored
-    on disk. ``shared`` returns the import of a function of another file that takes some; without
-    it, the function is gathered too.
+    Functions of the devices, which a function takes as ``arguments``, are written into its text by
+    their names. With ``shared`` they remain arguments, and are addresses. It returns the import of
+    a function of another file that takes some, which else is gathered too.
     """
     name = function.__name__
     try:
@@ -281,7 +314,8 @@ def collect(
     except OSError:
         raise InputError(f"{name} cannot be compiled: its source text is not in a file") from None
     used = inspect.getclosurevars(function).globals
-    writer = _CallByName(dict(zip(_function_arguments(function), arguments, strict=True)), used)
+    names = dict(zip(_function_arguments(function), arguments, strict=True))
+    writer = (_CallByAddress if shared else _CallByName)(names, used)
     text = ast.unparse(writer.visit(parse(source)))
     for needed, value in used.items():
         if isinstance(value, FunctionType):
@@ -307,13 +341,32 @@ def _function_arguments(function: Callable) -> list[str]:
     return [name for name, kind in function.__annotations__.items() if "Callable" in str(kind)]
 
 
-class _CallByName(ast.NodeTransformer):
-    """Replaces the functions that a function takes as arguments by calls of them by name."""
+class _Calls(ast.NodeTransformer):
+    """Writes the calls of functions that a function takes as arguments."""
 
     def __init__(self, names: Mapping[str, str], used: Mapping[str, Any]):
         self.names, self.used = names, used
         # By the name of a function that it calls: the functions that it passes on
         self.passed: dict[str, tuple[str, ...]] = {}
+
+    def note(self, node: ast.Call) -> list[bool]:
+        """Note the functions that a call passes on, and which of its arguments they are."""
+        callee = self.used.get(node.func.id) if isinstance(node.func, ast.Name) else None
+        if not isinstance(callee, FunctionType):
+            return [False] * len(node.args)
+        functions = _function_arguments(callee)
+        pairs = list(zip(inspect.signature(callee).parameters, node.args, strict=False))
+        given = [ast.unparse(value) for name, value in pairs if name in functions]
+        passed = tuple(self.names.get(name, name) for name in given)
+        if self.passed.setdefault(callee.__name__, passed) != passed:
+            raise InputError(
+                f"{callee.__name__} cannot be compiled: it is given different functions"
+            )
+        return [name in functions for name, _ in pairs]
+
+
+class _CallByName(_Calls):
+    """Calls them by their names, and leaves them out of arguments."""
 
     def visit_arguments(self, node: ast.arguments) -> ast.arguments:
         """Leave out arguments that are functions."""
@@ -326,18 +379,23 @@ class _CallByName(ast.NodeTransformer):
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.Call:
-        """Note the functions that are passed on, and leave them out of the call."""
+        """Leave functions out of a call."""
         self.generic_visit(node)
-        callee = self.used.get(node.func.id) if isinstance(node.func, ast.Name) else None
-        if isinstance(callee, FunctionType):
-            functions = _function_arguments(callee)
-            pairs = list(zip(inspect.signature(callee).parameters, node.args, strict=False))
-            passed = tuple(ast.unparse(value) for name, value in pairs if name in functions)
-            if self.passed.setdefault(callee.__name__, passed) != passed:
-                raise InputError(
-                    f"{callee.__name__} cannot be compiled: it is given different functions"
-                )
-            node.args = [value for name, value in pairs if name not in functions]
+        are_functions = self.note(node)
+        node.args = [a for a, is_one in zip(node.args, are_functions, strict=True) if not is_one]
+        return node
+
+
+class _CallByAddress(_Calls):
+    """Calls them through their addresses, which stay arguments."""
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        """Call a function of the devices through its address."""
+        self.generic_visit(node)
+        self.note(node)
+        if isinstance(node.func, ast.Name) and node.func.id in self.names:
+            call = ast.Name(f"call_{self.names[node.func.id]}", ast.Load())
+            return ast.Call(call, [node.func, ast.Tuple(node.args, ast.Load())], [])
         return node
 
 

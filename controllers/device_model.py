@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,8 +63,19 @@ def next_break(current: float, arguments: tuple) -> float:
     return lowest
 
 
+_ARRAY = "float64[::1]"
+_COMBINED = f"UniTuple({_ARRAY}, 5)"
+
+
 class DeviceModel:
     """Devices in the form in which decisions compute with them."""
+
+    # Signatures of the methods in compiled code
+    signatures: ClassVar[dict[str, str]] = {
+        "combined_force": f"float64(float64, {_COMBINED})",
+        "combined_range": f"UniTuple(float64, 4)(float64, float64, {_COMBINED})",
+        "state_rates": f"void(int64, float64, float64, {_ARRAY}, float64, {_ARRAY}, {_ARRAY})",
+    }
 
     def __init__(self, devices: Sequence[Device]):
         self.devices = tuple(devices)

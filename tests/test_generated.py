@@ -14,7 +14,6 @@ from threading import Barrier
 import pytest
 
 import controllers.compiled
-from controllers import clipped_lqr
 from controllers.device_model import DeviceModel
 from isolation_sim import generated
 from isolation_sim.discrepancy.device import effect_kernel_text
@@ -34,9 +33,7 @@ GENERATORS = {
     "peaks": lambda: loading.load_peaks.__wrapped__(1, 1),
     "device": lambda: device_kernel_text.compiled.__wrapped__(LAW),
     "effect": lambda: effect_kernel_text.compiled.__wrapped__(effect("current_lag")),
-    "decision": lambda: controllers.compiled._module.__wrapped__(
-        clipped_lqr._decide, DeviceModel, (LAW,), 1, ""
-    ),
+    "devices": lambda: controllers.compiled._device_module(DeviceModel, (LAW,), "combined_force"),
 }
 # a writer, its call, and a file that it needs
 WRITERS = {
@@ -65,7 +62,6 @@ def name(monkeypatch):
     monkeypatch.setattr(generated, "_load", lambda name, write, notice="": name)
 
     def named(kind):
-        controllers.compiled._shared.cache_clear()
         controllers.compiled._devices.cache_clear()
         return GENERATORS[kind]()
 

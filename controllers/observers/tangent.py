@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,10 @@ def _function(law: Law) -> Any:
 
 class TangentModel(DeviceModel):
     """Devices with the further function ``tangent``."""
+
+    signatures: ClassVar[dict[str, str]] = {
+        **DeviceModel.signatures, "tangent": DeviceModel.signatures["state_rates"],
+    }  # fmt: skip
 
     @staticmethod
     def text(laws: Sequence[Law]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 from numpy.typing import NDArray
 
@@ -17,6 +17,11 @@ from ..observers.tangent import TangentModel
 
 class PredictionModel(TangentModel):
     """Devices with the further function ``device_side``, in the laws' own scales."""
+
+    signatures: ClassVar[dict[str, str]] = {
+        **TangentModel.signatures,
+        "device_side": TangentModel.signatures["state_rates"].replace("int64, ", ""),
+    }
 
     @staticmethod
     def text(laws: Sequence[Law]) -> str:

@@ -140,7 +140,7 @@ class CompiledDecision:
     """A controller's decision in compiled code, called by the compiled integration."""
 
     # Address of a C function ``(t, measured*, settings*, memory*, command*, sizes*)`` with doubles
-    # and, last, the int64 lengths of the four arrays
+    # and, last, the int64 lengths of the four arrays and then ``numbers``
     address: int
     settings: NDArray  # (n_settings,): Constants of the controller
     memory: NDArray  # (n_memory,): Initial memory of the controller
@@ -149,6 +149,8 @@ class CompiledDecision:
     text: Callable[[], str] | None = None
     # Names of further inputs after the measurements; a run has none
     inputs: tuple[str, ...] = ()
+    # Such as the addresses of the functions of the devices' laws that the decision calls
+    numbers: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

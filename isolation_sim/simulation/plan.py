@@ -146,7 +146,12 @@ class Lane:
             control = (
                 self.context.period,
                 self.context.outputs,
-                (compiled.address, compiled.settings.shape, compiled.memory.shape)
+                (
+                    compiled.address,
+                    compiled.numbers,
+                    compiled.settings.shape,
+                    compiled.memory.shape,
+                )
                 if compiled
                 else id(self),
             )
@@ -251,6 +256,7 @@ class Plan:
             function=compiled[0].address if compiled[0] else 0,
             settings=np.array([c.settings if c else [] for c in compiled], float),
             memory=np.array([c.memory if c else [] for c in compiled], float),
+            numbers=compiled[0].numbers if compiled[0] else (),
         )
 
     def workspace(

@@ -98,13 +98,14 @@ class Sensing:
     # settings, memory: (lanes, n): Settings and memory of a compiled controller
     settings: NDArray
     memory: NDArray
+    numbers: tuple[int, ...]  # What a compiled controller is given beside the lengths
 
     @classmethod
     def none(cls, lanes: int) -> Sensing:
         """No measurements, for commands known before the run."""
         empty = np.zeros((lanes, 0))
         nothing = np.zeros((0, 0, lanes))
-        return cls(nothing, nothing, 0, np.zeros(0), np.zeros(0, np.int64), 0, empty, empty)
+        return cls(nothing, nothing, 0, np.zeros(0), np.zeros(0, np.int64), 0, empty, empty, ())
 
 
 @dataclass
@@ -196,7 +197,8 @@ class Workspace:
         rows = (self.measured, self.sensing.settings, self.sensing.memory, self.chosen)
         # the last channel, of elements without a coil, is not passed to the controller
         hidden = (1, 0, 0, 1)
-        self._sizes = np.array([row.shape[-1] - h for row, h in zip(rows, hidden, strict=True)])
+        lengths = [row.shape[-1] - h for row, h in zip(rows, hidden, strict=True)]
+        self._sizes = np.array([*lengths, *self.sensing.numbers], dtype=np.int64)
         return (
             *(n for r in rows for n in (r.ctypes.data, 8 * r.shape[-1])),
             self._sizes.ctypes.data,

@@ -89,7 +89,7 @@ def both_forms(controller, context, measurements):
         t = k * context.period
         plain.append(controller.current(t, measured))
         arrays = [np.ascontiguousarray(measured), compiled.settings, memory, command]
-        sizes = np.array([len(a) for a in arrays])
+        sizes = np.array([*map(len, arrays), *compiled.numbers])
         function(
             t, *(a.ctypes.data_as(pointer) for a in arrays),
             sizes.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from controllers.compiled import _module_text, collect
+from controllers.compiled import _device_parts, _module_text, collect
 from controllers.device_states import follow_states
 from controllers.predictive.generated_jacobian import PredictionModel
 from controllers.predictive.prediction import Prediction
@@ -27,10 +27,10 @@ def follow_free(
 
 
 def compiled_kernels(laws):
-    parts = {}
+    parts = _device_parts(PredictionModel, laws, {"device_side"})
     collect(follow_uncontrolled, parts, ("device_side",))
     collect(predict, parts, ("device_side",))
-    return load_text("test", _module_text(parts, PredictionModel, laws) + _ENTRIES)
+    return load_text("test", _module_text(parts) + _ENTRIES)
 
 
 def as_tuples(work):

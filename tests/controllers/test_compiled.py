@@ -9,10 +9,13 @@ from controllers import controller
 from controllers.compiled import collect
 from controllers.device_model import DeviceModel
 from controllers.fuzzy import Fuzzy
+from isolation_sim import reference_building
 from isolation_sim.errors import InputError
 from isolation_sim.laws import LAWS, law
 from isolation_sim.simulation.batch import Case, simulate_many
 from isolation_sim.simulation.control import CoilDriver
+
+from .conftest import context_of
 
 
 def twice(x: float, rule: Callable) -> float:
@@ -41,6 +44,29 @@ def test_functions_as_arguments_are_written_in_by_name():
     exec("\n".join(["from __future__ import annotations", *parts.values()]), names)
     here = root(0.5, names["combined_force"], names["state_rates"])
     assert names["root"](0.5) == here == 9 * 1.5 + 2.0 - 0.5
+
+
+def test_functions_as_arguments_are_called_through_their_addresses():
+    parts: dict[str, str] = {}
+    collect(root, parts, ("combined_force", "state_rates"), lambda function, passed: "")
+    text = "\n".join(["from __future__ import annotations", *parts.values()])
+    assert "return call_combined_force(rule, (call_combined_force(rule, (x,)),))" in text
+    addresses = {7: lambda x: 3 * x, 8: lambda x: -x}
+
+    def call(address, arguments):
+        return addresses[address](*arguments)
+
+    names = {"plain": lambda f: f, "call_combined_force": call, "call_state_rates": call}
+    exec(text, names)
+    assert names["root"](0.5, 7, 8) == root(0.5, addresses[7], addresses[8])
+
+
+def test_a_decision_is_compiled_once_for_all_laws(isolated):
+    other = reference_building().on(law("hybrid").scaled(length=10, force=3000))
+    each = [(controller("clipped_lqr"), one) for one in (isolated, other)]
+    compiled = [one.compiled(context_of(one, nominal)) for one, nominal in each]
+    assert len({one.address for one in compiled}) == 1
+    assert len({one.numbers for one in compiled}) == 2
 
 
 def test_a_function_cannot_have_two_different_ones():

@@ -8,7 +8,9 @@ import pytest
 import isolation_sim as iso
 from controllers import Controller, compiled, setting
 from controllers.compiled import CompiledController, Decision
+from controllers.device_model import DeviceModel
 from controllers.predictive import state_seen
+from controllers.predictive.generated_jacobian import PredictionModel
 from controllers.settings import Number, OneOf
 from isolation_sim.errors import ControllerError, InputError
 from isolation_sim.simulation.control import Sensors
@@ -241,18 +243,18 @@ def test_an_init_that_loses_settings_is_refused():
         Lost(gain=2.0)
 
 
-def test_compiling_names_the_controller(isolated, monkeypatch):
+def test_compiling_names_the_controller(monkeypatch):
     lines = []
     monkeypatch.setattr(compiled, "load_text", lambda *value: lines.append(value[-1]))
     compiled._module.cache_clear()
-    monkeypatch.setattr(compiled, "_text", lambda *value: "")
-    laws = tuple(e.device.law for e in isolated.elements)
-    compiled._module(decide, None, laws, 1, "mine")
-    compiled._module(state_seen.decide, None, laws, 1, "mpc")
+    monkeypatch.setattr(compiled, "_module_text", lambda *value: "")
+    monkeypatch.setattr(compiled, "collect", lambda *value: None)
+    compiled._module(decide, DeviceModel, "mine")
+    compiled._module(state_seen.decide, PredictionModel, "mpc")
     compiled._module.cache_clear()
     assert lines == [
-        "compiling mine for this law (once) ...",
-        "compiling mpc for this law (once; about 40 s) ...",
+        "compiling mine (once) ...",
+        "compiling mpc (once; about 40 s) ...",
     ]
 
 

@@ -191,9 +191,6 @@ def a_controller(rng: np.random.Generator, device: Device) -> Any:
     if not device.depends_on_current:
         return controller("passive_off")
     name = str(rng.choice(CONTROLLERS))
-    if device.law.name not in ("strain_stiffening", "hybrid", "improved_bouc_wen"):
-        # their current maps would be compiled for this law
-        name = {"clipped_lqg": "clipped_lqr", "h2": "clipped_lqr"}.get(name, name)
     low, high = device.current_range
     high = min(high, 3.0)
     period = {"period": float(rng.choice([0.01, 0.02, 0.05, 0.1]))} if rng.random() < 0.5 else {}

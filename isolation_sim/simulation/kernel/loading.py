@@ -209,8 +209,8 @@ def compiling(kernel: Kernel) -> Iterator[None]:
 
 
 def is_compiled(kernel: Kernel) -> bool:
-    """Whether all of a kernel is loaded or in the cache folder."""
-    return all(map(_is_available, _modules(kernel)))
+    """Whether the integration is loaded or in the cache folder; a law compiles within seconds."""
+    return _is_available(kernel.integration)
 
 
 def _modules(kernel: Kernel) -> list[ModuleType]:
