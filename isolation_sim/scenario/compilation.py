@@ -53,7 +53,7 @@ def compile_in_parallel(scenario: Scenario, job: Job) -> Iterator[Callable[[str]
 
 
 def _is_first_use(job: Job) -> bool:
-    """Whether the integration is not compiled yet; False with an FMU, which only one process starts."""
+    """Whether the integration is not compiled; False with an FMU, which one process starts."""
     from ..simulation.kernel.loading import is_compiled
     from ..simulation.plan import kernel_for
     from ..simulation.run import traceable
