@@ -197,10 +197,11 @@ def compile_decision(decision: Decision, n_channels: int, name: str = "") -> Com
     model: Any = type(devices) if devices else None
     laws = devices.laws if devices else ()
     module = _module(decision.function, model, name)
+    functions = [_device_function(model, laws, method) for method in methods]
     return CompiledDecision(
-        module.entry.address, decision.settings, decision.memory, module,
+        module.entry.address, decision.settings, decision.memory, (module, functions),
         partial(_text, decision.function, model, laws, n_channels),
-        numbers=(n_channels, *(_address(model, laws, method) for method in methods)),
+        numbers=(n_channels, *(address for _, address in functions)),
     )  # fmt: skip
 
 
@@ -232,12 +233,12 @@ def _shared(model: Model, function: Callable, arguments: tuple[str, ...]) -> str
 
 
 @lru_cache(maxsize=256)
-def _address(model: Model, laws: tuple[Law, ...], method: str) -> int:
-    """Address of a function of the devices."""
+def _device_function(model: Model, laws: tuple[Law, ...], method: str) -> tuple[Any, int]:
+    """Function of the devices, and its address while the function exists."""
     from isolation_sim.compilation.call_by_address import address_of
 
     function = getattr(_device_module(model, laws, method), method)
-    return address_of(function, model.signatures[method])
+    return function, address_of(function, model.signatures[method])
 
 
 def _device_module(model: Model, laws: tuple[Law, ...], method: str) -> ModuleType:
