@@ -116,12 +116,13 @@ OPTIONS: dict[str, Any] = {
     "fastmath": {"contract": True, "nsz": True}, "error_model": "numpy", "_nrt": False,
     "pipeline_class": KernelCompiler,
 }  # fmt: skip
+# no product is fused with a sum: the same bits wherever it stands
+EXACT: dict[str, Any] = {**OPTIONS, "fastmath": False}
 # nothing but the kernel calls these: they need no entry from Python
 _INNER: dict[str, Any] = {
     **OPTIONS, "no_cpython_wrapper": True, "no_cfunc_wrapper": True,
     "pipeline_class": LinkedCompiler,
 }  # fmt: skip
-# no product is fused with a sum: the same bits wherever it stands
 _EXACT = {**_INNER, "fastmath": False}
 inner = njit(**_INNER)
 inline = njit(forceinline=True, **_INNER)

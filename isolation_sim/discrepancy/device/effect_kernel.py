@@ -6,6 +6,7 @@ those of another effect, and inserts them in the copy of this module that is com
 
 from numba import njit
 
+from ...compilation.options import EXACT
 from ...identification.run_walk import next_sample
 from .effect_functions import (
     N_OUTPUTS,
@@ -23,7 +24,7 @@ OF_FORCE = N_STATES + N_PARAMETERS
 OF_LAST_FORCE = N_STATES + N_PARAMETERS + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, **EXACT)
 def trajectory(runs, signals, parameters, first, s, out):
     """The effect at every sample of one test run after another.
 
@@ -48,7 +49,7 @@ def trajectory(runs, signals, parameters, first, s, out):
             k = n
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, **EXACT)
 def trajectory_with_slopes(
     runs, signals, parameters, first, s, out, by_force, own, slope, new_slope, by, by_out
 ):  # fmt: skip
