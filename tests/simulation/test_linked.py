@@ -9,6 +9,7 @@ from numba.core.errors import TypingError
 from numba.core.types.functions import BaseFunction
 
 from isolation_sim.compilation import options as compilation
+from isolation_sim.compilation.call_by_address import address_of, make_call
 from isolation_sim.compilation.options import KernelCompiler, LinkedCompiler
 
 
@@ -50,6 +51,26 @@ def test_a_linked_function_gives_the_same_bits_without_machine_code():
     assert machine_code.get_pointer_to_function(name) != 0
     name = next(f.name for f in library.get_defined_functions() if "polynomial" in f.name)
     assert library.get_pointer_to_function(name) == 0
+
+
+def test_a_linked_function_is_kept_on_disk_without_machine_code():
+    options = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    _, machine_code = compiled(njit(**options)(polynomial))
+    _, library = compiled(njit(pipeline_class=LinkedCompiler, **options)(polynomial))
+    kept = library.serialize_using_object_code()
+    assert len(kept[2][0]) < len(machine_code.serialize_using_object_code()[2][0])
+    again = machine_code.codegen.unserialize_library(kept)
+    linked = again._get_module_for_linking()
+    assert any("polynomial" in f.name and not f.is_declaration for f in linked.functions)
+
+
+def test_a_function_is_called_through_its_address():
+    signature = "float64(float64, int64)"
+    call = make_call(signature)
+    function = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)(polynomial)
+    through = njit(lambda address, x, n: call(address, (x, n)))
+    address = address_of(function, signature)
+    assert through(address, 0.3, 7) == polynomial(0.3, 7)
 
 
 def test_an_unknown_numba_compiles_as_usual(monkeypatch):
