@@ -355,8 +355,9 @@ force on a building, says that they only imitated it. Convention; seen on blind 
 (``outside:centred_bump``)."""
 MUCH_LEFT = 0.2
 """Share of the squared misfit that causes must leave for a condition on which they lose to speak
-against their names. Convention, seen on three laboratories: right causes left 0.03, 0.04 and 0.16
-there, and wrong ones 0.25 and 0.43."""
+against their names, and to doubt those that correct less than what only acts like a cause.
+Convention, seen on three laboratories: right causes left 0.03, 0.04 and 0.16 there, and wrong ones
+0.25 and 0.43."""
 EQUATION_STANDS_OUT = 0.2
 """Share of the squared residual that the strongest term must remove to be fitted through the
 simulation although the linear regression predicts no gain on conditions left out. Convention; seen

@@ -16,6 +16,7 @@ from ..decisions import (
     BESIDE_REMAINDER,
     CONFUSABLE_GAIN,
     MAY_BE_ZERO,
+    MUCH_LEFT,
     NEEDED,
     NUMBERS_WRONG,
     SIGNIFICANT,
@@ -37,6 +38,9 @@ _ARMS = (("extra_relaxation", "one_arm"), ("extra_relaxation", "two_arms"))
 _STANDS_IN = "The law is of the wrong family: it may only stand in for what another law has."
 _LESS = "It corrects less than what remains unexplained, and may only mend the form of another."
 _BESIDE_TERM = "It corrects less than a term whose form is not quite right, and may only mend that."
+_BESIDE_IMITATION = (
+    "It corrects less than what only acts like a cause, and may only mend the form of that."
+)
 _GRADUAL = "It builds up over a test as the other does, and may only mend the form of that one."
 _SPECTRUM = (
     "A spring-pot is a continuous spectrum of arms: the smaller one may only mend the other's form."
@@ -115,7 +119,20 @@ def effect_causes(
                 doubtful=bool(doubt),
             )
         )
-    return causes
+    return beside_imitations(causes, explained)
+
+
+def beside_imitations(causes: Sequence[Cause], explained: float) -> list[Cause]:
+    """Doubt causes that correct less than what only acts like one, where much is left."""
+    imitation = max((one.share for one in causes if not one.is_named), default=0.0)
+    if 1 - explained < MUCH_LEFT:
+        return list(causes)
+    return [
+        replace(one, doubtful=True, reason=f"{one.reason} {_BESIDE_IMITATION}")
+        if one.is_named and one.share < imitation
+        else one
+        for one in causes
+    ]
 
 
 def imitate(effects: Sequence[Effect]) -> bool:
