@@ -68,6 +68,9 @@ MOSTLY_NOISE = 0.5
 PROPOSED = 14.0
 """As ``SIGNIFICANT``, of a cause that held-out runs have yet to confirm: the law alone follows the
 fitted runs and misses those. A 3.7 sigma deviation. Theory."""
+WITH_A_CAUSE_LESS = 1.01
+"""Factor on the error that causes leave up to which another law with a cause less, and no more
+numbers, is diagnosed in place of the one chosen among all. Convention."""
 FAR_BETTER = 3.0
 """Factor on the error of another law alone above which the search for more causes ends. Blind
 (``wrong_law``)."""
