@@ -54,6 +54,11 @@ def needs_new_specimens(effect: Effect) -> bool:
     return effect.cause in DAMAGE and not keeps_history(effect)
 
 
+def is_kept_damage(effect: Effect) -> bool:
+    """Whether an effect is a damage that goes on from run to run, without recovery."""
+    return effect.cause in DAMAGE and keeps_history(effect) and not has_unknown_starts(effect)
+
+
 def can_carry_history(effect: Effect) -> bool:
     """Whether an effect's states follow from the measured history of a device."""
     return effect.carried is not None
