@@ -37,7 +37,7 @@ from ..decisions import (
     TO_BLAME_FITTED,
     WITH_A_CAUSE_LESS,
 )
-from ..device.carried_history import of_device
+from ..device.carried_history import of_device_in_order
 from ..device.causes import effect_causes, periodic_cause, wrong_numbers
 from ..device.effect_search import EffectSearch
 from ..device.force_errors import ForceErrors
@@ -291,9 +291,8 @@ class DeviceTests(Problem[FittedModel]):
             source=f"diagnosed from {self.campaign.name}",
         )
         current = final.model.parameterisation.dependence(final.values[: final.model.n_law])
-        effects = map(of_device, final.effects)
-        applied = zip(effects, final.model.parameters_of(final.values), strict=True)
-        extended = extend(replace(evaluated, current=current), list(applied))
+        applied = of_device_in_order(final.effects, final.model.parameters_of(final.values))
+        extended = extend(replace(evaluated, current=current), applied)
         return evaluated if self.device is None else self.device, extended
 
     def traces(self, result: SearchResult[FittedModel]) -> tuple[Trace, ...]:
