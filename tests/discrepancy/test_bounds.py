@@ -158,6 +158,14 @@ def test_friction_has_developed_at_the_largest_velocity_and_deformation():
     assert (model.upper(velocity), model.upper(length)) == pytest.approx((0.1, 10e-3))
 
 
+def test_an_amplitude_that_is_forgotten_at_once_is_none():
+    memory = effect("amplitude_softening", "storage").parameters[-1]
+    loss, _ = EFFECT.parameters
+    one = searched(0.01 * T, (0.1, memory.lower))
+    soft = SimpleNamespace(parameters=(loss, replace(memory, upper=1e3)))
+    assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (soft,)}), 0, 1e9)
+
+
 @pytest.mark.parametrize("form", ["frequency", "mean_speed"])
 def test_a_mean_over_the_whole_test_only_acts_like_a_rate_dependence(form):
     window = effect("weak_rate_dependence", form).parameters[-1]
