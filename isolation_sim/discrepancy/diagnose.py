@@ -103,6 +103,15 @@ def diagnose(
             return diagnose_problem(LoopTableTests(data, *options))[0]
         problem = DeviceTests(data, *options, significance, choice, runs, wrong)
         diagnosis = diagnose_problem(problem)[0]
+        simpler = problem.law_with_a_cause_less() if choice is not None else None
+        if choice is not None and simpler is not None:
+            options = LAWS[simpler.law], *options[1:]
+            other = DeviceTests(
+                data, *options, significance, choice.with_best(simpler), runs, wrong
+            )
+            again = diagnose_problem(other)[0]
+            if len(again.causes) < len(diagnosis.causes):
+                problem, diagnosis = other, again
         explained = diagnosis.verdict in ("adequate", "explained")
         # given parameter values are not fitted
         if tiers == "causes" or (tiers == "auto" and (explained or device is not None)):

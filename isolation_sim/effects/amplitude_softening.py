@@ -121,10 +121,11 @@ KNEE = EffectParameter(
     "half", "m", "amplitude above which the power law holds", lower=1e-7, upper=100.0, divides=True,
     starts=(0.05, 0.3),
 )  # fmt: skip
-# what is remembered for longer is the largest deformation: stress softening
+# what is remembered for longer is the largest deformation: stress softening; what is forgotten at
+# once is no amplitude, but the deformation itself, as of a spring with a bend
 MEMORY = EffectParameter(
     "memory", "s", "time constant of forgetting", lower=0.02, upper=10.0, divides=True,
-    starts=(0.5, 3.0),
+    starts=(0.5, 3.0), other=(0.02,),
 )  # fmt: skip
 PEAK = Quantity("amplitude", "m", "present amplitude")
 

@@ -74,6 +74,7 @@ class LawChoice:
     """Registered laws compared on a campaign."""
 
     ranks: tuple[LawRank, ...]  # The law to use first, then by the error on what was left out
+    beside_causes: bool = False  # Whether the law to use needs a cause less than the best alone
 
     @property
     def best(self) -> LawRank:
@@ -95,7 +96,9 @@ class LawChoice:
         """The choice in words."""
         best, near = self.best, [one.law for one in self.near if one is not self.best]
         how = (
-            " as given fits best: it misses short data" if best.prescribed
+            " needs the fewest causes: alone, and fitted to short data, it misses what was left "
+            "out of the fit" if self.beside_causes
+            else " as given fits best: it misses short data" if best.prescribed
             else " fits best: fitted to short data, it misses what was left out of the fit"
         )  # fmt: skip
         text = f"Of {len(self.ranks)} laws {best.law}{how} by {100 * best.left_out:.3g} %."
@@ -108,6 +111,11 @@ class LawChoice:
         if lost:
             text += f" No fit of {', '.join(lost)} has finite forces and derivatives."
         return text
+
+    def with_best(self, best: LawRank) -> LawChoice:
+        """Choose another law, since it needs a cause less."""
+        others = (one for one in self.ranks if one is not best)
+        return LawChoice((best, *others), beside_causes=True)
 
     def rank(self, law: str) -> LawRank | None:
         """The rank of a law; None if it was not compared."""

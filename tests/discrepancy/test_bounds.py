@@ -86,6 +86,21 @@ def test_a_bound_counts_where_the_gain_depends_on_it(data, values, needed):
     assert needs_bound(one, 0, gain) == needed
 
 
+def test_values_that_a_whole_step_takes_too_far_follow_one_that_leaves_its_bound():
+    class Saturating(Decay):
+        """The data tell the ratio alone; far from it the residual hardly changes."""
+
+        def residuals(self, values, derivatives):
+            loss, scale = values
+            off = 10 * (loss / scale - self.data)
+            columns = np.stack([10 / scale + 0 * T, -10 * loss / scale**2 + 0 * T], axis=1)
+            return np.arctan(off), columns / (1 + off**2)[:, np.newaxis]
+
+    one = searched(0.01 * T, (1.0, 1.0))
+    one = SimpleNamespace(**{**vars(one), "model": Saturating(1.0 + 0 * T), "cost": 0.0})
+    assert not needs_bound(one, 0, 200.0)
+
+
 def test_a_plain_bound_does_not_count():
     loss, scale = EFFECT.parameters
     data = 1.4 * (1 - np.exp(-T / 0.3))
@@ -141,6 +156,14 @@ def test_friction_has_developed_at_the_largest_velocity_and_deformation():
     model = Model(data, SimpleNamespace(law=None))
     velocity, length = (effect("coulomb_friction", f).parameters[1] for f in ("smooth", "dahl"))
     assert (model.upper(velocity), model.upper(length)) == pytest.approx((0.1, 10e-3))
+
+
+def test_an_amplitude_that_is_forgotten_at_once_is_none():
+    memory = effect("amplitude_softening", "storage").parameters[-1]
+    loss, _ = EFFECT.parameters
+    one = searched(0.01 * T, (0.1, memory.lower))
+    soft = SimpleNamespace(parameters=(loss, replace(memory, upper=1e3)))
+    assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (soft,)}), 0, 1e9)
 
 
 @pytest.mark.parametrize("form", ["frequency", "mean_speed"])

@@ -11,8 +11,9 @@ from isolation_sim.discrepancy.device.carried_history import (
     carry_history,
     of_device,
 )
+from isolation_sim.discrepancy.device.causes import lacks_history
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
-from isolation_sim.discrepancy.device.model import Model
+from isolation_sim.discrepancy.device.model import Model, fit_model
 from isolation_sim.discrepancy.device.observable_effects import observable_effects
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.effects import EFFECTS, effect
@@ -21,6 +22,7 @@ from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws import LAWS
+from isolation_sim.laws import law as published
 
 K, C = 60e3, 900.0
 
@@ -92,6 +94,27 @@ def test_wear_is_named_whether_the_specimen_is_the_same_or_new(keeps):
     assert [one.form for one in diagnosis.extended.law.effects] == [
         cause.form.removesuffix(", kept")
     ]
+
+
+@pytest.mark.parametrize("remembers", [True, False])
+def test_a_softening_that_no_run_shows_to_come_only_acts_like_one(remembers):
+    """A device that is soft in its middle, tested at its largest deformation first, has no past."""
+    runs, largest = [], 0.0
+    for k, amplitude in enumerate([2e-3, 4e-3, 6e-3] if remembers else [6e-3, 4e-3, 2e-3]):
+        t = np.arange(0.0, 4.0, 0.01)
+        x, v = amplitude * np.sin(2 * np.pi * t), 2 * np.pi * amplitude * np.cos(2 * np.pi * t)
+        seen = np.maximum(np.maximum.accumulate(np.abs(x)), largest) if remembers else 6e-3
+        largest = max(largest, amplitude)
+        force = (K * x + C * v) * (1 - 0.3 * np.tanh((seen - np.abs(x)) / 10e-3))
+        force = force + 0.004 * np.std(force) * np.random.default_rng(k).standard_normal(len(x))
+        runs.append(TestRun(f"run_{k}", t, x, v, force, np.zeros_like(x)))
+    campaign = Campaign("soft", "made", tuple(runs))
+    data = measured_runs(campaign.runs)
+    law = Model(data, parameterise(campaign, LAWS["kelvin_voigt"], data))
+    values = law.parameterisation.of(published("kelvin_voigt", {"k": K, "c": C}))
+    soft = law.with_effects(carry_history(effect("stress_softening")))
+    fitted = fit_model(soft, np.array([*values, 0.3, 10e-3]), 50)
+    assert lacks_history(fitted, 0) == (not remembers)
 
 
 def test_wear_by_cycles_is_told_from_wear_by_the_path():

@@ -188,6 +188,17 @@ def test_a_cause_may_mend_the_form_of_a_larger_term(names, leaves_noise, doubtfu
     assert causes._less_than_a_term(names, [0.4, 0.1, 0.5], leaves_noise) == doubtful
 
 
+@pytest.mark.parametrize(("explained", "acts"), [(0.75, True), (0.85, False)])
+def test_beside_what_only_acts_like_a_larger_cause_little_is_named(explained, acts):
+    """Where much is left: the larger one has not the form of what the law lacks."""
+    larger = Cause("end_stop", 0.4, 0.0, {}, "", doubtful=True)
+    smaller, largest = (replace(larger, share=share, doubtful=False) for share in (0.1, 0.5))
+    seen = causes.beside_imitations([largest, larger, smaller], explained)
+    assert [one.acts_like for one in seen] == [False, True, acts]
+    # beside what is named nothing is doubted
+    assert causes.beside_imitations([largest, smaller], explained) == [largest, smaller]
+
+
 @pytest.mark.parametrize("fitted", [2.0, 0.8])
 @pytest.mark.parametrize("shown", [False, True])
 def test_what_the_others_explain_to_noise_needs_no_further_cause(shown, fitted):

@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
+from isolation_sim.discrepancy import diagnose as diagnose_module
 from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.discrepancy.device import observable_effects
 from isolation_sim.discrepancy.diagnose import diagnose
@@ -44,6 +45,37 @@ def test_the_law_that_made_the_data_is_chosen(choice):
     assert [one.law for one in result.near] == near
     assert {one.law for one in result.ranks} == set(COMPARED)
     assert f"Of 3 laws {name} fits best" in result.text and "another family" in result.text
+
+
+def dahl_element(k):
+    """A run of a spring, a dashpot and Dahl's friction, exact along each sample's path."""
+    t = np.arange(400) / 100
+    w, size = 2 * np.pi * (0.5 + 0.3 * k), 4e-3 + 1e-3 * k
+    x, v, z = size * np.sin(w * t), size * w * np.cos(w * t), [0.0]
+    for step in np.diff(x):
+        end = 1e-3 * np.sign(step)
+        z.append(end + (z[-1] - end) * np.exp(-abs(step) / 1e-3))
+    force = 2e4 * x + 300.0 * v + 4e4 * np.array(z)
+    force += np.random.default_rng(k).standard_normal(len(t))
+    return TestRun(str(k), t, x, v, force, 0 * t, velocity_measured=True, hold_out=k == 3)
+
+
+def test_a_law_that_needs_a_cause_less_is_diagnosed(monkeypatch):
+    campaign = Campaign("damper", "made", tuple(map(dahl_element, range(5))))
+    data = hold_out_some(measured_runs(campaign.runs), campaign.runs)
+    with workers(1) as pool:
+        choice = choose_law(campaign, data, None, pool, laws=("kelvin_voigt", "dahl"))
+    taken = LawChoice(choice.ranks[::-1])
+    assert taken.best.law == "kelvin_voigt"
+    monkeypatch.setattr(diagnose_module, "choose_law", lambda *_, **__: taken)
+    few = {"coulomb_friction": EFFECTS["coulomb_friction"]}
+    monkeypatch.setattr(observable_effects, "EFFECTS", few)
+    diagnosis = diagnose(campaign, "auto", threads=1, tiers="causes")
+    assert diagnosis.verdict == "adequate" and not diagnosis.causes
+    text = diagnosis.details["law_choice"]["text"]
+    assert text.startswith(
+        "Of 2 laws dahl needs the fewest causes: alone, and fitted to short data"
+    )
 
 
 def pendulum(seed):

@@ -16,7 +16,7 @@ from ...identification.campaign import Campaign
 from ...identification.data_checks import data_notes
 from ...identification.error_notes import outlier_note
 from ...identification.fitted import RunError
-from ...identification.law_choice import LawChoice, choose_law
+from ...identification.law_choice import LawChoice, LawRank, choose_law
 from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
 from ...identification.law_model import coarse_step_error
 from ...identification.measured_runs import MeasuredRuns, hold_out_some, measured_runs
@@ -24,6 +24,7 @@ from ...identification.noise import correlation_time
 from ...identification.run_starts import start_note
 from ...laws import Device
 from ...laws.law import Law
+from ...laws.registry import LAWS
 from ..decisions import (
     COARSEST_STEPS,
     FAR_BETTER,
@@ -34,14 +35,15 @@ from ..decisions import (
     SIGNIFICANT,
     TO_BLAME,
     TO_BLAME_FITTED,
+    WITH_A_CAUSE_LESS,
 )
-from ..device.carried_history import of_device
+from ..device.carried_history import of_device_in_order
 from ..device.causes import effect_causes, periodic_cause, wrong_numbers
 from ..device.effect_search import EffectSearch
 from ..device.force_errors import ForceErrors
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
-from ..device.model import FittedModel, Model
+from ..device.model import FittedModel, Model, fit_model
 from ..device.next_test import rival_tests
 from ..device.noise_examples import motion_noise, noise_residuals
 from ..device.observable_effects import observable_effects
@@ -171,6 +173,36 @@ class DeviceTests(Problem[FittedModel]):
         """Force with all selected effects, N."""
         return self.validated.after
 
+    def law_with_a_cause_less(self) -> LawRank | None:
+        """Another law that leaves as little with one of the effects less, and no more numbers."""
+        # The law that alone is nearest may have imitated a cause by what a further one mends.
+        final = self.final
+        if self.choice is None or not final.effects:
+            return None
+        most = WITH_A_CAUSE_LESS * self._errors_of(final)
+        found: list[tuple[int, LawRank]] = []
+        for rank in self.choice.near:
+            p = parameterise(self.campaign, LAWS[rank.law], self.data, self.degree)
+            more = len(p.scale) - final.model.n_law
+            fewer = [k for k, effect in enumerate(final.effects) if more <= len(effect.parameters)]
+            if rank is self.choice.best or not fewer:
+                continue
+            model, alone = refine_law(Model(self.data, p), rank.values)
+            for place in fewer:
+                effects = final.model.without(place).effects
+                own = final.values_without(place)[final.model.n_law :]
+                one = fit_model(model.with_effects(*effects), np.concatenate([alone.x, own]))
+                if (self._errors_of(one) <= most).all():
+                    found.append((len(one.values), rank))
+        return min(found, key=lambda one: one[0])[1] if found else None
+
+    def _errors_of(self, model: FittedModel) -> NDArray:
+        """Relative errors of a model on fitted and on held-out samples."""
+        data = self.data
+        residual = data.bounded(model.force) - data.force
+        errors = [data.relative(residual, chosen) for chosen in (data.fitted, ~data.fitted)]
+        return np.nan_to_num(errors)
+
     def _compare_laws(self) -> LawChoice:
         """All laws on short data, compared once."""
         if self.choice is None:
@@ -259,9 +291,8 @@ class DeviceTests(Problem[FittedModel]):
             source=f"diagnosed from {self.campaign.name}",
         )
         current = final.model.parameterisation.dependence(final.values[: final.model.n_law])
-        effects = map(of_device, final.effects)
-        applied = zip(effects, final.model.parameters_of(final.values), strict=True)
-        extended = extend(replace(evaluated, current=current), list(applied))
+        applied = of_device_in_order(final.effects, final.model.parameters_of(final.values))
+        extended = extend(replace(evaluated, current=current), applied)
         return evaluated if self.device is None else self.device, extended
 
     def traces(self, result: SearchResult[FittedModel]) -> tuple[Trace, ...]:

@@ -9,16 +9,19 @@ run's own forces are best met.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...effects import Effect, Past
 from ...identification.measured_runs import MeasuredRuns
+from .acting_order import ActsFirst, acting_order
+
+P = TypeVar("P")
 
 DAMAGE = frozenset({"stress_softening", "cyclic_degradation"})
 """Causes from which a specimen does not recover between runs."""
@@ -54,6 +57,11 @@ def needs_new_specimens(effect: Effect) -> bool:
     return effect.cause in DAMAGE and not keeps_history(effect)
 
 
+def is_kept_damage(effect: Effect) -> bool:
+    """Whether an effect is a damage that goes on from run to run, without recovery."""
+    return effect.cause in DAMAGE and keeps_history(effect) and not has_unknown_starts(effect)
+
+
 def can_carry_history(effect: Effect) -> bool:
     """Whether an effect's states follow from the measured history of a device."""
     return effect.carried is not None
@@ -61,7 +69,16 @@ def can_carry_history(effect: Effect) -> bool:
 
 def of_device(effect: Effect) -> Effect:
     """The effect of the catalogue, for a device that is fresh when a simulation begins."""
+    if isinstance(effect, ActsFirst) and effect.form_behind:
+        return effect.form_behind
     return effect.fresh if isinstance(effect, CarriedHistory) and effect.fresh else effect
+
+
+def of_device_in_order(
+    effects: Sequence[Effect], parameters: Sequence[P]
+) -> list[tuple[Effect, P]]:
+    """The same of effects with their parameters, in the order in which they act."""
+    return [(of_device(effects[k]), parameters[k]) for k in acting_order(effects)]
 
 
 def first_states(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects import Effect
+from ...effects import Effect, Past
 from ...effects.effect import in_sentence
 from ...identification.measured_runs import MeasuredRuns
 from .. import inference
@@ -16,18 +16,19 @@ from ..decisions import (
     BESIDE_REMAINDER,
     CONFUSABLE_GAIN,
     MAY_BE_ZERO,
+    MUCH_LEFT,
     NEEDED,
     NUMBERS_WRONG,
     SIGNIFICANT,
 )
 from ..diagnosis import Cause, Interval
-from .carried_history import has_unknown_starts
+from .carried_history import has_unknown_starts, is_kept_damage
 from .effect_search import EffectSearch
 from .force_errors import ForceErrors
 from .generic_terms import OUTSIDE
 from .interference import Interference
 from .intervals import intervals, may_be_zero, needs_bound
-from .model import EACH_RUN, FittedModel, run_means
+from .model import EACH_RUN, FittedModel, fit_model, run_means
 from .stability import stability
 
 PARAMETERS = "parameter_values"
@@ -37,6 +38,12 @@ _ARMS = (("extra_relaxation", "one_arm"), ("extra_relaxation", "two_arms"))
 _STANDS_IN = "The law is of the wrong family: it may only stand in for what another law has."
 _LESS = "It corrects less than what remains unexplained, and may only mend the form of another."
 _BESIDE_TERM = "It corrects less than a term whose form is not quite right, and may only mend that."
+_BESIDE_IMITATION = (
+    "It corrects less than what only acts like a cause, and may only mend the form of that."
+)
+_NO_HISTORY = (
+    "It fits as well if the device had all of it before the first run: no run shows how it came."
+)
 _GRADUAL = "It builds up over a test as the other does, and may only mend the form of that one."
 _SPECTRUM = (
     "A spring-pot is a continuous spectrum of arms: the smaller one may only mend the other's form."
@@ -72,6 +79,7 @@ def effect_causes(
     for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
         doubt = _STANDS_IN if wrong_family else _LESS * less_than_remains[k]
         doubt = doubt or _BESIDE_TERM * mends_term[k] or _SPECTRUM * mends_spectrum[k]
+        doubt = doubt or _NO_HISTORY * lacks_history(searched, k)
         if effect is EACH_RUN:
             numbers[k] = {"spread": _spread(final)}
         elif len(lacking) > 1 and split[k] < MAY_BE_ZERO and may_be_zero(final, k, numbers[k]):
@@ -115,7 +123,31 @@ def effect_causes(
                 doubtful=bool(doubt),
             )
         )
-    return causes
+    return beside_imitations(causes, explained)
+
+
+def beside_imitations(causes: Sequence[Cause], explained: float) -> list[Cause]:
+    """Doubt causes that correct less than what only acts like one, where much is left."""
+    imitation = max((one.share for one in causes if not one.is_named), default=0.0)
+    if 1 - explained < MUCH_LEFT:
+        return list(causes)
+    return [
+        replace(one, doubtful=True, reason=f"{one.reason} {_BESIDE_IMITATION}")
+        if one.is_named and one.share < imitation
+        else one
+        for one in causes
+    ]
+
+
+def lacks_history(searched: FittedModel, place: int) -> bool:
+    """Whether a damage of one specimen fits as well if it was there before the first run."""
+    effect, model = searched.effects[place], searched.model
+    past = model.data.past
+    if not (is_kept_damage(effect) and past is not None):
+        return False
+    all_of_it = Past(*(np.full_like(each, np.max(each)) for each in past))
+    other = fit_model(replace(model, data=replace(model.data, past=all_of_it)), searched.values)
+    return other.cost < searched.cost + SIGNIFICANT
 
 
 def imitate(effects: Sequence[Effect]) -> bool:

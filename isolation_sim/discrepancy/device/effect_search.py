@@ -31,6 +31,7 @@ from ..decisions import (
     WORTH_REFITTING,
 )
 from ..search import SearchResult
+from .acting_order import either_order
 from .carried_history import has_unknown_starts, keeps_history, needs_new_specimens
 from .generic_terms import OUTSIDE, with_each_power
 from .model import FittedModel, fit_model
@@ -203,7 +204,7 @@ class EffectSearch:
         # A law that was fitted without the effect may lie too far from the truth to tell these.
         mine = model.effects[place]
         forms = [
-            e for e in self.effects
+            e for e in either_order(self.effects, _other_effects(model, place))
             if e is not mine
             and (e.cause == mine.cause or (e in self._near(mine) and e.cause not in model.causes))
         ]  # fmt: skip
@@ -245,7 +246,8 @@ class EffectSearch:
         return max(noise_gain(extended.residual - without.residual, self.noise), 1.0)
 
     def _fit_effects(self, current: FittedModel, most: int = TRIED) -> list[FittedModel]:
-        left = [e for e in self.effects if e.cause not in current.causes]
+        every = either_order(self.effects, current.effects)
+        left = [e for e in every if e.cause not in current.causes]
         result = screen(current, left, self.noise, self.pool)
         least = LEAST_PART * current.cost
         chosen = [

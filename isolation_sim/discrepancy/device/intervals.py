@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...effects.effect import EffectParameter
 from ...identification.law_fit import SEARCHED
-from ...identification.least_squares import DETERMINED, unit_columns
+from ...identification.least_squares import DETERMINED, levenberg_marquardt, unit_columns
 from ...identification.noise import correlation_time
 from ..decisions import (
     BOUND_NEEDED,
@@ -197,18 +197,9 @@ def _inside(value: float, lower: float, upper: float) -> float:
 
 def _cost_at(searched: FittedModel, k: int, value: float) -> float:
     """Least cost found with one value given."""
-    model, values = searched.model, searched.values.copy()
-    values[k] = value
-    free = np.arange(len(values)) != k
-    lower, upper = model.bounds()
-    least = np.inf
-    for _ in range(_STEPS):
-        residual, jacobian = model.residuals(values, True)
-        cost = float(np.vdot(residual, residual))
-        if not cost < least:
-            break
-        least = cost
-        scaled, length = unit_columns(jacobian[:, free])
-        step = np.linalg.lstsq(scaled, -residual, rcond=DETERMINED)[0] / length
-        values[free] = np.clip(values[free] + step, lower[free], upper[free])
-    return least
+    # a whole step of the others may lead far off
+    values = searched.values.copy()
+    lower, upper = (bound.copy() for bound in searched.model.bounds())
+    values[k] = lower[k] = upper[k] = value
+    problem = searched.model.residuals
+    return 2 * levenberg_marquardt(problem, values, lower, upper, _STEPS, 1e-3).cost

@@ -16,6 +16,7 @@ from ...identification.law_model import LawModel
 from ...identification.least_squares import DETERMINED, Optimum, orthonormal, unit_columns
 from ...identification.measured_runs import MeasuredRuns
 from ..decisions import SEARCH_STEPS
+from .acting_order import acting_order
 from .carried_history import has_unknown_starts
 from .effect_evaluation import differentiate, evaluate, time_scales
 
@@ -53,7 +54,8 @@ class Model(LawModel):
     Attributes
     ----------
     effects : tuple of Effect
-        In the order in which they act; their parameters follow the law's among the values.
+        In the order in which they act, but for those that act first; their parameters follow the
+        law's among the values.
     """
 
     effects: tuple[Effect, ...] = ()
@@ -228,7 +230,7 @@ class Model(LawModel):
     def _law_force(self, law: NDArray, own: list, derivatives: bool) -> tuple[NDArray, NDArray]:
         motion = self.data.motion
         nothing = np.zeros(len(self.data.x))
-        for effect, parameters in zip(self.effects, own, strict=True):
+        for effect, parameters in ((self.effects[k], own[k]) for k in acting_order(self.effects)):
             if effect.motion is not None:
                 seen = evaluate(
                     effect, self.data, nothing, parameters, (motion.displacement, motion.velocity)

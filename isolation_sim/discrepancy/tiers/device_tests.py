@@ -27,7 +27,7 @@ from ..decisions import (
     REMAINS,
     TIER_SAMPLES,
 )
-from ..device.carried_history import of_device
+from ..device.carried_history import of_device_in_order
 from ..device.generic_terms import OUTSIDE
 from ..device.model import FittedModel, Model, fit_model
 from ..diagnosis import Diagnosis, Errors
@@ -377,9 +377,8 @@ class DeviceTiers(Tiers[_Rung]):
             current=final.model.parameterisation.dependence(final.values[: final.model.n_law]),
             name="",
         )
-        effects = map(of_device, final.effects)
-        applied = zip(effects, final.model.parameters_of(final.values), strict=True)
-        return extend(inner, list(applied)) if final.effects else inner
+        applied = of_device_in_order(final.effects, final.model.parameters_of(final.values))
+        return extend(inner, applied) if final.effects else inner
 
     def replaced_causes(self, rung: _Rung) -> tuple[str, ...]:
         """Causes of the catalogue in whose place an equation stands."""
