@@ -172,6 +172,7 @@ def _with_colour(shape):
     "shape",
     [
         lambda f: np.maximum(f, 0.02) ** -0.25,  # grows as the frequency falls
+        lambda f: np.sqrt(np.maximum(1.0, 0.2 / np.maximum(f, 0.02))),  # flickers below 0.2 Hz
         lambda f: 1 / np.sqrt(1 + (f / 20.0) ** 8),  # has passed the filter of a logger
     ],
 )
@@ -190,8 +191,23 @@ def test_noise_of_any_colour_is_noise(isolated, shape):
         np.sqrt(np.mean(floor.sensor_noise(np.fft.rfftfreq(len(record), dt)) ** 2, axis=0)),
         NOISE * np.sqrt(np.mean(quiet.values**2, axis=0)), rtol=0.3,
     )  # fmt: skip
+    shown = floor.sensor_noise(np.array([0.05, 0.5]))[:, :-1]
+    expected = float(shape(0.05) / shape(0.5))
+    np.testing.assert_allclose(shown[0] / shown[1], expected, rtol=0.4)
     comparison = compare_building(model, [record])
     assert is_quiet(comparison, comparison.evaluate(()))
+
+
+@pytest.mark.parametrize(("smooth", "faulty"), [(True, 0.004), (False, 0.0), (False, 0.1)])
+def test_the_ground_is_smooth_between_samples_where_that_explains_most(isolated, smooth, faulty):
+    def change(model):
+        return replace(_weaker(2, faulty)(model), band_limited=smooth)
+
+    record = _record(isolated, change, noise=1e-3)
+    problem = BuildingRecords([record], isolated, 1, lambda text: None)
+    problem.nominal()
+    assert problem.first.model.band_limited == smooth
+    assert is_quiet(problem.first, problem.engineers) == (faulty == 0.0)
 
 
 def test_nothing_is_said_where_nothing_is_wrong(isolated):
