@@ -52,7 +52,7 @@ from .candidate import Candidate, Values
 from .comparison import BuildingComparison, CauseValues, FittedBuilding, squared, with_causes
 from .errors import excess_error, largest_excess, mean_error, relative_errors, relative_noise
 from .goodness_of_fit import adequacy, is_quiet, noise_chance, p_value
-from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
+from .isolator_causes import CURRENT_CAUSES, LAYER_NUMBERS, current_causes, layer_causes
 from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 from .layer_effects import helpful_effects, proposed_effects
 from .localisation import is_elsewhere, unknown_force
@@ -332,7 +332,7 @@ class CauseSearch:
         """Replace each cause by a better variant; name none if together they remove too little."""
         if not excess_error(self.comparison, best) < self._to_beat:
             return self.before
-        best = self._exchange_for_simpler(best)
+        best = self._exchange_for_one(self._exchange_for_simpler(best))
         if self._is_calibration(best, self.before):
             return self.before
         best = self._with_best_sampling(self._exchange_variants(best))
@@ -537,6 +537,25 @@ class CauseSearch:
                 if _is_nearer(trial, current) or self._is_enough(trial, current) or alike:
                     current = trial
                     self.rivals.setdefault(other.label, [])
+        return current
+
+    def _exchange_for_one(self, current: FittedBuilding) -> FittedBuilding:
+        """Put one effect of the isolators in the place of several causes, if it is far nearer."""
+        # a force, a stiffness or a damping of another size mends the form of an effect
+        several = [one for one in current.cause_values if _is_of_layer(one[0])]
+        if len(several) < 2 or not any(cause.name in LAYER_NUMBERS for cause, _ in several):
+            return current
+        rest = tuple(one for one in current.cause_values if one not in several)
+        rest = self.comparison.fit((), rest).cause_values
+        for nearest, *simpler in proposed_effects(self.comparison, rest):
+            if nearest.key == self._barred:
+                continue
+            trial = self._fit_instead((*rest, (nearest, nearest.starts[0])), current)
+            no_worse = trial.held_out_cost <= current.held_out_cost
+            if no_worse and _is_nearer(trial, current, STRONG_EVIDENCE):
+                current = trial
+                self._simpler[nearest.key] = simpler
+                self.rivals.setdefault(nearest.label, [])
         return current
 
     def _is_enough(self, trial: FittedBuilding, current: FittedBuilding) -> bool:
@@ -752,6 +771,11 @@ def _near_the_best(
     """Those of some fits that may come near to the best of others."""
     least = WORTH_REFITTING * (current.cost - best[0].cost) if best else 0.0
     return [one for one in rough if current.cost - one.cost >= least]
+
+
+def _is_of_layer(cause: Candidate) -> bool:
+    """Whether a cause changes the force of the isolators along their motion."""
+    return cause.name in (*LAYER_NUMBERS, *ISOLATOR_EFFECTS, *LAYER_CAUSES)
 
 
 def _is_last(outcome: FittedBuilding) -> bool:
