@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 
 from ...identification.least_squares import orthonormal
 from ..decisions import (
+    BEGUN_WELL,
     BUILDING_EXPLAINED,
     COMPLETES,
     FALSE_ALARM,
+    FOLLOWS,
     FORMS_TRIED,
     INSTEAD,
     LATE_SIMULATED,
@@ -83,6 +85,8 @@ class CauseSearch:
         to_beat: float = np.inf,  # Excess error of other causes, of which these must leave a part
     ):
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
+        # what each cause changes alone is simulated once, whatever is assumed later
+        self._alone = comparison
         self.before = comparison.evaluate(())
         self.rivals: dict[str, list[FittedBuilding]] = {}
         # chance of each model tried, by the noise of its round: its residuals' number may differ
@@ -193,11 +197,24 @@ class CauseSearch:
         def fit(cause: Candidate, start: Values, steps: int) -> FittedBuilding:
             return self.comparison.fit(current.cause_values, ((cause, start),), steps)
 
-        one_step = _rank([fit(cause, starts[0], 1) for cause, starts in screened])
-        all_starts = dict(screened)
+        one_step, best = [], 0.0
+        # the error of a sensor is fitted without a simulation
+        for gain, cause, starts in sorted(
+            screened, key=lambda one: (not one[1].of_sensor, -one[0])
+        ):
+            if cause.of_sensor or gain >= FOLLOWS * best:
+                one_step.append(fit(cause, starts[0], 1))
+                best = max(best, current.cost - one_step[-1].cost)
+        one_step = _rank(one_step)
+        all_starts = {cause: starts for _, cause, starts in screened}
         rough = []
         for one in one_step[:MOST_REFINED]:
             cause, values = one.cause_values[-1]
+            # one step says little of what is far from linear, and does not tell forms of one cause
+            other = not cause.late and cause.key != one_step[0].cause_values[-1][0].key
+            if other and current.cost - one.cost < BEGUN_WELL * best:
+                rough.append(one)
+                continue
             fits = [fit(cause, start, SCREENING_STEPS) for start in all_starts[cause][1:]]
             fits.append(fit(cause, values, SCREENING_STEPS - 1))
             rough.append(min(fits, key=lambda outcome: outcome.cost))
@@ -217,27 +234,25 @@ class CauseSearch:
 
     def _screened(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
-    ) -> list[tuple[Candidate, Sequence[Values]]]:
-        """Causes that follow the residual best to first order, each with its best starts."""
+    ) -> list[tuple[float, Candidate, Sequence[Values]]]:
+        """Causes that follow the residual best to first order, each with gain and best starts."""
         screened = []
         freed = _freed(current)
         for cause in choices:
             if cause.label in current.causes:
                 continue
             trials = [
-                self.comparison.fitted_residuals((*current.cause_values, (cause, start)))
-                for start in cause.starts
+                self.comparison.beside(current, cause, start, self._alone) for start in cause.starts
             ]
             order = np.argsort([squared(trial) for trial in trials], kind="stable")
             left = min(_left_along(current.fitted, trial, freed) for trial in trials)
-            screened.append((left, cause, [cause.starts[k] for k in order[:STARTS_FITTED]]))
+            gain = current.cost - left
+            screened.append((gain, cause, [cause.starts[k] for k in order[:STARTS_FITTED]]))
         of_sensors = [one for one in screened if one[1].of_sensor]
         simulated = sorted(
-            (one for one in screened if not one[1].of_sensor), key=lambda one: one[0]
+            (one for one in screened if not one[1].of_sensor), key=lambda one: -one[0]
         )
-        simulated = _few_of_each(simulated, lambda one: one[1].key)[:most]
-        # the error of a sensor is fitted without a simulation
-        return [(cause, starts) for _, cause, starts in of_sensors + simulated]
+        return of_sensors + _few_of_each(simulated, lambda one: one[1].key)[:most]
 
     def choose(
         self, current: FittedBuilding, tried: Sequence[FittedBuilding]
@@ -530,7 +545,7 @@ class CauseSearch:
                 and not (cause.of_sensor or cause.late)
             ]  # fmt: skip
             without = self.comparison.fit((), (*before, *after))
-            for other, starts in self._screened(without, fewer, RIVALS_TRIED):
+            for _, other, starts in self._screened(without, fewer, RIVALS_TRIED):
                 trial = self._fit_instead((*before, (other, starts[0]), *after), current)
                 still = current.cause_values[k][0] is many
                 alike = still and self._is_calibration(current, trial)

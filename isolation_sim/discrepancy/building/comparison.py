@@ -157,7 +157,7 @@ class BuildingComparison:
         moved = tuple((c, v) for c, v in result if not c.of_sensor)
         key = (record.name, end, *moved)
         if key not in self._cache:
-            if len(self._cache) * record.values.nbytes > _CACHED_BYTES:
+            if sum(run.nbytes for run in self._cache.values()) > _CACHED_BYTES:
                 self._forget()
             self._cache[key] = _simulated(with_causes(self.model, moved), record, end)
         sensors = with_causes(self.model, ((c, v) for c, v in result if c.of_sensor))
@@ -290,6 +290,23 @@ class BuildingComparison:
     def fitted_residuals(self, result: CauseValues) -> tuple[NDArray, ...]:
         """Weigh the residuals of the fitted segments alone, with given causes in the model."""
         return self._weighted_residuals(result, self.fitted)
+
+    def beside(
+        self, current: FittedBuilding, cause: Candidate, values: Values, alone: BuildingComparison
+    ) -> tuple[NDArray, ...]:
+        """Weigh the fitted residuals with one cause more, to first order where it is simulated.
+
+        ``alone`` is a comparison that has simulated what each cause changes alone.
+        """
+        result = current.cause_values
+        if cause.of_sensor or not result:
+            return self.fitted_residuals((*result, (cause, values)))
+        trial = []
+        for segment, before in zip(self.fitted, current.fitted, strict=True):
+            record, end = segment.record, segment.samples.indices(len(segment.record))[1]
+            changed = alone.residual(((cause, values),), record, end)
+            trial.append(before + segment.whiten(changed - alone.residual((), record, end)))
+        return tuple(trial)
 
     @cached_property
     def fitted_noise(self) -> NDArray:
