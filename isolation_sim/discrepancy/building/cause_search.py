@@ -236,7 +236,7 @@ class CauseSearch:
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
     ) -> list[tuple[float, Candidate, Sequence[Values]]]:
         """Causes that follow the residual best to first order, each with gain and best starts."""
-        screened = []
+        screened: list[tuple[float, Candidate, Sequence[Values]]] = []
         freed = _freed(current)
         for cause in choices:
             if cause.label in current.causes:

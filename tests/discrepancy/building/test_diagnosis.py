@@ -30,6 +30,7 @@ from isolation_sim.discrepancy.building.cause_search import (
 from isolation_sim.discrepancy.building.comparison import (
     FittedBuilding,
     compare_building,
+    squared,
     with_causes,
 )
 from isolation_sim.discrepancy.building.errors import excess_error, largest_excess
@@ -559,6 +560,42 @@ def test_a_second_cause_is_screened_with_the_numbers_of_the_first_free(isolated)
     assert free < 0.5 < 0.8 < fixed
 
 
+def test_a_second_cause_is_screened_by_what_it_changes_alone(isolated, monkeypatch):
+    """It is not simulated again beside each first one."""
+    record = _record(isolated, _heavier(0.1))
+    model = building_model(isolated, [record])
+    listed = {c.label: c for c in candidates(model, [record])}
+    mass, force = listed["base_mass_error"], listed["isolator_force_error"]
+    comparison = compare_building(model, [record])
+    current = comparison.fit((), ((mass, (0.05,)),))
+    exact = comparison.fitted_residuals((*current.cause_values, (force, (0.01,))))
+    alone = compare_building(model, [record])
+    alone.fitted_residuals(((force, (0.01,)),)), alone.fitted_residuals(())
+    monkeypatch.setattr(comparison_module, "_simulated", None)
+    screened = comparison.beside(current, force, (0.01,), alone)
+    change, right = (
+        squared([a - b for a, b in zip(one, current.fitted, strict=True)])
+        for one in (screened, exact)
+    )
+    assert change == pytest.approx(right, rel=0.1)
+
+
+@pytest.mark.parametrize(("promised", "begun"), [(0.5, 2), (0.05, 1)])
+def test_what_promises_next_to_nothing_beside_the_best_is_not_fitted(
+    isolated, monkeypatch, promised, begun
+):
+    comparison, listed = _compared(isolated, _record(isolated, _heavier(0.1)))
+    space = CauseSearch(comparison)
+    two = [listed[name] for name in ("base_mass_error", "isolator_force_error")]
+    gains = [1.0, promised * space.before.cost]
+    screened = [(gain, cause, cause.starts[:1]) for gain, cause in zip(gains, two, strict=True)]
+    # the first is tried whatever it promises, and brings nearly all
+    screened[0] = (2 * space.before.cost, *screened[0][1:])
+    monkeypatch.setattr(space, "_screened", lambda *_: screened)
+    fits = space._fits(space.before, two, 16)
+    assert [one.causes[0] for one in fits] == ["base_mass_error", "isolator_force_error"][:begun]
+
+
 def test_a_relative_error_is_tried_with_either_sign(isolated):
     """A first step from the wrong side may lead away in sliding or lightly damped motion."""
     record = _record(isolated)
@@ -867,7 +904,8 @@ def test_simulations_of_one_cause_are_kept(isolated, monkeypatch):
     record = _record(isolated)
     comparison, listed = _compared(isolated, record)
     mass, force = (listed[name] for name in ("base_mass_error", "isolator_force_error"))
-    monkeypatch.setattr(comparison_module, "_CACHED_BYTES", 6 * record.values.nbytes)
+    fitted = record.values[comparison.fitted[0].samples]
+    monkeypatch.setattr(comparison_module, "_CACHED_BYTES", 6 * fitted.nbytes)
     comparison.evaluate(((mass, (0.1,)),))
     for k in range(8):
         comparison.evaluate(((mass, (0.1,)), (force, (0.01 * k,))))
