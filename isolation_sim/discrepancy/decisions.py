@@ -280,6 +280,9 @@ MOST_NOISE = 0.5
 Convention."""
 LEAST_SENSOR_NOISE = 1e-3
 """Smallest sensor noise, as a share of a channel's RMS. Instruments' data sheets."""
+MOST_CURRENT_NOISE = 3e-3
+"""Largest noise of a recorded current, as a share of its range: what is more is its fast changes.
+Instruments' data sheets."""
 MOST_COLOUR = 4.0
 """Largest noise of a sensor in the building's band over that above it, at equal widths of
 frequency. That of noise whose power falls with the frequency over four octaves; slower and stronger

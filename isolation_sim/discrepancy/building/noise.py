@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...structures import IsolatedStructure
-from ..decisions import LEAST_SENSOR_NOISE, MOST_COLOUR
+from ..decisions import LEAST_SENSOR_NOISE, MOST_COLOUR, MOST_CURRENT_NOISE
 from .model import BuildingModel
 from .record import BuildingRecord
 
@@ -86,7 +86,7 @@ class NoiseFloor:
     ground: NDArray
     total: NDArray  # (n_channels,): RMS that both leave in a channel's residual, in its unit
     band: float  # Highest frequency that is compared, Hz
-    # (n_draws, n, n_channels): What the ground's noise does to the simulation, simulated
+    # (n_draws, n, n_channels): What noise of ground and current does to the simulation, simulated
     draws: NDArray
     # (n_draws, n, n_channels): Residuals of noise alone; as far off the weights as the noise's
     # estimate may be
@@ -170,20 +170,25 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
         factors=colour.factors[:, ~displacements][:, :1], corners=colour.corners[~displacements][:1]
     )
     draws = _simulated_noise(model, record, most, of_ground, predicted)
+    by_current = np.zeros_like(draws)
+    if uncertain := _current_noise(record, band):
+        by_current = _simulated_noise(model, record, 0 * most, of_ground, predicted, uncertain)
     at = np.arange(int(band * dt * len(measured))) / (dt * len(measured))
     own_noise = sensors * colour.at(at)
     felt = _felt(draws, own_noise, len(most))
     share = float(_ground_shares(residual[np.newaxis], own_noise, felt)[0])
     # the response to so little noise is linear, so that sums of runs are as good as further runs
     mixing = np.random.default_rng(2).standard_normal((_DRAWS, _DRAWS)) / np.sqrt(_DRAWS)
-    shaken = share * np.einsum("ed,dnc->enc", mixing, draws)
+    shaken, switched = (
+        np.einsum("ed,dnc->enc", mixing, one) for one in (share * draws, by_current)
+    )
     own = np.empty_like(shaken)
     for k in range(len(own)):
         white = np.random.default_rng(k).standard_normal(own[k].shape)
         own[k] = _coloured(white, dt, colour)
         own[k] *= sensors / white_noise(own[k], dt, band, 0.5)
         # from this example the colour would have been estimated differently
-        guess = colour_of(own[k] - shaken[k])
+        guess = colour_of(own[k] - shaken[k] - switched[k])
         likely = colour.corners / np.clip(
             guess.corners / np.maximum(colour.corners, 1e-9), 0.5, 2.0
         )
@@ -192,8 +197,8 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
         )
     # and so would the ground's noise
     guesses = np.maximum(_ground_shares(own - shaken, own_noise, felt), share / 2)
-    examples = own - shaken * (share / guesses)[:, np.newaxis, np.newaxis]
-    ground, draws = share * most, share * draws
+    examples = own - shaken * (share / guesses)[:, np.newaxis, np.newaxis] - switched
+    ground, draws = share * most, share * draws + by_current
     every = sensors * colour.at(np.fft.rfftfreq(len(measured), dt))
     own_rms = np.sqrt(np.mean(every**2, axis=0))
     total = np.hypot(own_rms, np.sqrt(np.mean(draws**2, axis=(0, 1))))
@@ -312,10 +317,23 @@ def _coloured(white: NDArray, dt: float, colour: Colour) -> NDArray:
     return np.fft.irfft(factors * np.fft.rfft(white, axis=0), len(white), axis=0)
 
 
+def _current_noise(record: BuildingRecord, band: float) -> float:
+    """Standard deviation of the noise of a recorded current, A; 0 where changes may hide it."""
+    if record.current is None or record.current_steps:
+        return 0.0
+    size = float(white_noise(record.current[:, np.newaxis], record.dt, band, 0.1)[0])
+    return size if size <= MOST_CURRENT_NOISE * np.ptp(record.current) else 0.0
+
+
 def _simulated_noise(
-    model: BuildingModel, record: BuildingRecord, sizes: NDArray, colour: Colour, predicted: NDArray
+    model: BuildingModel,
+    record: BuildingRecord,
+    sizes: NDArray,
+    colour: Colour,
+    predicted: NDArray,
+    of_current: float = 0.0,
 ) -> NDArray:
-    """Errors of the simulation by noise of the ground's sensors, (n_draws, n, n_channels)."""
+    """Errors of the simulation by noise of its inputs' sensors, (n_draws, n, n_channels)."""
     random = np.random.default_rng(1)
     draws = []
     if not np.isfinite(predicted).all():
@@ -326,7 +344,11 @@ def _simulated_noise(
             noise = size * random.standard_normal((len(record), 1))
             noise = _coloured(noise, record.dt, colour)[:, 0]
             shaken.append(replace(motion, acceleration=motion.acceleration + noise))
-        draws.append(model.predict(record, shaken) - predicted)
+        driven = record
+        if of_current and record.current is not None:
+            noise = of_current * random.standard_normal(len(record))
+            driven = replace(record, current=record.current + noise)
+        draws.append(model.predict(driven, shaken) - predicted)
     return np.nan_to_num(np.array(draws))
 
 
