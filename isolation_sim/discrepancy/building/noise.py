@@ -68,7 +68,8 @@ class Colour(NamedTuple):
         slower = np.exp(np.maximum(known[0] - logs, 0.0))[:, np.newaxis]
         inside = between * np.sqrt((1 + flicker * slower) / (1 + flicker))
         flickering = white * np.sqrt(1 + self.corners / np.exp(logs)[:, np.newaxis])
-        inside = np.where(slower > 1, np.maximum(inside, flickering), inside)
+        seen = (slower > 1) & (self.corners > 0)
+        inside = np.where(seen, np.maximum(inside, flickering), inside)
         inside = np.minimum(inside, MOST_COLOUR)
         return np.where(frequencies[:, np.newaxis] > self.band, 1.0, inside)
 
