@@ -312,9 +312,8 @@ PROPOSED_GAIN = 0.1
 is elsewhere, or in the numbers of the effects that are already there. Effort."""
 FOLLOWS, BEGUN_WELL = 0.1, 0.4
 """Shares of the best cause's gain: that which one must promise to first order to be fitted, and
-that which it must bring in one step to be fitted further. Effort: of 20 rounds of 12 records, the
-cause that was best at the end promised 0.5 or more and brought 0.8 or more.
-"""
+that which it must bring in one step to be fitted further. Effort: of ten records, the cause that
+was best at the end of a round promised 0.5 or more and brought 0.8 or more."""
 FORMS_TRIED = 6
 """Forms of one cause among those that are fitted. Effort."""
 SCREENING_STEPS, REFINED = 4, 4
