@@ -283,6 +283,9 @@ MOST_NOISE = 0.5
 Convention."""
 LEAST_SENSOR_NOISE = 1e-3
 """Smallest sensor noise, as a share of a channel's RMS. Instruments' data sheets."""
+MOST_CURRENT_NOISE = 3e-3
+"""Largest noise of a recorded current, as a share of its range: what is more is its fast changes.
+Instruments' data sheets."""
 MOST_COLOUR = 4.0
 """Largest noise of a sensor in the building's band over that above it, at equal widths of
 frequency. That of noise whose power falls with the frequency over four octaves; slower and stronger
@@ -310,6 +313,10 @@ take up to 1000 times as long. Effort."""
 PROPOSED_GAIN = 0.1
 """Share of the layer's misfit above noise that a form must remove to be tried: else what is wrong
 is elsewhere, or in the numbers of the effects that are already there. Effort."""
+FOLLOWS, BEGUN_WELL = 0.1, 0.4
+"""Shares of the best cause's gain: that which one must promise to first order to be fitted, and
+that which it must bring in one step to be fitted further. Effort: of ten records, the cause that
+was best at the end of a round promised 0.5 or more and brought 0.8 or more."""
 FORMS_TRIED = 6
 """Forms of one cause among those that are fitted. Effort."""
 SCREENING_STEPS, REFINED = 4, 4

@@ -46,6 +46,7 @@ from ..building.segment import Segment, band_edges, cell_means
 from ..building.switching import switching_error
 from ..decisions import (
     DEPENDENCE_LEVEL,
+    INSTEAD,
     LEAST_BUILDING_SHARE,
     MISFIT_LEVEL,
     SWITCHING,
@@ -80,10 +81,13 @@ class BuildingRecords(Problem[FittedBuilding]):
         self.progress("estimating the noise")
         self.first = compare_building(self._model, self.records).with_best_current()
         self.engineers = self.first.evaluate(())
-        # beside something that is wrong, the better assumption between samples is no evidence
+        # beside something that is wrong, a slightly better assumption is no evidence
         other, _ = self.first.with_best_sampling()
         nominal = other.evaluate(())
-        if is_quiet(other, nominal):
+        # by the noise as it is seen with the better one: the other counts its error as noise
+        under_it = replace(other, model=self.first.model, _cache={})
+        left, left_by_first = other.excess(nominal), under_it.excess(under_it.evaluate(()))
+        if is_quiet(other, nominal) or left < INSTEAD**2 * left_by_first:
             self.first, self.engineers = other, nominal
         return self.engineers
 

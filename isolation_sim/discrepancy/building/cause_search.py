@@ -19,9 +19,11 @@ from numpy.typing import NDArray
 
 from ...identification.least_squares import orthonormal
 from ..decisions import (
+    BEGUN_WELL,
     BUILDING_EXPLAINED,
     COMPLETES,
     FALSE_ALARM,
+    FOLLOWS,
     FORMS_TRIED,
     INSTEAD,
     LATE_SIMULATED,
@@ -52,7 +54,7 @@ from .candidate import Candidate, Values
 from .comparison import BuildingComparison, CauseValues, FittedBuilding, squared, with_causes
 from .errors import excess_error, largest_excess, mean_error, relative_errors, relative_noise
 from .goodness_of_fit import adequacy, is_quiet, noise_chance, p_value
-from .isolator_causes import CURRENT_CAUSES, current_causes, layer_causes
+from .isolator_causes import CURRENT_CAUSES, LAYER_NUMBERS, current_causes, layer_causes
 from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 from .layer_effects import helpful_effects, proposed_effects
 from .localisation import is_elsewhere, unknown_force
@@ -83,6 +85,8 @@ class CauseSearch:
         to_beat: float = np.inf,  # Excess error of other causes, of which these must leave a part
     ):
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
+        # what each cause changes alone is simulated once, whatever is assumed later
+        self._alone = comparison
         self.before = comparison.evaluate(())
         self.rivals: dict[str, list[FittedBuilding]] = {}
         # chance of each model tried, by the noise of its round: its residuals' number may differ
@@ -193,11 +197,24 @@ class CauseSearch:
         def fit(cause: Candidate, start: Values, steps: int) -> FittedBuilding:
             return self.comparison.fit(current.cause_values, ((cause, start),), steps)
 
-        one_step = _rank([fit(cause, starts[0], 1) for cause, starts in screened])
-        all_starts = dict(screened)
+        one_step, best = [], 0.0
+        # the error of a sensor is fitted without a simulation
+        for gain, cause, starts in sorted(
+            screened, key=lambda one: (not one[1].of_sensor, -one[0])
+        ):
+            if cause.of_sensor or gain >= FOLLOWS * best:
+                one_step.append(fit(cause, starts[0], 1))
+                best = max(best, current.cost - one_step[-1].cost)
+        one_step = _rank(one_step)
+        all_starts = {cause: starts for _, cause, starts in screened}
         rough = []
         for one in one_step[:MOST_REFINED]:
             cause, values = one.cause_values[-1]
+            # one step says little of what is far from linear, and does not tell forms of one cause
+            other = not cause.late and cause.key != one_step[0].cause_values[-1][0].key
+            if other and current.cost - one.cost < BEGUN_WELL * best:
+                rough.append(one)
+                continue
             fits = [fit(cause, start, SCREENING_STEPS) for start in all_starts[cause][1:]]
             fits.append(fit(cause, values, SCREENING_STEPS - 1))
             rough.append(min(fits, key=lambda outcome: outcome.cost))
@@ -217,27 +234,25 @@ class CauseSearch:
 
     def _screened(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
-    ) -> list[tuple[Candidate, Sequence[Values]]]:
-        """Causes that follow the residual best to first order, each with its best starts."""
-        screened = []
+    ) -> list[tuple[float, Candidate, Sequence[Values]]]:
+        """Causes that follow the residual best to first order, each with gain and best starts."""
+        screened: list[tuple[float, Candidate, Sequence[Values]]] = []
         freed = _freed(current)
         for cause in choices:
             if cause.label in current.causes:
                 continue
             trials = [
-                self.comparison.fitted_residuals((*current.cause_values, (cause, start)))
-                for start in cause.starts
+                self.comparison.beside(current, cause, start, self._alone) for start in cause.starts
             ]
             order = np.argsort([squared(trial) for trial in trials], kind="stable")
             left = min(_left_along(current.fitted, trial, freed) for trial in trials)
-            screened.append((left, cause, [cause.starts[k] for k in order[:STARTS_FITTED]]))
+            gain = current.cost - left
+            screened.append((gain, cause, [cause.starts[k] for k in order[:STARTS_FITTED]]))
         of_sensors = [one for one in screened if one[1].of_sensor]
         simulated = sorted(
-            (one for one in screened if not one[1].of_sensor), key=lambda one: one[0]
+            (one for one in screened if not one[1].of_sensor), key=lambda one: -one[0]
         )
-        simulated = _few_of_each(simulated, lambda one: one[1].key)[:most]
-        # the error of a sensor is fitted without a simulation
-        return [(cause, starts) for _, cause, starts in of_sensors + simulated]
+        return of_sensors + _few_of_each(simulated, lambda one: one[1].key)[:most]
 
     def choose(
         self, current: FittedBuilding, tried: Sequence[FittedBuilding]
@@ -332,7 +347,7 @@ class CauseSearch:
         """Replace each cause by a better variant; name none if together they remove too little."""
         if not excess_error(self.comparison, best) < self._to_beat:
             return self.before
-        best = self._exchange_for_simpler(best)
+        best = self._exchange_for_one(self._exchange_for_simpler(best))
         if self._is_calibration(best, self.before):
             return self.before
         best = self._with_best_sampling(self._exchange_variants(best))
@@ -530,13 +545,32 @@ class CauseSearch:
                 and not (cause.of_sensor or cause.late)
             ]  # fmt: skip
             without = self.comparison.fit((), (*before, *after))
-            for other, starts in self._screened(without, fewer, RIVALS_TRIED):
+            for _, other, starts in self._screened(without, fewer, RIVALS_TRIED):
                 trial = self._fit_instead((*before, (other, starts[0]), *after), current)
                 still = current.cause_values[k][0] is many
                 alike = still and self._is_calibration(current, trial)
                 if _is_nearer(trial, current) or self._is_enough(trial, current) or alike:
                     current = trial
                     self.rivals.setdefault(other.label, [])
+        return current
+
+    def _exchange_for_one(self, current: FittedBuilding) -> FittedBuilding:
+        """Put one effect of the isolators in the place of several causes, if it is far nearer."""
+        # a force, a stiffness or a damping of another size mends the form of an effect
+        several = [one for one in current.cause_values if _is_of_layer(one[0])]
+        if len(several) < 2 or not any(cause.name in LAYER_NUMBERS for cause, _ in several):
+            return current
+        rest = tuple(one for one in current.cause_values if one not in several)
+        rest = self.comparison.fit((), rest).cause_values
+        for nearest, *simpler in proposed_effects(self.comparison, rest):
+            if nearest.key == self._barred:
+                continue
+            trial = self._fit_instead((*rest, (nearest, nearest.starts[0])), current)
+            no_worse = trial.held_out_cost <= current.held_out_cost
+            if no_worse and _is_nearer(trial, current, STRONG_EVIDENCE):
+                current = trial
+                self._simpler[nearest.key] = simpler
+                self.rivals.setdefault(nearest.label, [])
         return current
 
     def _is_enough(self, trial: FittedBuilding, current: FittedBuilding) -> bool:
@@ -752,6 +786,11 @@ def _near_the_best(
     """Those of some fits that may come near to the best of others."""
     least = WORTH_REFITTING * (current.cost - best[0].cost) if best else 0.0
     return [one for one in rough if current.cost - one.cost >= least]
+
+
+def _is_of_layer(cause: Candidate) -> bool:
+    """Whether a cause changes the force of the isolators along their motion."""
+    return cause.name in (*LAYER_NUMBERS, *ISOLATOR_EFFECTS, *LAYER_CAUSES)
 
 
 def _is_last(outcome: FittedBuilding) -> bool:

@@ -157,7 +157,7 @@ class BuildingComparison:
         moved = tuple((c, v) for c, v in result if not c.of_sensor)
         key = (record.name, end, *moved)
         if key not in self._cache:
-            if len(self._cache) * record.values.nbytes > _CACHED_BYTES:
+            if sum(run.nbytes for run in self._cache.values()) > _CACHED_BYTES:
                 self._forget()
             self._cache[key] = _simulated(with_causes(self.model, moved), record, end)
         sensors = with_causes(self.model, ((c, v) for c, v in result if c.of_sensor))
@@ -291,6 +291,23 @@ class BuildingComparison:
         """Weigh the residuals of the fitted segments alone, with given causes in the model."""
         return self._weighted_residuals(result, self.fitted)
 
+    def beside(
+        self, current: FittedBuilding, cause: Candidate, values: Values, alone: BuildingComparison
+    ) -> tuple[NDArray, ...]:
+        """Weigh the fitted residuals with one cause more, to first order where it is simulated.
+
+        ``alone`` is a comparison that has simulated what each cause changes alone.
+        """
+        result = current.cause_values
+        if cause.of_sensor or not result:
+            return self.fitted_residuals((*result, (cause, values)))
+        trial = []
+        for segment, before in zip(self.fitted, current.fitted, strict=True):
+            record, end = segment.record, segment.samples.indices(len(segment.record))[1]
+            changed = alone.residual(((cause, values),), record, end)
+            trial.append(before + segment.whiten(changed - alone.residual((), record, end)))
+        return tuple(trial)
+
     @cached_property
     def fitted_noise(self) -> NDArray:
         """Weighted residuals of noise alone where it is fitted, (n_examples, n)."""
@@ -301,6 +318,11 @@ class BuildingComparison:
         """Weigh the residuals of all segments, with given causes in the model."""
         held_out = partial(self._weighted_residuals, result, self.held_out)
         return FittedBuilding(result, self.fitted_residuals(result), held_out, optimum)
+
+    def excess(self, outcome: FittedBuilding) -> float:
+        """Sum of squared weighted residuals of all data, less that of noise alone."""
+        noise = sum(segment.noise_cost for segment in self.fitted + self.held_out)
+        return outcome.cost + outcome.held_out_cost - noise
 
     def fit(self, fixed: CauseValues, free: CauseValues, most: int = _MOST_STEPS) -> FittedBuilding:
         """Fit the numbers of the free causes, from the values given with them."""

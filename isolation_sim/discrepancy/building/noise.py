@@ -12,14 +12,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...structures import IsolatedStructure
-from ..decisions import LEAST_SENSOR_NOISE, MOST_COLOUR
+from ..decisions import LEAST_SENSOR_NOISE, MOST_COLOUR, MOST_CURRENT_NOISE
 from .model import BuildingModel
 from .record import BuildingRecord
 
@@ -31,8 +31,12 @@ _SPAN = 4.0
 from others."""
 _FEWEST = 8
 """Windows without which a record has no quiet parts."""
-_SLOWEST = 0.05
+_SLOWEST = 0.02
 """Hz: down to which slower noise is extrapolated."""
+_FEWEST_SLOW = 4
+"""Slow frequencies of a record without which nothing is known of slow noise."""
+_RIGID = 0.25
+"""Hz: below which all floors of an isolated building move alike."""
 _INDEPENDENT = 0.5
 """Independent ones among the Fourier coefficients of Hann windows that overlap by half. Theory."""
 
@@ -43,6 +47,14 @@ class Colour(NamedTuple):
     frequencies: NDArray  # (n_octaves,), Hz, increasing: Centres of octaves
     factors: NDArray  # (n_octaves, n_channels): Standard deviation over that of white noise
     band: float  # Highest frequency in the band, Hz
+    # (n_channels,): Frequency below which flicker noise exceeds white noise, Hz; 0 where not seen
+    corners: NDArray
+
+    @property
+    def plateau(self) -> NDArray:
+        """Factors of the white part of the noise, (n_channels,)."""
+        factors = self.factors[1:] if len(self.factors) > 1 else self.factors
+        return np.median(factors, axis=0) if len(factors) else np.ones(factors.shape[1])
 
     def at(self, frequencies: NDArray) -> NDArray:
         """Factors at other frequencies, (n_frequencies, n_channels)."""
@@ -51,10 +63,13 @@ class Colour(NamedTuple):
         logs, known = np.log(np.maximum(frequencies, _SLOWEST)), np.log(self.frequencies)
         between = np.transpose([np.interp(logs, known, one) for one in self.factors.T])
         # slower noise flickers: its power beside that of white noise goes with one over frequency
-        white = np.median(self.factors[1:] if len(known) > 1 else self.factors, axis=0)
+        white = self.plateau
         flicker = np.maximum((self.factors[0] / white) ** 2 - 1, 0.0)
         slower = np.exp(np.maximum(known[0] - logs, 0.0))[:, np.newaxis]
         inside = between * np.sqrt((1 + flicker * slower) / (1 + flicker))
+        flickering = white * np.sqrt(1 + self.corners / np.exp(logs)[:, np.newaxis])
+        seen = (slower > 1) & (self.corners > 0)
+        inside = np.where(seen, np.maximum(inside, flickering), inside)
         inside = np.minimum(inside, MOST_COLOUR)
         return np.where(frequencies[:, np.newaxis] > self.band, 1.0, inside)
 
@@ -72,7 +87,7 @@ class NoiseFloor:
     ground: NDArray
     total: NDArray  # (n_channels,): RMS that both leave in a channel's residual, in its unit
     band: float  # Highest frequency that is compared, Hz
-    # (n_draws, n, n_channels): What the ground's noise does to the simulation, simulated
+    # (n_draws, n, n_channels): What noise of ground and current does to the simulation, simulated
     draws: NDArray
     # (n_draws, n, n_channels): Residuals of noise alone; as far off the weights as the noise's
     # estimate may be
@@ -138,46 +153,65 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     displacements = np.array([one.is_displacement for one in record.sensors])
     quiet = _quiet_windows((predicted if is_finite else measured) / sensors, dt, band)
 
+    together = [
+        [k for k, one in enumerate(record.sensors) if one.axis == axis and not one.is_displacement]
+        for axis in record.axes
+    ]
+
     def colour_of(noise: NDArray) -> Colour:
-        return _colour(noise / sensors, dt, band, quiet, displacements)
+        colour = _colour(noise / sensors, dt, band, quiet, displacements)
+        corner = _flicker_corner(noise, sensors * colour.plateau, dt, together)
+        return colour._replace(corners=np.where(displacements, 0.0, corner))
 
     colour = colour_of(residual)
     shaking = np.column_stack([motion.acceleration for motion in record.ground])
     most = white_noise(shaking, dt, band, 0.1)
     # accelerometers of the ground are as those of the building
-    of_ground = colour._replace(factors=colour.factors[:, ~displacements][:, :1])
+    of_ground = colour._replace(
+        factors=colour.factors[:, ~displacements][:, :1], corners=colour.corners[~displacements][:1]
+    )
     draws = _simulated_noise(model, record, most, of_ground, predicted)
+    by_current = np.zeros_like(draws)
+    if uncertain := _current_noise(record, band):
+        by_current = _simulated_noise(model, record, 0 * most, of_ground, predicted, uncertain)
     at = np.arange(int(band * dt * len(measured))) / (dt * len(measured))
     own_noise = sensors * colour.at(at)
     felt = _felt(draws, own_noise, len(most))
     share = float(_ground_shares(residual[np.newaxis], own_noise, felt)[0])
     # the response to so little noise is linear, so that sums of runs are as good as further runs
     mixing = np.random.default_rng(2).standard_normal((_DRAWS, _DRAWS)) / np.sqrt(_DRAWS)
-    shaken = share * np.einsum("ed,dnc->enc", mixing, draws)
+    shaken, switched = (
+        np.einsum("ed,dnc->enc", mixing, one) for one in (share * draws, by_current)
+    )
     own = np.empty_like(shaken)
     for k in range(len(own)):
         white = np.random.default_rng(k).standard_normal(own[k].shape)
         own[k] = _coloured(white, dt, colour)
         own[k] *= sensors / white_noise(own[k], dt, band, 0.5)
         # from this example the colour would have been estimated differently
-        guess = colour_of(own[k] - shaken[k])
-        own[k] = _coloured(own[k], dt, colour._replace(factors=colour.factors / guess.factors))
+        guess = colour_of(own[k] - shaken[k] - switched[k])
+        likely = colour.corners / np.clip(
+            guess.corners / np.maximum(colour.corners, 1e-9), 0.5, 2.0
+        )
+        own[k] = _coloured(
+            own[k], dt, colour._replace(factors=colour.factors / guess.factors, corners=likely)
+        )
     # and so would the ground's noise
     guesses = np.maximum(_ground_shares(own - shaken, own_noise, felt), share / 2)
-    examples = own - shaken * (share / guesses)[:, np.newaxis, np.newaxis]
-    ground, draws = share * most, share * draws
+    examples = own - shaken * (share / guesses)[:, np.newaxis, np.newaxis] - switched
+    ground, draws = share * most, share * draws + by_current
     every = sensors * colour.at(np.fft.rfftfreq(len(measured), dt))
     own_rms = np.sqrt(np.mean(every**2, axis=0))
     total = np.hypot(own_rms, np.sqrt(np.mean(draws**2, axis=(0, 1))))
     return NoiseFloor(sensors, colour, own_rms, ground, total, band, draws, examples)
 
 
-def _windows(values: NDArray, dt: float) -> NDArray:
+def _windows(values: NDArray, dt: float, n: int | None = None) -> NDArray:
     """Fourier coefficients of windows in time, (n_windows, n_frequencies, n_channels).
 
-    Those of white noise of unit variance have unit mean square.
+    Those of white noise of unit variance have unit mean square. ``n`` are the samples of a window.
     """
-    n = _per_window(len(values), dt)
+    n = _per_window(len(values), dt) if n is None else n
     shape = np.hanning(n + 1)[:n, np.newaxis]
     parts = np.array([values[a : a + n] for a in range(0, len(values) - n + 1, max(n // 2, 1))])
     # neither an offset nor a drift is noise
@@ -239,7 +273,43 @@ def _colour(
                 sizes[kind] = np.sqrt(np.median(alone[kind]) / chance)
         centres.append(np.sqrt(one.start * one.stop) / (dt * _per_window(len(residual), dt)))
         factors.append(np.clip(sizes, 1.0, MOST_COLOUR))
-    return Colour(np.array(centres[::-1]), np.array(factors[::-1]).reshape(-1, n_channels), band)
+    return Colour(
+        np.array(centres[::-1]), np.array(factors[::-1]).reshape(-1, n_channels), band,
+        np.zeros(n_channels),
+    )  # fmt: skip
+
+
+def _flicker_corner(
+    residual: NDArray, white: NDArray, dt: float, together: Sequence[Sequence[int]]
+) -> float:
+    """Frequency below which accelerometers flicker, Hz, from what those that move alike differ by.
+
+    ``white`` is their white noise. Of the pairs those count that one faulty sensor is not in.
+    """
+    shown = _windows(residual, dt, len(residual))[0]
+    at = np.arange(len(shown)) / (dt * len(residual))
+    slow = (at >= 2 / (dt * len(residual))) & (at <= _RIGID)
+    corners = []
+    for group in together:
+        n = len(group)
+        if n < 3 or slow.sum() < _FEWEST_SLOW:
+            continue
+        each = []
+        for i, j in combinations(group, 2):
+            power = np.abs(shown[slow, i] - shown[slow, j]) ** 2 / (white[i] ** 2 + white[j] ** 2)
+            each.append(_corner(power, at[slow]))
+        corners.append(np.quantile(each, (n - 2) / (2 * n)))
+    return float(np.median(corners)) if corners else 0.0
+
+
+def _corner(power: NDArray, frequencies: NDArray) -> float:
+    """Corner with which powers over those of white noise are those of flicker and white noise."""
+    low, high = 0.0, MOST_COLOUR**2 * _RIGID
+    for _ in range(20):
+        middle = (low + high) / 2
+        above = np.mean(power / (1 + middle / frequencies)) > 1
+        low, high = (middle, high) if above else (low, middle)
+    return low
 
 
 def _coloured(white: NDArray, dt: float, colour: Colour) -> NDArray:
@@ -248,10 +318,23 @@ def _coloured(white: NDArray, dt: float, colour: Colour) -> NDArray:
     return np.fft.irfft(factors * np.fft.rfft(white, axis=0), len(white), axis=0)
 
 
+def _current_noise(record: BuildingRecord, band: float) -> float:
+    """Standard deviation of the noise of a recorded current, A; 0 where changes may hide it."""
+    if record.current is None or record.current_steps:
+        return 0.0
+    size = float(white_noise(record.current[:, np.newaxis], record.dt, band, 0.1)[0])
+    return size if size <= MOST_CURRENT_NOISE * np.ptp(record.current) else 0.0
+
+
 def _simulated_noise(
-    model: BuildingModel, record: BuildingRecord, sizes: NDArray, colour: Colour, predicted: NDArray
+    model: BuildingModel,
+    record: BuildingRecord,
+    sizes: NDArray,
+    colour: Colour,
+    predicted: NDArray,
+    of_current: float = 0.0,
 ) -> NDArray:
-    """Errors of the simulation by noise of the ground's sensors, (n_draws, n, n_channels)."""
+    """Errors of the simulation by noise of its inputs' sensors, (n_draws, n, n_channels)."""
     random = np.random.default_rng(1)
     draws = []
     if not np.isfinite(predicted).all():
@@ -262,7 +345,11 @@ def _simulated_noise(
             noise = size * random.standard_normal((len(record), 1))
             noise = _coloured(noise, record.dt, colour)[:, 0]
             shaken.append(replace(motion, acceleration=motion.acceleration + noise))
-        draws.append(model.predict(record, shaken) - predicted)
+        driven = record
+        if of_current and record.current is not None:
+            noise = of_current * random.standard_normal(len(record))
+            driven = replace(record, current=record.current + noise)
+        draws.append(model.predict(driven, shaken) - predicted)
     return np.nan_to_num(np.array(draws))
 
 

@@ -13,7 +13,9 @@ import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.building.comparison import compare_building
+from isolation_sim.discrepancy.building.goodness_of_fit import is_quiet
 from isolation_sim.discrepancy.building.model import RecordedCurrent, building_model
+from isolation_sim.discrepancy.building.noise import _current_noise, highest_frequency
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.building.switching import switching_error
 from isolation_sim.discrepancy.diagnose import diagnose_building
@@ -22,6 +24,36 @@ MASSES, STIFFNESS, DAMPING = (2.0e5, 1.5e5), 6.0e7, 3.0e5
 RUBBER, RUBBER_DAMPING, PER_AMPERE = 3.0e6, 1.5e5, 2.0e6
 DT, FINE = 0.01, 10
 N = 2000
+
+
+def _smooth(isolated, error, noise=2e-3):
+    """A record whose slow current was measured with an error, in A."""
+    rng = np.random.default_rng(3)
+    sos = butter(4, [0.3, 6.0], btype="band", fs=1 / DT, output="sos")
+    t = np.arange(N) * DT
+    shaking = sosfiltfilt(sos, rng.standard_normal(N)) * np.minimum(t / 2, 1) * np.exp(-t / 8)
+    ground = Record(3.0 * shaking / np.abs(shaking).max(), DT, "quake")
+    names = ("base_acceleration_m_s2", "floor1_acceleration_m_s2", "isolator_displacement_m")
+    current = 1.5 + 1.5 * np.sin(t)
+    blank = BuildingRecord("quake", (ground,), {c: np.arange(N) % 3 - 1.0 for c in names}, current)
+    values = building_model(isolated, [blank]).predict(blank)
+    values += noise * values.std(axis=0) * rng.standard_normal(values.shape)
+    shown = current + error * rng.standard_normal(N)
+    return replace(blank, response=dict(zip(names, values.T, strict=True)), current=shown)
+
+
+@pytest.mark.parametrize("error", [0.0, 8e-3])
+def test_noise_of_the_current_is_noise(isolated, error):
+    record = _smooth(isolated, error)
+    comparison = compare_building(building_model(isolated, [record]), [record])
+    assert is_quiet(comparison, comparison.evaluate(()))
+
+
+@pytest.mark.parametrize("period", [2, 20])
+def test_changes_of_a_controller_are_no_noise_of_the_current(isolated, period):
+    record = _held(period, "before")
+    band = highest_frequency(isolated, record.dt)
+    assert _current_noise(record, band) < 1e-3 * np.ptp(record.current)
 
 
 @pytest.fixture(scope="module")

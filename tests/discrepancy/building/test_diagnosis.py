@@ -30,6 +30,7 @@ from isolation_sim.discrepancy.building.cause_search import (
 from isolation_sim.discrepancy.building.comparison import (
     FittedBuilding,
     compare_building,
+    squared,
     with_causes,
 )
 from isolation_sim.discrepancy.building.errors import excess_error, largest_excess
@@ -172,6 +173,7 @@ def _with_colour(shape):
     "shape",
     [
         lambda f: np.maximum(f, 0.02) ** -0.25,  # grows as the frequency falls
+        lambda f: np.sqrt(np.maximum(1.0, 0.2 / np.maximum(f, 0.02))),  # flickers below 0.2 Hz
         lambda f: 1 / np.sqrt(1 + (f / 20.0) ** 8),  # has passed the filter of a logger
     ],
 )
@@ -190,8 +192,23 @@ def test_noise_of_any_colour_is_noise(isolated, shape):
         np.sqrt(np.mean(floor.sensor_noise(np.fft.rfftfreq(len(record), dt)) ** 2, axis=0)),
         NOISE * np.sqrt(np.mean(quiet.values**2, axis=0)), rtol=0.3,
     )  # fmt: skip
+    shown = floor.sensor_noise(np.array([0.05, 0.5]))[:, :-1]
+    expected = float(shape(0.05) / shape(0.5))
+    np.testing.assert_allclose(shown[0] / shown[1], expected, rtol=0.4)
     comparison = compare_building(model, [record])
     assert is_quiet(comparison, comparison.evaluate(()))
+
+
+@pytest.mark.parametrize(("smooth", "faulty"), [(True, 0.004), (False, 0.0), (False, 0.1)])
+def test_the_ground_is_smooth_between_samples_where_that_explains_most(isolated, smooth, faulty):
+    def change(model):
+        return replace(_weaker(2, faulty)(model), band_limited=smooth)
+
+    record = _record(isolated, change, noise=1e-3)
+    problem = BuildingRecords([record], isolated, 1, lambda text: None)
+    problem.nominal()
+    assert problem.first.model.band_limited == smooth
+    assert is_quiet(problem.first, problem.engineers) == (faulty == 0.0)
 
 
 def test_nothing_is_said_where_nothing_is_wrong(isolated):
@@ -543,6 +560,42 @@ def test_a_second_cause_is_screened_with_the_numbers_of_the_first_free(isolated)
     assert free < 0.5 < 0.8 < fixed
 
 
+def test_a_second_cause_is_screened_by_what_it_changes_alone(isolated, monkeypatch):
+    """It is not simulated again beside each first one."""
+    record = _record(isolated, _heavier(0.1))
+    model = building_model(isolated, [record])
+    listed = {c.label: c for c in candidates(model, [record])}
+    mass, force = listed["base_mass_error"], listed["isolator_force_error"]
+    comparison = compare_building(model, [record])
+    current = comparison.fit((), ((mass, (0.05,)),))
+    exact = comparison.fitted_residuals((*current.cause_values, (force, (0.01,))))
+    alone = compare_building(model, [record])
+    alone.fitted_residuals(((force, (0.01,)),)), alone.fitted_residuals(())
+    monkeypatch.setattr(comparison_module, "_simulated", None)
+    screened = comparison.beside(current, force, (0.01,), alone)
+    change, right = (
+        squared([a - b for a, b in zip(one, current.fitted, strict=True)])
+        for one in (screened, exact)
+    )
+    assert change == pytest.approx(right, rel=0.1)
+
+
+@pytest.mark.parametrize(("promised", "begun"), [(0.5, 2), (0.05, 1)])
+def test_what_promises_next_to_nothing_beside_the_best_is_not_fitted(
+    isolated, monkeypatch, promised, begun
+):
+    comparison, listed = _compared(isolated, _record(isolated, _heavier(0.1)))
+    space = CauseSearch(comparison)
+    two = [listed[name] for name in ("base_mass_error", "isolator_force_error")]
+    gains = [1.0, promised * space.before.cost]
+    screened = [(gain, cause, cause.starts[:1]) for gain, cause in zip(gains, two, strict=True)]
+    # the first is tried whatever it promises, and brings nearly all
+    screened[0] = (2 * space.before.cost, *screened[0][1:])
+    monkeypatch.setattr(space, "_screened", lambda *_: screened)
+    fits = space._fits(space.before, two, 16)
+    assert [one.causes[0] for one in fits] == ["base_mass_error", "isolator_force_error"][:begun]
+
+
 def test_a_relative_error_is_tried_with_either_sign(isolated):
     """A first step from the wrong side may lead away in sliding or lightly damped motion."""
     record = _record(isolated)
@@ -851,7 +904,8 @@ def test_simulations_of_one_cause_are_kept(isolated, monkeypatch):
     record = _record(isolated)
     comparison, listed = _compared(isolated, record)
     mass, force = (listed[name] for name in ("base_mass_error", "isolator_force_error"))
-    monkeypatch.setattr(comparison_module, "_CACHED_BYTES", 6 * record.values.nbytes)
+    fitted = record.values[comparison.fitted[0].samples]
+    monkeypatch.setattr(comparison_module, "_CACHED_BYTES", 6 * fitted.nbytes)
     comparison.evaluate(((mass, (0.1,)),))
     for k in range(8):
         comparison.evaluate(((mass, (0.1,)), (force, (0.01 * k,))))
