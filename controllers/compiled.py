@@ -50,8 +50,7 @@ from isolation_sim.compilation.options import KernelCompiler, LinkedCompiler
 
 OPTIONS = dict(error_model="numpy", {options}no_cpython_wrapper=True, no_cfunc_wrapper=True)
 plain = njit(pipeline_class=LinkedCompiler, **OPTIONS)
-with_disk_cache = njit(cache=True, pipeline_class=LinkedCompiler, **OPTIONS)
-with_address = njit(cache=True, pipeline_class=KernelCompiler, **OPTIONS)
+with_disk_cache = njit(cache=True, pipeline_class=KernelCompiler, **OPTIONS)
 doubles = types.CPointer(types.float64)'''
 
 _ENTRY = """@cfunc(
@@ -245,8 +244,9 @@ def _device_function(model: Model, laws: tuple[Law, ...], method: str) -> tuple[
 def _device_module(model: Model, laws: tuple[Law, ...], method: str) -> ModuleType:
     """Module with a function of the devices."""
     text = _module_text(_device_parts(model, laws, {method}))
-    text = text.replace(f"@plain\ndef {method}(", f"@with_address\ndef {method}(")
-    return load_text("devices", text)
+    return load_text(
+        "devices", text.replace(f"@plain\ndef {method}(", f"@with_disk_cache\ndef {method}(")
+    )
 
 
 def _text(

@@ -11,7 +11,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from llvmlite.binding import parse_assembly
 from numba import njit
 from numba.core import codegen
 from numba.core.compiler import Compiler, DefaultPassBuilder
@@ -23,11 +22,11 @@ from ..generated import COMPILED
 
 # Numba optimises every function, and makes machine code of it, before it links the function into
 # its callers, where it is optimised once more. Functions that only compiled code calls are only
-# linked, also those on disk, which saves a quarter of the compilation. Where Numba's classes have
-# other methods, functions are compiled as usual.
+# linked, which saves a quarter of the compilation. Where Numba's classes have other methods,
+# functions are compiled as usual.
 _REPLACED = (
     "_optimize_final_module", "_finalize_final_module", "_ensure_finalized", "codegen",
-    "get_pointer_to_function", "serialize_using_object_code", "_get_module_for_linking",
+    "get_pointer_to_function",
 )  # fmt: skip
 _KNOWN = all(hasattr(codegen.JITCodeLibrary, name) for name in _REPLACED)
 
@@ -86,12 +85,6 @@ class _Library(codegen.JITCodeLibrary):
 
     def set_env(self, name: str, environment: Any) -> None:
         """Nothing: the environment belongs to machine code."""
-
-    def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-        """State on disk: machine code of nothing, and what is linked into callers."""
-        nothing = parse_assembly(str(self._codegen._create_empty_module(self.name)))
-        machine_code = self._codegen._tm.emit_object(nothing)
-        return self.name, "object", (machine_code, self._get_module_for_linking().as_bitcode())
 
 
 @register_pass(mutates_CFG=False, analysis_only=False)

@@ -53,17 +53,6 @@ def test_a_linked_function_gives_the_same_bits_without_machine_code():
     assert library.get_pointer_to_function(name) == 0
 
 
-def test_a_linked_function_is_kept_on_disk_without_machine_code():
-    options = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    _, machine_code = compiled(njit(**options)(polynomial))
-    _, library = compiled(njit(pipeline_class=LinkedCompiler, **options)(polynomial))
-    kept = library.serialize_using_object_code()
-    assert len(kept[2][0]) < len(machine_code.serialize_using_object_code()[2][0])
-    again = machine_code.codegen.unserialize_library(kept)
-    linked = again._get_module_for_linking()
-    assert any("polynomial" in f.name and not f.is_declaration for f in linked.functions)
-
-
 def test_a_function_is_called_through_its_address():
     signature = "float64(float64, int64)"
     call = make_call(signature)
