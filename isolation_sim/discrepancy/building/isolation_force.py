@@ -52,7 +52,7 @@ class LayerRuns(MeasuredRuns):
         """RMS force (N), peak displacement (m), a time (s) and the highest current (A), or 1."""
         return (self.rms_force, *super().sizes[1:])
 
-    def record(self, force: NDArray) -> NDArray:
+    def record_changes(self, force: NDArray) -> NDArray:
         """Forces, (n_samples, ...), weighted so that noise has unit variance in the band."""
         if not len(force):
             return force
