@@ -86,7 +86,8 @@ class BuildingRecords(Problem[FittedBuilding]):
         nominal = other.evaluate(())
         # by the noise as it is seen with the better one: the other counts its error as noise
         under_it = replace(other, model=self.first.model, _cache={})
-        left, left_by_first = other.excess(nominal), under_it.excess(under_it.evaluate(()))
+        left = sum(other.above_noise(nominal))
+        left_by_first = sum(under_it.above_noise(under_it.evaluate(())))
         if is_quiet(other, nominal) or left < INSTEAD**2 * left_by_first:
             self.first, self.engineers = other, nominal
         return self.engineers

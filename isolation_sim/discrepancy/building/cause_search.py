@@ -175,7 +175,7 @@ class CauseSearch:
         if left_by_last < INSTEAD * left:
             return True
         # weighted, the channels that show it count more than in the mean
-        squares = zip(self._above_noise(last), self._above_noise(best), strict=True)
+        squares = zip(*map(self.comparison.above_noise, (last, best)), strict=True)
         if not self.is_explained(best) and all(
             max(by_last, 0.0) <= INSTEAD**2 * max(others, 0.0) for by_last, others in squares
         ):
@@ -396,10 +396,10 @@ class CauseSearch:
         if not (stands_out and one.criterion(n) < current.criterion(n)):
             return False
         gain, gain_held_out = current.cost - one.cost, current.held_out_cost - one.held_out_cost
-        left, left_held_out = self._above_noise(current)
+        left, left_held_out = self.comparison.above_noise(current)
         completes = min(gain - COMPLETES * left, gain_held_out - COMPLETES * left_held_out) > 0
         # what grows shows little of itself in the fitted data
-        misfit, misfit_held_out = self._above_noise(self.before)
+        misfit, misfit_held_out = self.comparison.above_noise(self.before)
         share = max(
             gain - LEAST_BUILDING_SHARE * misfit,
             gain_held_out - LEAST_BUILDING_SHARE * misfit_held_out,
@@ -414,14 +414,6 @@ class CauseSearch:
                 )
             )
         )
-
-    def _above_noise(self, one: FittedBuilding) -> tuple[float, float]:
-        """Costs of a model on fitted and held-out data, less those of noise alone."""
-        fitted, held_out = (
-            sum(segment.noise_cost for segment in segments)
-            for segments in (self.comparison.fitted, self.comparison.held_out)
-        )
-        return one.cost - fitted, one.held_out_cost - held_out
 
     def _without_each(self, current: FittedBuilding) -> list[FittedBuilding]:
         result = current.cause_values

@@ -319,10 +319,13 @@ class BuildingComparison:
         held_out = partial(self._weighted_residuals, result, self.held_out)
         return FittedBuilding(result, self.fitted_residuals(result), held_out, optimum)
 
-    def excess(self, outcome: FittedBuilding) -> float:
-        """Sum of squared weighted residuals of all data, less that of noise alone."""
-        noise = sum(segment.noise_cost for segment in self.fitted + self.held_out)
-        return outcome.cost + outcome.held_out_cost - noise
+    def above_noise(self, outcome: FittedBuilding) -> tuple[float, float]:
+        """Costs of a model on fitted and held-out data, less those of noise alone."""
+        fitted, held_out = (
+            sum(segment.noise_cost for segment in segments)
+            for segments in (self.fitted, self.held_out)
+        )
+        return outcome.cost - fitted, outcome.held_out_cost - held_out
 
     def fit(self, fixed: CauseValues, free: CauseValues, most: int = _MOST_STEPS) -> FittedBuilding:
         """Fit the numbers of the free causes, from the values given with them."""

@@ -28,6 +28,7 @@ from isolation_sim.discrepancy.building.cause_search import (
     search_causes,
 )
 from isolation_sim.discrepancy.building.comparison import (
+    BuildingComparison,
     FittedBuilding,
     compare_building,
     squared,
@@ -709,7 +710,7 @@ def test_a_cause_tried_last_stands_where_it_alone_leaves_noise(isolated, monkeyp
     for size, held_out in ((1.0, 1.3), (1.0999, 1.1), (1.2, 1.0)):
         assert not space._stands_for(outcome("cyclic_degradation", size, held_out), simple)
     # where neither leaves noise alone, their squares above it are compared, part by part
-    monkeypatch.setattr(CauseSearch, "_above_noise", lambda self, one: above[one])
+    monkeypatch.setattr(BuildingComparison, "above_noise", lambda self, one: above[one])
     wrong, flexible = outcome("isolator_force_error", 9, 9), outcome("cyclic_degradation", 5, 5)
     for left, stands in (((240.0, 240.0), True), ((240.0, 260.0), False), ((-9.0, 240.0), True)):
         above = {wrong: (1000.0, 1000.0), flexible: left}
