@@ -112,6 +112,24 @@ def diagnose(
             again = diagnose_problem(other)[0]
             if len(again.causes) < len(diagnosis.causes):
                 problem, diagnosis = other, again
+        if problem.saturates_alike():
+            other = DeviceTests(
+                data,
+                law,
+                device,
+                1,
+                seed,
+                pool,
+                report,
+                significance,
+                problem.choice,
+                runs,
+                wrong,
+                saturates=True,
+            )
+            again = diagnose_problem(other)[0]
+            if any(one.name == "field_saturation" and one.is_named for one in again.causes):
+                problem, diagnosis = other, again
         explained = diagnosis.verdict in ("adequate", "explained")
         # given parameter values are not fitted
         if tiers == "causes" or (tiers == "auto" and (explained or device is not None)):

@@ -39,6 +39,12 @@ from ..decisions import (
 )
 from ..device.carried_history import of_device_in_order
 from ..device.causes import effect_causes, periodic_cause, wrong_numbers
+from ..device.common_curve import (
+    linear_in_current,
+    penalised_cost,
+    several_curves,
+    with_saturation,
+)
 from ..device.effect_search import EffectSearch
 from ..device.force_errors import ForceErrors
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
@@ -76,8 +82,10 @@ class DeviceTests(Problem[FittedModel]):
         choice: LawChoice | None = None,
         data: MeasuredRuns | None = None,
         repaired: Sequence[str] = (),
+        saturates: bool = False,  # Whether the degree is 1 because of ``saturates_alike``
     ):
         self.choice, self.degree, self._repaired = choice, degree, repaired
+        self.saturates = saturates
         self.significance = significance
         self.campaign, self.device, self.seed, self.pool = campaign, device, seed, pool
         self.progress = progress
@@ -131,9 +139,11 @@ class DeviceTests(Problem[FittedModel]):
         model = Model(self.data, self._parameterisation)
         self.prescribed: FittedModel | None = None
         if self.device is None:
+            start = self.choice.best.values if self.choice is not None else None
+            if start is not None and len(start) != model.n_law:  # of another degree
+                start = None
             model, best = fit_law(
-                model, self.pool, seed=self.seed,
-                start=self.choice.best.values if self.choice is not None else None,
+                model, self.pool, seed=self.seed, start=start,
                 advance=lambda: self.progress("fitting the law"),
             )  # fmt: skip
         else:
@@ -195,6 +205,23 @@ class DeviceTests(Problem[FittedModel]):
                 if (self._errors_of(one) <= most).all():
                     found.append((len(one.values), rank))
         return min(found, key=lambda one: one[0])[1] if found else None
+
+    def saturates_alike(self) -> bool:
+        """Whether a saturation follows the currents where each parameter has its own curve."""
+        final, fitted, errors = self.final, self.data.fitted, self.errors
+        p = final.model.parameterisation
+        chosen = self.degree is not None or self.prescribed is not None
+        if chosen or p.n_powers != 3 or "field_saturation" in final.causes:
+            return False
+
+        if not errors.is_noise(self.after, fitted) or not several_curves(final):
+            return False
+        linear = linear_in_current(final, parameterise(self.campaign, p.law, self.data, 1))
+        saturated = with_saturation(linear)
+        if saturated is None or penalised_cost(saturated) >= penalised_cost(final):
+            return False
+        corrected = self._errors_of(linear)[0] ** 2 - self._errors_of(saturated)[0] ** 2
+        return corrected > self.significance**2 and errors.is_noise(saturated.force, fitted)
 
     def _errors_of(self, model: FittedModel) -> NDArray:
         """Relative errors of a model on fitted and on held-out samples."""
@@ -423,6 +450,11 @@ class DeviceTests(Problem[FittedModel]):
             text += (
                 f" A line at {self.disturbance.frequency:.2f} Hz that all runs share was removed "
                 "from the force first."
+            )
+        if self.saturates:
+            text += (
+                " Its parameters are linear in the current: one saturation follows the currents "
+                "as well as another quadratic curve of each parameter."
             )
         return Text(text)
 
