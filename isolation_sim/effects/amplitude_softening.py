@@ -111,7 +111,7 @@ HALF = EffectParameter(
     starts=(0.1, 0.4, 1.0),
 )  # fmt: skip
 EXPONENT = EffectParameter(
-    "exponent", "1", "of the amplitude; Kraus' 2 m", lower=0.5, upper=4.0, starts=(1.2,)
+    "exponent", "1", "exponent of the amplitude (Kraus' 2 m)", lower=0.5, upper=4.0, starts=(1.2,)
 )
 POWER = EffectParameter(
     "exponent", "1", "exponent of the amplitude", lower=0.0, upper=2.0, magnitude=True,

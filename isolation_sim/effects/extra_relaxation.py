@@ -87,7 +87,7 @@ FORMS = (
         cause="extra_relaxation",
         form="one_arm",
         title="Extra relaxation",
-        parameters=(STIFFNESS, _time("time", "of relaxation", 0.05, 0.3, 2.0, 10.0)),
+        parameters=(STIFFNESS, _time("time", "relaxation time", 0.05, 0.3, 2.0, 10.0)),
         states=(Quantity("extension", "m", "of the arm's spring"),),
         force=force,
         rates=rates,
@@ -104,8 +104,8 @@ FORMS = (
                 "share", "1", "fraction of the second arm", lower=0.0, upper=1.0, starts=(0.5,),
                 plain=(0.0, 1.0),
             ),
-            _time("time", "of relaxation of the first arm", 0.05, 0.3),
-            _time("second_time", "of relaxation of the second arm", 1.0, 10.0),
+            _time("time", "relaxation time of the first arm", 0.05, 0.3),
+            _time("second_time", "relaxation time of the second arm", 1.0, 10.0),
         ),
         states=(
             Quantity("extension", "m", "of the first arm's spring"),
@@ -122,7 +122,7 @@ FORMS = (
         title="Extra relaxation that grows with the current",
         parameters=(
             STIFFNESS,
-            _time("time", "of relaxation", 0.05, 0.3, 2.0, 10.0),
+            _time("time", "relaxation time", 0.05, 0.3, 2.0, 10.0),
             EffectParameter(
                 "by_current", "1/A", "growth of the stiffness with the current", lower=0.0,
                 starts=(1.0,), plain=(0.0,),
@@ -140,7 +140,7 @@ FORMS = (
         title="Extra relaxation, activated by the force",
         parameters=(
             STIFFNESS,
-            _time("time", "of relaxation at a small force", 0.05, 0.3, 2.0, 10.0),
+            _time("time", "relaxation time at a small force", 0.05, 0.3, 2.0, 10.0),
             EffectParameter(
                 "length", "m", "extension of the spring beyond which the dashpot yields",
                 lower=1e-6, upper=1.0, divides=True, starts=(0.1, 0.3), plain=(1.0,),

@@ -95,7 +95,7 @@ WINDOW = EffectParameter(
 V_SQUARE = Quantity("v_square", "m^2/s^2", "moving mean square of the velocity")
 THINNING = (
     EffectParameter(
-        "viscosity", "N s/m", "at low velocity", lower=0.0, magnitude=True, starts=(0.2,)
+        "viscosity", "N s/m", "viscosity at low velocity", lower=0.0, magnitude=True, starts=(0.2,)
     ),
     # far above the fastest test nothing thins, and the effect is a dashpot
     EffectParameter(

@@ -76,7 +76,7 @@ LAW = Law(
     states=tuple(Quantity(f"q{j}", "m", f"extension of branch {j}'s spring") for j in range(1, 8)),
     parameters=(
         Quantity("k", "N/m", "modulus of the complex stiffness at 1 Hz", lower=0.0),
-        Quantity("a", "1", "exponent: 0 a spring, 1 a dashpot", lower=0.01, upper=0.99),
+        Quantity("a", "1", "exponent (0 a spring, 1 a dashpot)", lower=0.01, upper=0.99),
     ),
     force=force,
     rates=rates,
