@@ -71,6 +71,8 @@ fitted runs and misses those. A 3.7 sigma deviation. Theory."""
 WITH_A_CAUSE_LESS = 1.01
 """Factor on the error that causes leave up to which another law with a cause less, and no more
 numbers, is diagnosed in place of the one chosen among all. Convention."""
+MANY_EFFECTS = 3
+"""Effects from which laws are compared, since another may need none. Effort."""
 FAR_BETTER = 3.0
 """Factor on the error of another law alone above which the search for more causes ends. Blind
 (``wrong_law``)."""

@@ -32,7 +32,9 @@ FORMS = (
         cause="force_offset",
         form="constant",
         title="Force offset",
-        parameters=(EffectParameter("level", "N", "offset of the force", magnitude=True, starts=(0.1,)),),
+        parameters=(
+            EffectParameter("level", "N", "offset of the force", magnitude=True, starts=(0.1,)),
+        ),
         force=force,
         stored_energy=stored_energy,
         source="preload F0 of the Bouc-Wen dampers' models: Spencer et al. (1997)",

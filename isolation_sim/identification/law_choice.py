@@ -41,6 +41,9 @@ _RESOLVED = 2
 _RESOLVES, _COARSEST = 0.05, 5e-3
 """Error of integration over a law's own error, and over the force at most: a law that misses the
 data by far is not followed more exactly."""
+_UNIT = 0.01
+"""Error of one sample over the force that counts as one standard deviation. About the noise of most
+tests, so that the springs that hold what the data leave open do not hold the rest."""
 _FINALISTS = 6
 """Best laws, which are fitted further."""
 _RANKED = 0.01
@@ -151,7 +154,8 @@ def choose_law(
     cycles = max(_SAMPLES / _A_CYCLE / len(data.dt), 1.5)
     short = data.cycles(cycles, _A_CYCLE)
     # all samples count alike: the errors that rank the laws are pooled over runs
-    short = replace(short, sigma=np.full(len(data.dt), float(np.std(data.force))))
+    unit = _UNIT * float(np.std(data.force))
+    short = replace(short, sigma=np.full(len(data.dt), unit))
 
     def fit(name: str) -> tuple[LawModel, Optimum | None]:
         p = parameterise(campaign, LAWS[name], short, degree)
@@ -208,7 +212,7 @@ def _fit(model: LawModel, seed: int) -> tuple[LawModel, Optimum | None]:
     near = replace(model, data=fitted)
 
     def resolved(end: Optimum) -> tuple[LawModel, Optimum]:
-        missed = float(np.sqrt(2 * end.cost / np.sum(fitted.fitted)))
+        missed = _UNIT * float(np.sqrt(2 * end.cost / np.sum(fitted.fitted)))
         here = replace(model, step_error=coarse_step_error(missed, _RESOLVES, _COARSEST))
         return here.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-3)
 

@@ -17,7 +17,7 @@ _SAFETY = 2
 """Factor on the integration steps that resolve the law: effects and noise ask for more."""
 _MOST = 64
 """Largest number of integration steps per sample."""
-_RESOLVED_AGAIN = 3
+_RESOLVED_AGAIN = 8
 """Fits with more integration steps, at most, where the last one ended unresolved."""
 _UNDEFORMED = 0.1
 """First deformation over its RMS up to which a device without memory may have rested."""

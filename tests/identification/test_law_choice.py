@@ -47,6 +47,36 @@ def test_the_law_that_made_the_data_is_chosen(choice):
     assert f"Of 3 laws {name} fits best" in result.text and "another family" in result.text
 
 
+def sliding_run(k, amplitude, frequency, dt):
+    """A run of a sliding bearing on a dish, by Euler's rule with 100 steps a sample."""
+    finer, omega = 100, 2 * np.pi * frequency
+    t = np.arange(0, 4 / frequency, dt / finer)
+    x, v = amplitude * np.sin(omega * t), amplitude * omega * np.cos(omega * t)
+    z = np.zeros(len(t))
+    for i in range(len(t) - 1):
+        slip = (abs(z[i] * v[i]) + z[i] * v[i]) / 2
+        z[i + 1] = z[i] + (v[i] - z[i] * slip) * dt / finer / 1.2e-3
+    force = 2.5e5 * x + (3.8e4 - 2e4 * np.exp(-35 * abs(v))) * z
+    force += 0.006 * np.std(force) * np.random.default_rng(k).standard_normal(len(t))
+    own = slice(0, None, finer)
+    return TestRun(str(k), t[own], x[own], v[own], force[own], 0 * t[own], hold_out=k == 4)
+
+
+def test_a_law_is_fitted_far_from_the_starts_of_its_search():
+    tests = (
+        (0.16, 0.3, 1 / 12), (0.08, 0.3, 1 / 12), (0.16, 0.1, 1 / 12), (0.04, 0.5, 1 / 20),
+        (0.12, 0.2, 1 / 12),
+    )  # fmt: skip
+    runs = tuple(sliding_run(k, *one) for k, one in enumerate(tests))
+    campaign = Campaign("pendulum", "Euler", runs)
+    data = hold_out_some(measured_runs(runs), runs)
+    laws = ("friction_pendulum", "sliding_bearing")
+    with workers(1) as pool:
+        result = choose_law(campaign, data, None, pool, laws=laws)
+    assert result.best.law == "sliding_bearing"
+    assert result.best.error == pytest.approx(0.006, rel=0.2)
+
+
 def dahl_element(k):
     """A run of a spring, a dashpot and Dahl's friction, exact along each sample's path."""
     t = np.arange(400) / 100

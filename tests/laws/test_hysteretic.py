@@ -227,6 +227,51 @@ def test_high_damping_rubber_in_a_circle_leads_the_deformation():
     np.testing.assert_allclose(h, expected, rtol=1e-5)
 
 
+SLIDING_BEARING = {"k": 2e4, "F_max": 800.0, "F_min": 400.0, "a": 30.0, "u_y": 0.002}
+
+
+@pytest.mark.parametrize("speed", [1e-6, 0.02, 1.0])
+def test_sliding_bearing_slips_along_a_hyperbolic_tangent_and_unloads_along_a_line(speed):
+    device = law("sliding_bearing", SLIDING_BEARING)
+    x = np.linspace(0.0, 6e-3, 50)
+
+    def force(velocity, z, begin):
+        moved = np.sign(velocity) * x
+        out = solve_ivp(lambda x, z: device.rates(x, velocity, z, 0.0)[0] / abs(velocity),
+                        (0, x[-1]), (z,), t_eval=x, rtol=1e-10, atol=1e-12).y  # fmt: skip
+        return device.force(begin + moved, velocity, tuple(out), 0.0), out[0]
+
+    friction = 800.0 - 400.0 * np.exp(-30.0 * speed)
+    loading, z = force(speed, 0.0, 0.0)
+    expected = 2e4 * x + friction * np.tanh(x / 0.002)
+    np.testing.assert_allclose(loading, expected, atol=1e-6 * friction)
+    back, _ = force(-speed, z[-1], x[-1])
+    sticks = x < 0.002 * z[-1]
+    expected = 2e4 * (x[-1] - x) + friction * (z[-1] - x / 0.002)
+    np.testing.assert_allclose(back[sticks], expected[sticks], atol=1e-6 * friction)
+
+
+def test_sliding_bearing_in_a_circle_has_friction_against_the_velocity():
+    """At the radius R, |z| = 1 at the angle phi behind the velocity, with sin(phi) = u_y / R."""
+    biaxial = LAWS["sliding_bearing"].in_plan
+    radius, omega = 10e-3, 2.0
+    numbers = tuple(SLIDING_BEARING.values())
+    end = 5 * 2 * np.pi / omega
+
+    def moving(t):
+        x = radius * np.cos(omega * t), radius * np.sin(omega * t)
+        return x, (-omega * x[1], omega * x[0])
+
+    z = solve_ivp(lambda t, z: biaxial.rates(*moving(t), tuple(z), numbers), (0, end), (0.0, 0.0),
+                  rtol=1e-9, atol=1e-9).y[:, -1]  # fmt: skip
+    # at the end the deformation is along x, and the velocity along y
+    sine = SLIDING_BEARING["u_y"] / radius
+    np.testing.assert_allclose(z, (sine, np.sqrt(1 - sine**2)), rtol=1e-5)
+    force = biaxial.force(*moving(end), tuple(z), numbers)
+    friction = 800.0 - 400.0 * np.exp(-30.0 * omega * radius)
+    np.testing.assert_allclose(force, (2e4 * radius + friction * z[0], friction * z[1]), rtol=1e-6)
+
+
 @pytest.mark.skipif(load_opensees() is None, reason="OpenSeesPy does not load here")
 def test_high_damping_rubber_is_that_of_opensees():
     """Along a line its element HDR, without softening, converges to our force at first order."""

@@ -28,6 +28,7 @@ from ...laws.registry import LAWS
 from ..decisions import (
     COARSEST_STEPS,
     FAR_BETTER,
+    MANY_EFFECTS,
     NOISE_EXAMPLES,
     REMAINS,
     RESOLVED_MISFIT,
@@ -164,7 +165,9 @@ class DeviceTests(Problem[FittedModel]):
             self.space, self.errors, self.law, self.prescribed, self.seed
         )
         result = self.validated.search(base, lambda: self.progress("fitting all samples"))
-        if self.errors.is_large(self.after, self.errors.validation_samples):
+        # many effects may stand for the form of another law
+        many = len(self.final.effects) >= MANY_EFFECTS
+        if many or self.errors.is_large(self.after, self.errors.validation_samples):
             self._compare_laws()
         return result
 
