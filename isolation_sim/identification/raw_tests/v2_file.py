@@ -23,7 +23,7 @@ def read_v2(path: Path) -> list[RawTable]:
     tables = []
     for number, ((_, step), group) in enumerate(groups.items(), 1):
         part = f"table {number}" if len(groups) > 1 else ""
-        headings = [heading_of(_text(one), one.unit) for one in group]
+        headings = [heading_of(_text(one)) for one in group]
         columns = [np.array(samples_of(lines, one, path)) for one in group]
         # a few samples may be missing at the end
         length = min(map(len, columns))
@@ -34,6 +34,6 @@ def read_v2(path: Path) -> list[RawTable]:
 
 
 def _text(one: Series) -> str:
-    """Heading of a column."""
+    """Heading of a column; its unit in brackets, as a location may end in others."""
     quantity = "displacement" if one.is_displacement else "acceleration"
-    return f"channel {one.channel} {quantity} {one.words}".strip()
+    return f"channel {one.channel} {quantity} {one.words}".strip() + f" [{one.unit}]"
