@@ -98,7 +98,7 @@ def test_a_record_that_cannot_be_read_is_told_or_left_out(tmp_path, capsys):
     printed = " ".join(capsys.readouterr().out.split())
     assert "2 motions of 2 records, 1 left out" in printed
     assert (
-        "A record cannot be read and is left out:" in printed and "no number of points" in printed
+        "A record cannot be used and is left out:" in printed and "no number of points" in printed
     )
     page = (tmp_path / "out" / "report.html").read_text()
     assert "is left out" in page and "bad.AT2" in page
@@ -293,13 +293,22 @@ def test_two_directions_are_shaken_together(tmp_path):
     other = write_csv(ground, tmp_path / "other.csv")
     fine = write_csv(ground.resampled(ground.dt / 2), tmp_path / "fine.csv")
     for last, said in (
-        ([str(other)], r"has 1 horizontal component; expected: 2, .*files = .*one_H1"),
+        ([str(other)], r"given 1 horizontal component; expected: 2, .*files = .*one_H1"),
         ([str(other), str(fine)], "record other: steps of its components: given "),
     ):
         settings = {"ground": {"files": [list(map(str, files)), last], "scaling": "none"}}
         with pytest.raises(InputError, match=said):
             prepare(Scenario.model_validate(settings).ground[0], plan, tmp_path / "refused")
         assert not (tmp_path / "refused").exists()
+    # or the records that lack a component are left out
+    settings["ground"]["files"] = [list(map(str, files)), str(other), str(fine)]
+    with pytest.raises(InputError) as refused:
+        prepare(Scenario.model_validate(settings).ground[0], plan, tmp_path / "refused")
+    assert "2 of 3 records cannot be used: record other, record fine: given" in str(refused.value)
+    assert str(refused.value).endswith("leave_out_unreadable = true in [ground] runs the others")
+    settings["ground"]["leave_out_unreadable"] = True
+    index = prepare(Scenario.model_validate(settings).ground[0], plan, tmp_path / "left_out")
+    assert (index["n_records"], len(index["left_out"])) == (1, 2)
 
 
 @pytest.mark.parametrize("scaling", ["none", "matched"])
@@ -328,7 +337,7 @@ def test_the_vertical_component_goes_along(tmp_path, scaling):
     assert shift == pytest.approx(expected, abs=ground.dt)
     factor = motion["scale_factor"]
     assert up.pga == pytest.approx(0.5 * ground.pga * factor, rel=0.1)
-    with pytest.raises(InputError, match="0 has no vertical component"):
+    with pytest.raises(InputError, match="0: given no vertical component"):
         settings = settings | {"files": [files[:2]]}
         section = Scenario.model_validate({"ground": settings}).ground[0]
         prepare(section, isolated, tmp_path / "two")
