@@ -314,7 +314,9 @@ def test_unreadable_records_are_told_together_or_left_out(tmp_path):
     for name, text in (("a", good), ("b", good.replace("UNITS OF G", "")), ("c", ""), ("d", good)):
         (tmp_path / f"{name}.AT2").write_text(text)
     (tmp_path / "e.csv").write_text("")
-    told = r"3 of 5 records cannot be read: .*b\.AT2.*no units.*c\.AT2, .*e\.csv: given an empty.*leave_out"
+    told = (
+        r"3 of 5 records cannot be read: .*b\.AT2.*no units.*c\.AT2, .*e\.csv: .*empty.*leave_out"
+    )
     with pytest.raises(InputError, match=told) as caught:
         read_folder(tmp_path)
     assert "\n" not in str(caught.value)
