@@ -101,6 +101,24 @@ def test_text_files_of_machines(tmp_path, name):
     assert "exists already" in refused(tmp_path / name, out=tmp_path / "out")
 
 
+def test_a_number_that_is_cut_off_or_has_another_decimal_mark(tmp_path):
+    rows = [
+        f"{t:.4f};{1e3 * x:.4f};{f / 10:.3f}".replace(".", ",")
+        for t, x, f in zip(TIME, X, FORCE, strict=True)
+    ]
+    text = "Zeit [s];Weg [mm];Kraft [daN]\n" + "\n".join(rows)
+    whole = iso.import_tests(written(tmp_path, text)).campaign.runs[0]
+    np.testing.assert_allclose(whole.force, FORCE, atol=0.01)
+    cut = iso.import_tests(written(tmp_path, text[:-2]))
+    assert len(cut.campaign.runs[0].time) == len(TIME) - 1
+    assert f"test: what stands below line {len(TIME)} is left out" in cut.notes
+    # with a line end it may be a number of fewer digits
+    short = iso.import_tests(written(tmp_path, text[:-2] + "\n"))
+    assert len(short.campaign.runs[0].time) == len(TIME)
+    point = written(tmp_path, text.replace(rows[9], rows[9].rpartition(";")[0] + ";1.234"))
+    assert "line 11, column Kraft [daN]: given '1.234' below decimal commas" in refused(point)
+
+
 def test_a_sheet_per_test(tmp_path):
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()

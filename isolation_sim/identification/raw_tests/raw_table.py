@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ground_motions.readers.lines import is_number
+from ground_motions.readers.lines import is_number, other_decimal_mark, two_marks
 
 from ...errors import InputError
 from ..run_table import MINIMUM_SAMPLES
@@ -61,6 +61,10 @@ class RawTable:
         if all(map(is_number, column)):
             numbers = np.array(column, float)
         else:
+            other = other_decimal_mark(column)
+            if other is not None:
+                place = f"{self.place}, line {self.lines[other]}, column {self.headings[k].text}"
+                raise InputError(place, *two_marks(column[other]))
             numbers = np.array([self._number(k, row, cell) for row, cell in enumerate(column)])
         numbers[np.isinf(numbers)] = np.nan
         return numbers
