@@ -29,7 +29,7 @@ WEAKEST, STRONGEST = 1e-4, 3.0
 (Tohoku 2011, MYG004); instruments are triggered by 1e-3 g or more."""
 
 LONGEST_STEP = 0.1
-"""Sampling step that a record may have without a warning, s; a longer one is that of times in ms."""
+"""Sampling step that a file may have without a warning, s; a longer one is that of ms."""
 
 ARCHIVES = (".zip", ".gz", ".tgz", ".tar", ".bz2", ".xz", ".7z")
 """Suffixes of archives, as databases send them."""
