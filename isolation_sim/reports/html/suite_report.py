@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _SHOWN = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m")
 _CHANGES = {
+    "pga_m_s2": "Peak acceleration as used, m/s²",
     "scale_factor": "Scale factor",
     "largest_misfit": "Largest distance from the target",
     "arias_ratio": "Arias intensity over that of the scaled original",
@@ -90,6 +91,11 @@ def _changes(suite: Suite) -> Table:
     motions = suite.index["motions"]
     keys = [key for key in _CHANGES if key in motions[0]]
     rows = tuple(
-        Row(each["name"], tuple(Cell(f"{each[key]:.4g}") for key in keys)) for each in motions
+        Row(
+            each["name"],
+            (Cell(each.get("components", "")), *(Cell(f"{each[key]:.4g}") for key in keys)),
+        )
+        for each in motions
     )
-    return Table("Changes", ("Motion", *(_CHANGES[key] for key in keys)), rows)
+    headings = ("Motion", "Components, along each direction", *(_CHANGES[key] for key in keys))
+    return Table("Changes", headings, rows)

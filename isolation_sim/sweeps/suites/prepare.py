@@ -79,7 +79,12 @@ def prepare(
         for name, components in _shaking(section, isolated, record):
             files = [f"{MOTIONS}/{file_name(name)}_{k + 1}.csv" for k in range(len(components))]
             written |= dict(zip(files, components, strict=True))
-            motions.append({"name": name, "record": record.name, "files": files, **change[name]})
+            motions.append({
+                "name": name, "record": record.name,
+                "components": ", ".join(each.name for each in components), "files": files,
+                "pga_m_s2": max(each.pga for each in components[: len(record.components)]),
+                **change[name],
+            })  # fmt: skip
     step("spectra")
     index = {
         "inputs": inputs,
@@ -118,7 +123,8 @@ def _usable(
     section: RecordSuite, isolated: IsolatedStructure, records: list[SuiteRecord]
 ) -> tuple[list[SuiteRecord], list[str]]:
     """Records that have the components of the structure, and the reason for each left out."""
-    usable, errors = [], []
+    usable: list[SuiteRecord] = []
+    errors: list[InputError] = []
     for record in records:
         try:
             _shaking(section, isolated, record)
@@ -130,7 +136,7 @@ def _usable(
         what = f"{len(errors)} of {len(records)} records cannot be used"
         hint = "; leave_out_unreadable = true in [ground] runs the others" if usable else ""
         raise several(what, errors, hint)
-    return usable, [str(error) for error in errors]
+    return usable, [f"{error.place}: {error.given or 'not usable'}" for error in errors]
 
 
 def _warn_of_single_components(records: list[SuiteRecord], rule: SuiteRule) -> None:
