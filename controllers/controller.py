@@ -116,8 +116,8 @@ class Controller:
         cls.settings = settings
         for name, declared in settings.items():
             setattr(cls, name, declared.default)
-        if isinstance(own.get("measures"), tuple | list):
-            names = tuple(own["measures"])
+        names: Any = own.get("measures")
+        if isinstance(names, tuple | list | str):  # a text is refused when it is used
             cls.measures = lambda self, nominal: names  # type: ignore[method-assign]
         if "__init__" in own:
             cls.__init__ = _without_losses(own["__init__"])  # type: ignore[method-assign]

@@ -243,6 +243,24 @@ def test_an_init_that_loses_settings_is_refused():
         Lost(gain=2.0)
 
 
+def test_a_class_that_needs_more_than_its_settings_is_refused(isolated, record):
+    class Needs(Outwards):
+        def __init__(self, gain):
+            super().__init__()
+
+    iso.register("controller", Needs, replace=True)
+    with pytest.raises(InputError, match=r"controller Needs: given TypeError: .*argument: 'gain'"):
+        iso.controller("Needs")
+
+
+def test_one_sensor_without_brackets_is_refused(isolated, record):
+    class One(Outwards):
+        measures = "base_velocity_m_s"
+
+    with pytest.raises(InputError, match=r"measures\(\) gave 'base_velocity_m_s'; .*'base_velo.*,"):
+        simulate(isolated, record, One())
+
+
 def test_compiling_names_the_controller(monkeypatch):
     lines = []
     monkeypatch.setattr(compiled, "load_text", lambda *value: lines.append(value[-1]))
