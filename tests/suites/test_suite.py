@@ -112,6 +112,7 @@ def test_warnings_of_single_runs_are_counted(suite):
     assert suite.warnings() == suite.sweep.warnings() and suite.warnings()
     assert all(f"warning: {line}" in str(suite).replace("\n", " ") for line in suite.warnings())
     page = (suite.folder / "report.html").read_text()
+    assert "The records as used" in page and "Along each direction" in page
     assert "The scenario file: building" in page and "[[controller]]" in page
     assert all(f"Warning: {line.partition(';')[0]}" in page for line in suite.warnings())
 

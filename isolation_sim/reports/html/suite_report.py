@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 _SHOWN = ("peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m")
 _CHANGES = {
-    "pga_m_s2": "Peak acceleration as used, m/s²",
     "scale_factor": "Scale factor",
     "largest_misfit": "Largest distance from the target",
     "arias_ratio": "Arias intensity over that of the scaled original",
@@ -53,7 +52,7 @@ def suite_report(suite: Suite) -> Page:
         ("Results by record", [
             Table.of(records_table(suite, name), capital(heading(name))) for name in shown
         ]),
-        ("Changes to the records", [_changes(suite)]),
+        ("The records as used", [*_components(suite), _changes(suite)]),
         ("Inputs and versions", [
             Facts({
                 "Suite": suite.name,
@@ -87,15 +86,21 @@ def _spectra_text(panel: Panel) -> str:
     return f"Largest mean {mean[k]:.3g} m/s² at {periods[k]:.2g} s; spectra.csv has all ordinates."
 
 
+def _components(suite: Suite) -> list[Block]:
+    """Files or names of the components, and the peak of the horizontal ones after scaling."""
+    rows = tuple(
+        Row(each["name"], (Cell(each["components"]), Cell(f"{each['pga_m_s2']:.4g}")))
+        for each in suite.index["motions"]
+        if "components" in each  # not of a suite that an earlier version saved
+    )
+    headings = ("Motion", "Along each direction", "Peak, m/s²")
+    return [Table("Components", headings, rows)] if rows else []
+
+
 def _changes(suite: Suite) -> Table:
     motions = suite.index["motions"]
     keys = [key for key in _CHANGES if key in motions[0]]
     rows = tuple(
-        Row(
-            each["name"],
-            (Cell(each.get("components", "")), *(Cell(f"{each[key]:.4g}") for key in keys)),
-        )
-        for each in motions
+        Row(each["name"], tuple(Cell(f"{each[key]:.4g}") for key in keys)) for each in motions
     )
-    headings = ("Motion", "Components, along each direction", *(_CHANGES[key] for key in keys))
-    return Table("Changes", headings, rows)
+    return Table("Changes", ("Motion", *(_CHANGES[key] for key in keys)), rows)
