@@ -707,6 +707,7 @@ def file_of_cosmos(number, location, quantity, values, units, azimuth=90):
     lines = [
         f"Corrected {quantity}   (Format v01.20 with 13 text lines)",
         f"Sta Chan {number:3d}:{azimuth:3d} deg (Rcrdr Chan {number:2d}) Location:{location}",
+        "Record filtered below  0.08 Hz (periods over 12.5 secs), and above 40.0 Hz",
         " 100 Real-header values follow on 10 lines, Format= (10F13.6)",
         *("".join(f"{each:13.6f}" for each in headers[k : k + 10]) for k in range(0, 100, 10)),
         f" {N} {quantity} pts, approx {N / RATE:.0f} secs, units={units},Format=(1E15.6)",
@@ -731,8 +732,9 @@ def test_a_record_in_one_file_for_each_quantity_of_each_channel(tmp_path):
     assert_is(imported.record, channels, atol=1e-6)
     left_out = "bmr.1.vel.V2c and 2 more: neither accelerations nor displacements; left out"
     assert left_out in imported.notes
-    rates = "bmr.1.acc.V2c and 4 more: 100 samples per second, as the file says"
-    assert rates in imported.notes
+    (told,) = [note for note in imported.notes if note.startswith("bmr.1.acc.V2c and 4 more: ")]
+    assert "filtered below 0.08 Hz: slower and residual motion is missing" in told
+    assert told.endswith("; 100 samples per second, as the file says")
     assert "Corrected velocity" in refused(tmp_path / "bmr.1.vel.V2c")
 
 
