@@ -314,6 +314,18 @@ def test_two_directions_are_shaken_together(tmp_path):
     assert index["left_out"] == [f"record {k}: 1 horizontal component" for k in ("other", "fine")]
 
 
+def test_second_components_of_records_that_have_one_are_not_dropped_unseen(folder, tmp_path):
+    ground = {"folder": str(folder / "records"), "components": "second"}
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    said = r"2 of 3 records cannot be used: record b, record c: given 1 horizontal component; "
+    with pytest.raises(InputError, match=said):
+        prepare(Scenario.model_validate({"ground": ground}).ground[0], isolated, tmp_path / "out")
+    ground["leave_out_unreadable"] = True
+    section = Scenario.model_validate({"ground": ground}).ground[0]
+    index = prepare(section, isolated, tmp_path / "out")
+    assert (index["n_records"], [each["name"] for each in index["motions"]]) == (1, ["a y"])
+
+
 @pytest.mark.parametrize("scaling", ["none", "matched"])
 def test_the_vertical_component_goes_along(tmp_path, scaling):
     """Three files a record: the third is the vertical one, at the samples of the other two."""

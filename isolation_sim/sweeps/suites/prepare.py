@@ -303,11 +303,13 @@ def _shaking(
     structure = isolated.structure
     directions = structure.horizontal
     if len(structure.directions) == 1:
+        if section.components == "second" and len(record.components) == 1:
+            raise InputError(
+                f"record {record.name}", "1 horizontal component", '2 with components = "second"'
+            )
         target = {"first": [0], "second": [1], "both": range(len(record.components))}
         return [
-            (_component(record, k), (record.components[k],))
-            for k in target[section.components]
-            if k < len(record.components)
+            (_component(record, k), (record.components[k],)) for k in target[section.components]
         ]
     count = len(record.components)
     if len(directions) != count:
