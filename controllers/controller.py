@@ -116,8 +116,10 @@ class Controller:
         cls.settings = settings
         for name, declared in settings.items():
             setattr(cls, name, declared.default)
-        if isinstance(own.get("measures"), tuple | list):
-            names = tuple(own["measures"])
+        measured = own.get("measures")
+        if isinstance(measured, tuple | list | str):
+            # a text is refused when it is used
+            names: Any = measured if isinstance(measured, str) else tuple(measured)
             cls.measures = lambda self, nominal: names  # type: ignore[method-assign]
         if "__init__" in own:
             cls.__init__ = _without_losses(own["__init__"])  # type: ignore[method-assign]

@@ -45,7 +45,18 @@ def several(what: str, errors: Sequence[Exception], hint: str = "") -> Exception
     if len(errors) == 1 and not hint:
         return errors[0]
     more = f"; and {len(errors) - _LISTED} more" if len(errors) > _LISTED else ""
-    return InputError(f"{what}: {'; '.join(map(str, errors[:_LISTED]))}{more}{hint}")
+    texts = "; ".join(_together(errors[:_LISTED]))
+    return InputError(f"{what}: {texts}{more}{hint}")
+
+
+def _together(errors: Iterable[Exception]) -> list[str]:
+    """Texts of errors; those that differ in the place alone are one."""
+    places: dict[str, list[str]] = {}
+    for error in errors:
+        text, place = str(error), getattr(error, "place", "")
+        about = text.removeprefix(place) if place and text != place else ""
+        places.setdefault(about or text, []).append(place if about else "")
+    return [f"{', '.join(names)}{about}" for about, names in places.items()]
 
 
 _PACKAGES = ("ground_motions", "isolation_sim", "controllers", "studies")

@@ -13,6 +13,8 @@ from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import TypeAlias
 
+import numpy as np
+
 from ground_motions.argument_types import checked
 from ground_motions.component_names import Component, by_header, by_recording, is_vertical
 from ground_motions.errors import InputError, several, warn
@@ -76,6 +78,9 @@ class SuiteRecord:
         scaled = tuple(each.scaled(factor) for each in self.components)
         return SuiteRecord(self.name, scaled, vertical, self.scale_factor)
 
+
+_COPY = 1e-3
+"""Difference of two records over their peak up to which one is a copy, rounded by its format."""
 
 Columns: TypeAlias = str | Sequence[str] | None
 """One column or channel, or two horizontal ones and the vertical one."""
@@ -265,7 +270,28 @@ def _unique(records: list[SuiteRecord]) -> list[SuiteRecord]:
     for name in names:
         if names.count(name) > 1:
             raise InputError("records", f"two called {name}", "files with different names")
+    copies = _copies(records)
+    if copies:
+        warn(
+            f"the same accelerations are in {_listed(copies)}: a copied record counts twice",
+            UserWarning,
+        )
     return records
+
+
+def _copies(records: Iterable[SuiteRecord]) -> list[str]:
+    """Pairs of records, one of which has a component of the other."""
+    seen: dict[tuple[int, float], list[tuple[str, Record]]] = {}
+    pairs: dict[str, None] = {}
+    for record in records:
+        for one in record.components:
+            alike = seen.setdefault((len(one), round(one.dt, 9)), [])
+            for name, other in alike:
+                apart = np.max(np.abs(one.acceleration - other.acceleration))
+                if name != record.name and apart <= _COPY * one.pga:
+                    pairs[f"{name} and {record.name}"] = None
+            alike.append((record.name, one))
+    return list(pairs)
 
 
 def _listed(names: list[str]) -> str:

@@ -18,7 +18,7 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
         "displacement": {"mm": 1e-3, "m": 1.0, "cm": 1e-2, "um": 1e-6, "in": _INCH},
         "force": {
             "N": 1.0, "kN": 1e3, "MN": 1e6, "lbf": _POUND_FORCE, "kip": 1e3 * _POUND_FORCE,
-            "kgf": STANDARD_GRAVITY,
+            "kgf": STANDARD_GRAVITY, "daN": 10.0, "tf": 1e3 * STANDARD_GRAVITY,
         },
         "current": {"A": 1.0, "mA": 1e-3},
         "velocity": {"mm/s": 1e-3, "m/s": 1.0, "cm/s": 1e-2, "in/s": _INCH},

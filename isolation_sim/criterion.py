@@ -10,7 +10,7 @@ from typing import Any, Literal
 from ground_motions.argument_types import shown
 from ground_motions.registry import Registry
 
-from .errors import InputError, unknown_name
+from .errors import InputError, line_within, unknown_name
 
 BETTER = ("smaller", "larger", "neither")
 _OF_TABLES = re.compile(r"J[1-9]|(normalised|energy)_.*|controller|case|status|reason")
@@ -80,8 +80,9 @@ class Criterion:
             result = self.of(run)
         except Exception as error:
             kind = "" if isinstance(error, InputError) else f"{type(error).__name__}: "
+            line = line_within(getattr(self.of, "__module__", ""), error) if kind else ""
             raise InputError(
-                f"criterion {self.name}, run {run.controller}: {kind}{error}"
+                f"criterion {self.name}, run {run.controller}: {kind}{error}{line}"
             ) from error
         try:
             return float(result)

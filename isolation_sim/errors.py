@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from traceback import walk_tb
+
 from ground_motions.errors import InputError as InputError
 from ground_motions.errors import check_name as check_name
 from ground_motions.errors import did_you_mean as did_you_mean
@@ -48,3 +51,13 @@ def not_installed(what: str, library: str, extra: str) -> InputError:
         f"{what} needs {library}, which is not installed; expected: "
         f"pip install 'isolation-sim[{extra}]'"
     )
+
+
+def line_within(module: str, error: Exception) -> str:
+    """The last line of a module by which an error came, as `` (file.py:12)``."""
+    lines = [
+        f" ({Path(frame.f_code.co_filename).name}:{line})"
+        for frame, line in walk_tb(error.__traceback__)
+        if frame.f_globals.get("__name__") == module
+    ]
+    return (lines or [""])[-1]

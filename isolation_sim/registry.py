@@ -9,7 +9,7 @@ from ground_motions.argument_types import checked
 from ground_motions.registry import Registry
 
 from .criterion import CRITERIA
-from .errors import InputError, check_name
+from .errors import InputError, check_name, line_within
 
 if TYPE_CHECKING:
     from .simulation.control import Control
@@ -88,7 +88,15 @@ def controller(name: str, **settings: Any) -> Control:
     InputError
         If there is no such controller or setting, or a setting does not accept its value.
     """
-    return CONTROLLERS[name](**settings)
+    kind = CONTROLLERS[name]
+    try:
+        return kind(**settings)
+    except InputError:
+        raise
+    except Exception as error:
+        line = line_within(kind.__module__, error)
+        text = f"{type(error).__name__}: {error}{line}"
+        raise InputError(f"controller {name}", text, "a class that its settings build") from error
 
 
 def named_controllers(

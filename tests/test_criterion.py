@@ -180,6 +180,7 @@ def _fails(run):
     ("make", "message"),
     [
         (lambda: [iso.Criterion("f_m", "f", _fails)], "criterion f_m, run passive_off: ZeroDiv"),
+        (lambda: [iso.Criterion("f_m", "f", _fails)], "Error: no sample (test_criterion.py:"),
         (lambda: [iso.Criterion("f_m", "f", lambda run: "x")], "f_m of run passive_off: given 'x'"),
         (lambda: [iso.Criterion("f m", "f", _fails)], "name of a criterion: given 'f m'; expected"),
         (lambda: [iso.Criterion("f_m", "f", 3.0)], "f_m: of: given 3.0; expected: a function"),

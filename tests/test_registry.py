@@ -528,6 +528,13 @@ def test_a_package_s_fault_is_reported_with_its_name(package, site, capsys):
     assert shown.err.count("warning: controller ") == 2 and "Traceback" not in shown.err
 
 
+def test_a_controller_without_a_title_is_listed_with_its_first_line(capsys, monkeypatch):
+    monkeypatch.setattr(CONTROLLERS["passive_off"], "title", "")
+    with pytest.raises(SystemExit):
+        main(["list", "controllers"])
+    assert "Zero current, or" in capsys.readouterr().out
+
+
 def test_without_an_installation_the_reason_is_reported(monkeypatch):
     monkeypatch.setattr(mechanism, "checkout_entries", dict)
     monkeypatch.setattr(mechanism, "entry_points", lambda group: EntryPoints())

@@ -314,7 +314,7 @@ def test_labels_tell_controllers_apart():
     amperes = 2.0
     """
     assert list(Scenario.from_toml(text).build().controllers) == ["1 A", "2 A"]
-    with pytest.raises(InputError, match="two controllers have the label 'constant'"):
+    with pytest.raises(InputError, match="the label 'constant'; expected: a key label"):
         Scenario.from_toml(text.replace("label", "# label"))
 
 

@@ -17,6 +17,7 @@ from ground_motions.readers.lines import (
     excerpt,
     is_number,
     parse_number,
+    refuse_two_decimal_marks,
     require_two,
     separator_of,
     table_lines,
@@ -146,6 +147,7 @@ def _table(path: str | Path, unit: str | None) -> _Table:
         start, used = 0, 1
     separator = separator_of(lines[start][1])
     names = names or cells_of(lines[start][1], separator)
+    refuse_two_decimal_marks(lines[start + used :], separator, path)
     rows = [
         (number, _without_empty_end(cells_of(line, separator, decimal=True), len(names)))
         for number, line in lines[start + used :]

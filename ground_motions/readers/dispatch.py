@@ -28,6 +28,9 @@ WEAKEST, STRONGEST = 1e-4, 3.0
 """Peaks that a file may have without a warning, g. The strongest horizontal record has 2.75 g
 (Tohoku 2011, MYG004); instruments are triggered by 1e-3 g or more."""
 
+LONGEST_STEP = 0.1
+"""Sampling step that a file may have without a warning, s; a longer one is that of ms."""
+
 ARCHIVES = (".zip", ".gz", ".tgz", ".tar", ".bz2", ".xz", ".7z")
 """Suffixes of archives, as databases send them."""
 
@@ -73,8 +76,8 @@ def read(
     Returns
     -------
     Record
-        The motion in m/s2. A warning says so if its peak is beyond what instruments record, as
-        with a wrong unit.
+        The motion in m/s2. A warning says so if its peak or its step is beyond what instruments
+        record, as with a wrong unit.
 
     Raises
     ------
@@ -122,12 +125,18 @@ def read(
             f"a {type(record).__name__} of {path}",
             "a Record, such as Record(acceleration_m_s2, dt_s)",
         )
-    _warn_of_peak(record, path)
+    _warn_of_size(record, path)
     return record
 
 
-def _warn_of_peak(record: Record, path: str | Path) -> None:
-    """Warn of a peak that is hardly that of an earthquake."""
+def _warn_of_size(record: Record, path: str | Path) -> None:
+    """Warn of a peak or a step that is hardly that of an earthquake's record."""
+    if record.dt > LONGEST_STEP * (1 + 1e-9):
+        warn(
+            f"{path}: the step is {record.dt:.3g} s; records have {LONGEST_STEP:g} s at most: "
+            "check the unit of the times",
+            UserWarning,
+        )
     peak = record.pga / STANDARD_GRAVITY
     if not WEAKEST <= peak <= STRONGEST:
         warn(

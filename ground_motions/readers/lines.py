@@ -63,9 +63,44 @@ def table_cells(path: str | Path) -> list[tuple[int, list[str]]]:
     """Cells of a table's text file, line by line; the first line separates as all others do."""
     rows = table_lines(path)
     separator = separator_of(rows[0][1])
+    refuse_two_decimal_marks(rows[1:], separator, path)
     return [
         (number, cells_of(line, separator, decimal=k > 0)) for k, (number, line) in enumerate(rows)
     ]
+
+
+def other_decimal_mark(cells: Sequence[str]) -> int | None:
+    """Place of a number with another decimal mark than the first of its column has, if any."""
+    # such as 1.023 beside 987,5, where the point separates thousands
+    first = ""
+    for k, cell in enumerate(cells):
+        mark = "," if "," in cell else "." if "." in cell else ""
+        if mark and is_number(cell.replace(",", ".")):
+            first = first or mark
+            if mark != first:
+                return k
+    return None
+
+
+def refuse_two_decimal_marks(
+    rows: Sequence[tuple[int, str]], separator: str, path: str | Path
+) -> None:
+    """Refuse a table with decimal commas and points in one column."""
+    marks = {mark for mark in ",." for _, line in rows if mark in line}
+    if separator == "," or len(marks) < 2:
+        return
+    table = [(number, cells_of(line, separator)) for number, line in rows]
+    for k in range(len(table[0][1])):
+        column = [(number, cells[k]) for number, cells in table if k < len(cells)]
+        if (place := other_decimal_mark([cell for _, cell in column])) is not None:
+            number, cell = column[place]
+            raise InputError(f"{path}, line {number}, column {k + 1}", *two_marks(cell))
+
+
+def two_marks(cell: str) -> tuple[str, str]:
+    """What is given and expected where a number has another decimal mark than its column."""
+    others = "decimal points" if "," in cell else "decimal commas"
+    return f"{excerpt(cell)} below {others}", "one decimal mark, and none of thousands"
 
 
 def separator_of(line: str) -> str:

@@ -48,8 +48,11 @@ _FORMAT = re.compile(r"\(?\s*(?P<columns>\d+)\s*[EFG](?P<width>\d+)", re.IGNOREC
 # "Chan  3: 90 Deg  (Sta Chn: 16)": of the recorder, and of the station, which may have several
 _CHANNEL = re.compile(r"\bCHAN(?:NEL)?\s*(?P<channel>\d+)\b", re.IGNORECASE)
 _STATION_CHANNEL = re.compile(r"\bSTA CHN\s*:\s*(?P<channel>\d+)", re.IGNORECASE)
-# "Chan  3:  90 Deg" and "Location: Roof, north"
-_DIRECTION = re.compile(r"\bCHAN(?:NEL)?\s*\d+\s*:\s*(?P<words>\S+(?: \S+)*)", re.IGNORECASE)
+# "Chan  3:  90 Deg" and "Location: Roof, north"; COSMOS also has both in one line:
+# "Sta Chan  3: 90 deg (Rcrdr Chan  3) Location:Roof, north"
+_DIRECTION = re.compile(
+    r"\bCHAN(?:NEL)?\s*\d+\s*:\s*(?P<words>[^\s(]+(?: (?!LOCATION)[^\s(]+)*)", re.IGNORECASE
+)
 _LOCATION = re.compile(r"\bLOCATION\s*:\s*(?P<words>\S+(?: \S+)*)", re.IGNORECASE)
 # the recording in "Corrected accelerogram   54730-F1275-06331.02   Chan  1: 110 Deg" (CSMIP), and
 # in "Statn No: 37-000011 Code:AK-BMR" and "Rcrd start time: 2018/11/30 17:29:39.137" (COSMOS)

@@ -64,7 +64,8 @@ def _controllers() -> Rows:
             f"{key} ({setting.unit})" if setting.unit else key
             for key, setting in getattr(kind, "settings", {}).items()
         )
-        entries.append([name, getattr(kind, "title", ""), settings])
+        said, *_ = (kind.__doc__ or "").strip().splitlines() or [""]
+        entries.append([name, getattr(kind, "title", "") or said, settings])
     return ["controller", "title", "settings"], entries
 
 

@@ -116,7 +116,8 @@ def _notes(device: Device, campaign: Campaign) -> tuple[str, ...]:
     """Runs outside the range of the law's numbers."""
     notes = []
     low, high = device.current_range
-    slack = 1e-6 * (high - low) if np.isfinite(high - low) else 0.0
+    # noise of the current is no larger current
+    slack = 0.01 * (high - low) if np.isfinite(high - low) else 0.0
     outside = [
         run.name for run in campaign.runs
         if from_off(run.current.min(), high) < low - slack or run.current.max() > high + slack

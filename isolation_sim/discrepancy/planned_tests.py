@@ -229,8 +229,11 @@ def missing_conditions(
         within &= amplitude * omega**2 <= RIG_MARGIN * hardest
         if within and not (a & f & i).any():
             frequency = omega / (2 * np.pi)
+            current = np.mean(currents[i])
+            if abs(current) <= STEADY_CURRENT * largest:
+                current = 0.0  # noise or an offset of the sensor
             tests.append(PlannedTest(
-                amplitude, frequency, (float(np.mean(currents[i])),), cycles / frequency, rate,
+                amplitude, frequency, (float(current),), cycles / frequency, rate,
                 "this combination was not tested",
             ))  # fmt: skip
     return tuple(tests), notes
@@ -249,4 +252,4 @@ def _sinusoid(run: TestRun) -> tuple[float, float] | None:
     values: NDArray = np.linalg.lstsq(columns, x, rcond=None)[0]
     if np.var(x - columns @ values) > SINUSOIDAL * np.var(x):
         return None
-    return float(np.ptp(x)) / 2, frequency
+    return float(np.hypot(*values[1:])), frequency

@@ -69,6 +69,8 @@ _LARGEST_CURRENT, _LARGEST_FORCE = 100.0, 1e8
 """A, N. A larger current or force is asked for its unit. Convention."""
 _SMALLEST_FORCE, _SMALLEST_DEFORMATION = 1.0, 1e-5
 """N, m. Runs that all stay below it are asked for their unit. Convention."""
+_SHORTEST_STEP, _LONGEST_STEP = 1e-5, 0.5
+"""s. Runs that are sampled faster or slower are asked for the unit of their times. Convention."""
 _SAME_MOTION = 0.03
 """Relative difference up to which two runs repeat one motion and current. Convention."""
 _SAME_TEMPERATURE = 3.0
@@ -154,6 +156,10 @@ def _implausible_sizes(runs: Sequence[TestRun]) -> Iterator[str]:
         others = "" if usual is None else f", in the other runs {usual:.3g} A"
         most = max(currents.values())
         yield f"{_names(wrong, runs)}: current reaches {most:.3g} A{others}; is its unit right?"
+    odd = [run for run in runs if not _SHORTEST_STEP <= run.step <= _LONGEST_STEP]
+    if odd:
+        step = f"a sample every {odd[0].step:.3g} s"
+        yield f"{_names(odd, runs)}: {step}; is the unit of the time right?"
     for run in runs:
         for what, values, most, unit in (
             ("deformation", run.displacement, _LARGEST_DEFORMATION, "m"),

@@ -116,7 +116,7 @@ def motions_text(suite: Suite) -> str:
 def verdict(suite: Suite) -> list[str]:
     """Whether the suite fulfils its rule, in sentences."""
     rule, statistic = suite.rule, suite.design_statistic
-    sentences = [f"A record cannot be read and is left out: {each}." for each in suite.left_out]
+    sentences = [f"A record cannot be used and is left out: {each}." for each in suite.left_out]
     ratio = suite.mean_ratio
     period = suite.index["isolated_period_s"]
     if ratio is not None:

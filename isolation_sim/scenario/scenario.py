@@ -100,7 +100,7 @@ class Scenario(Section):
         for label in labels:
             if labels.count(label) > 1:
                 raise InputError(
-                    f"two controllers have the label {label!r}; expected: different labels"
+                    f"two controllers have the label {label!r}; expected: a key label in each"
                 )
         return self
 

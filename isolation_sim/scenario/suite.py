@@ -47,7 +47,7 @@ class RecordSuite(Section):
         ),
     ] = None
     leave_out_unreadable: Annotated[
-        bool, Field(description="run without the records that cannot be read, which are named")
+        bool, Field(description="run without the records that cannot be used, which are named")
     ] = False
     components: Annotated[
         Literal["both", "first", "second"],

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from pathlib import Path
-from traceback import walk_tb
 from typing import Any, Protocol
 
 import numpy as np
@@ -15,7 +13,7 @@ from numpy.typing import NDArray
 from ground_motions import Record
 from ground_motions.argument_types import checked
 
-from ..errors import ControllerError, Diverged, InputError, RefusedCurrent
+from ..errors import ControllerError, Diverged, InputError, RefusedCurrent, line_within
 from ..structures import IsolatedStructure
 
 
@@ -246,14 +244,8 @@ def calling(controller: Control, method: str) -> Iterator[None]:
 
 
 def _failed(controller: Control, when: str, cause: str, error: Exception) -> ControllerError:
-    # the last line of the controller's own module; what it calls may be anywhere
-    own = type(controller).__module__
-    lines = [
-        f" ({Path(frame.f_code.co_filename).name}:{line})"
-        for frame, line in walk_tb(error.__traceback__)
-        if frame.f_globals.get("__name__") == own
-    ]
-    return ControllerError(f"{controller.name} failed {when}: {cause}{(lines or [''])[-1]}")
+    line = line_within(type(controller).__module__, error)
+    return ControllerError(f"{controller.name} failed {when}: {cause}{line}")
 
 
 def _cause(error: Exception) -> str:

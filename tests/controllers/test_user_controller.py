@@ -243,6 +243,23 @@ def test_an_init_that_loses_settings_is_refused():
         Lost(gain=2.0)
 
 
+def test_a_class_that_needs_more_than_its_settings_is_refused(tmp_path):
+    (tmp_path / "own.py").write_text(
+        "from controllers import Controller\n"
+        "class Needs(Controller):\n    def __init__(self, gain):\n        super().__init__()\n"
+    )
+    with pytest.raises(InputError, match=r"py:Needs: given TypeError: .*argument: 'gain'"):
+        iso.controller(f"{tmp_path / 'own.py'}:Needs")
+
+
+def test_one_sensor_without_brackets_is_refused(isolated, record):
+    class One(Outwards):
+        measures = "base_velocity_m_s"
+
+    with pytest.raises(InputError, match=r"measures\(\) gave 'base_velocity_m_s'; .*'base_velo.*,"):
+        simulate(isolated, record, One())
+
+
 def test_compiling_names_the_controller(monkeypatch):
     lines = []
     monkeypatch.setattr(compiled, "load_text", lambda *value: lines.append(value[-1]))

@@ -267,6 +267,14 @@ def test_tables_as_spreadsheets_and_loggers_write_them(csv, text):
     assert (record.dt, record.file_unit) == (0.5, "g")
 
 
+def test_two_decimal_marks_in_a_column_are_refused(csv, refused):
+    """A point below decimal commas may separate thousands."""
+    with refused("line 3, column 2", "'1.234' below decimal commas", "one decimal mark"):
+        read_csv(csv("t [s];a [mm/s2]\n0,0;987,125\n0,5;1.234\n"))
+    # of another column, the mark may be another
+    read_csv(csv("t [s];a [mm/s2]\n0.0;987,125\n0.5;1,234\n"))
+
+
 def test_lines_are_counted_from_the_top_of_the_file(csv, refused):
     with refused("line 6, column Acc [g]", "'x'", "a finite number"):
         read_csv(csv("a station\n\nTime,Acc\ns,g\n0,1\n0.5,x\n"))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ground_motions import read, read_folder
+from ground_motions.readers.v2 import component_of
 
 KNET = """\
 Origin Time       2006/01/18 23:25:00
@@ -177,6 +178,18 @@ def test_cosmos_files_of_a_station_are_one_record(written, tmp_path):
     with pytest.warns(UserWarning, match=r"bmr_1 \(bmr_1.V2c, bmr_3.V2c, bmr_2.V2c\)"):
         (record,) = read_folder(tmp_path)
     assert record.vertical is not None
+
+
+def test_direction_and_location_of_cosmos_are_in_one_line(written, tmp_path):
+    """From channel 10 on a single blank stands before each word."""
+    start = "Rcrd start time: 2018/11/30 17:29:39.137 UTC"
+    for k, direction in ((10, " 90 deg"), (11, "Up"), (12, "360 deg")):
+        line = f"Sta Chan  {k}:{direction} (Rcrdr Chan {k}) Location:Free field"
+        written(f"a{k}.V2c", cosmos().replace("Chan  3: 90 Deg", f"\n{line}\n{start}"))
+    one = component_of(tmp_path / "a10.V2c")
+    assert (one.direction, one.location) == ("90 deg", "Free field")
+    with pytest.warns(UserWarning, match=r"a10 \(a10.V2c, a12.V2c, a11.V2c\)"):
+        read_folder(tmp_path)
 
 
 def test_other_quantities_beside_accelerations_in_a_folder_are_not_used(written, tmp_path):

@@ -71,3 +71,9 @@ def test_an_implausible_peak_is_told(tmp_path, factor):
     savemat(tmp_path / "motion.mat", {"dt": 0.02, "acc_g": factor * A / A.max()})
     with pytest.warns(UserWarning, match=r"motion\.mat: the peak is .* g, read in g; .*the unit$"):
         read(tmp_path / "motion.mat")
+
+
+def test_times_in_another_unit_are_told(tmp_path):
+    savemat(tmp_path / "motion.mat", {"time": 20.0 * np.arange(A.size), "acc_g": A / A.max()})
+    with pytest.warns(UserWarning, match=r"motion\.mat: the step is 20 s; .* unit of the times$"):
+        read(tmp_path / "motion.mat")

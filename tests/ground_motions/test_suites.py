@@ -309,12 +309,26 @@ def test_files_with_times_keep_their_step_beside_those_without(tmp_path):
         read_folder(tmp_path, unit="g", dt=0.02)
 
 
+def test_a_copied_record_is_told(tmp_path, recwarn):
+    motion = el_centro_1940().cut(0.0, 3.0)
+    write_csv(motion, tmp_path / "a.csv")
+    write_csv(motion.scaled(0.6), tmp_path / "weak.csv")
+    read_folder(tmp_path)
+    assert not recwarn.list
+    # the same in another format, with fewer digits
+    np.savetxt(tmp_path / "b.txt", np.column_stack((motion.time, motion.acceleration / G)), "%.5f")
+    with pytest.warns(UserWarning, match=r"same accelerations are in a and b: a copied record"):
+        assert len(read_folder(tmp_path, unit="g")) == 3
+
+
 def test_unreadable_records_are_told_together_or_left_out(tmp_path):
     good = "PEER\nan event\nACCELERATION IN UNITS OF G\nNPTS= 3, DT= .01 SEC\n0 .1 0\n"
     for name, text in (("a", good), ("b", good.replace("UNITS OF G", "")), ("c", ""), ("d", good)):
         (tmp_path / f"{name}.AT2").write_text(text)
     (tmp_path / "e.csv").write_text("")
-    told = r"3 of 5 records cannot be read: .*b\.AT2.*no units.*c\.AT2.*empty.*e\.csv.*leave_out"
+    told = (
+        r"3 of 5 records cannot be read: .*b\.AT2.*no units.*c\.AT2, .*e\.csv: .*empty.*leave_out"
+    )
     with pytest.raises(InputError, match=told) as caught:
         read_folder(tmp_path)
     assert "\n" not in str(caught.value)
@@ -366,9 +380,9 @@ def test_components_of_kiknet_are_one_record(tmp_path):
     ],
 )  # fmt: skip
 def test_components_are_paired_by_the_ends_of_their_names(tmp_path, stems, named):
-    text = "PEER\nan event\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 3, DT= .01 SEC\n0 .1 0\n"
-    for stem in stems:
-        (tmp_path / f"{stem}.AT2").write_text(text)
+    text = "PEER\nan event\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 3, DT= .01 SEC\n0 .{} 0\n"
+    for k, stem in enumerate(stems, 1):
+        (tmp_path / f"{stem}.AT2").write_text(text.format(k))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         records = read_folder(tmp_path)

@@ -101,6 +101,10 @@ WRONG = {
     "milliamperes": (
         lambda runs: (*runs[:3], replace(runs[3], current=1e3 * runs[3].current), runs[4]),
         "fourth: current reaches 1e+03 A, in the other runs 0 A; is its unit right?"),
+    "milliseconds": (
+        each(lambda r: {"time": 1e3 * r.time, "velocity": r.velocity / 1e3,
+                        "acceleration": r.acceleration / 1e6}),
+        "all runs: a sample every 5 s; is the unit of the time right?"),
     "all forces too small": (each(lambda r: {"force": r.force / 1e3}), "all forces are below 1 N"),
     "kilograms": (
         lambda runs: (*runs[:4], replace(runs[4], force=runs[4].force / 9.80665)),

@@ -101,6 +101,42 @@ def test_text_files_of_machines(tmp_path, name):
     assert "exists already" in refused(tmp_path / name, out=tmp_path / "out")
 
 
+@pytest.mark.parametrize(
+    ("line", "current"),
+    [
+        ("Spulenstrom;1,5 A", 1.5), ("# Coil current [mA]: 500", 0.5), ("Current = 2 A", 2.0),
+        ("Current: -2 A", -2.0), ("Current: 0-2 A", 0.0),
+        ("Max. current: 3 A", 0.0), ("Current: 2", 0.0), ("Test current sensor 3 A", 0.0),
+    ],
+)  # fmt: skip
+def test_the_current_above_the_table(tmp_path, line, current):
+    rows = "\n".join(f"{t};{1e3 * x};{f}" for t, x, f in zip(TIME, X, FORCE, strict=True))
+    path = written(tmp_path, f"a rig\n{line}\nZeit [s];Weg [mm];Kraft [N]\n{rows}\n")
+    imported = iso.import_tests(path)
+    assert set(imported.campaign.runs[0].current) == {current}
+    told = f"test: a current of {current:g} A, as the file says" in imported.notes
+    assert told == (current != 0)
+    assert set(iso.import_tests(path, current=1.0).campaign.runs[0].current) == {1.0}
+
+
+def test_a_number_that_is_cut_off_or_has_another_decimal_mark(tmp_path):
+    rows = [
+        f"{t:.4f};{1e3 * x:.4f};{f / 10:.3f}".replace(".", ",")
+        for t, x, f in zip(TIME, X, FORCE, strict=True)
+    ]
+    text = "Zeit [s];Weg [mm];Kraft [daN]\n" + "\n".join(rows)
+    whole = iso.import_tests(written(tmp_path, text)).campaign.runs[0]
+    np.testing.assert_allclose(whole.force, FORCE, atol=0.01)
+    cut = iso.import_tests(written(tmp_path, text[:-2]))
+    assert len(cut.campaign.runs[0].time) == len(TIME) - 1
+    assert f"test: what stands below line {len(TIME)} is left out" in cut.notes
+    # with a line end it may be a number of fewer digits
+    short = iso.import_tests(written(tmp_path, text[:-2] + "\n"))
+    assert len(short.campaign.runs[0].time) == len(TIME)
+    point = written(tmp_path, text.replace(rows[9], rows[9].rpartition(";")[0] + ";1.234"))
+    assert "line 11, column Kraft [daN]: given '1.234' below decimal commas" in refused(point)
+
+
 def test_a_sheet_per_test(tmp_path):
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()

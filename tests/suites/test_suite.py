@@ -98,7 +98,7 @@ def test_a_record_that_cannot_be_read_is_told_or_left_out(tmp_path, capsys):
     printed = " ".join(capsys.readouterr().out.split())
     assert "2 motions of 2 records, 1 left out" in printed
     assert (
-        "A record cannot be read and is left out:" in printed and "no number of points" in printed
+        "A record cannot be used and is left out:" in printed and "no number of points" in printed
     )
     page = (tmp_path / "out" / "report.html").read_text()
     assert "is left out" in page and "bad.AT2" in page
@@ -112,6 +112,7 @@ def test_warnings_of_single_runs_are_counted(suite):
     assert suite.warnings() == suite.sweep.warnings() and suite.warnings()
     assert all(f"warning: {line}" in str(suite).replace("\n", " ") for line in suite.warnings())
     page = (suite.folder / "report.html").read_text()
+    assert "The records as used" in page and "Along each direction" in page
     assert "The scenario file: building" in page and "[[controller]]" in page
     assert all(f"Warning: {line.partition(';')[0]}" in page for line in suite.warnings())
 
@@ -286,6 +287,7 @@ def test_two_directions_are_shaken_together(tmp_path):
     index = prepare(Scenario.model_validate(settings).ground[0], plan, tmp_path / "out")
     (motion,) = index["motions"]
     assert len(motion["files"]) == 2
+    assert (motion["components"], motion["pga_m_s2"]) == ("1.0, 0.5", ground.pga)
     second = read_csv(tmp_path / "out" / motion["files"][1])
     assert isinstance(second, Record)
     np.testing.assert_array_equal(second.acceleration, 0.5 * ground.acceleration)
@@ -293,13 +295,35 @@ def test_two_directions_are_shaken_together(tmp_path):
     other = write_csv(ground, tmp_path / "other.csv")
     fine = write_csv(ground.resampled(ground.dt / 2), tmp_path / "fine.csv")
     for last, said in (
-        ([str(other)], r"has 1 horizontal component; expected: 2, .*files = .*one_H1"),
+        ([str(other)], r"given 1 horizontal component; expected: 2, .*files = .*one_H1"),
         ([str(other), str(fine)], "record other: steps of its components: given "),
     ):
         settings = {"ground": {"files": [list(map(str, files)), last], "scaling": "none"}}
         with pytest.raises(InputError, match=said):
             prepare(Scenario.model_validate(settings).ground[0], plan, tmp_path / "refused")
         assert not (tmp_path / "refused").exists()
+    # or the records that lack a component are left out
+    settings["ground"]["files"] = [list(map(str, files)), str(other), str(fine)]
+    with pytest.raises(InputError) as refused:
+        prepare(Scenario.model_validate(settings).ground[0], plan, tmp_path / "refused")
+    assert "2 of 3 records cannot be used: record other, record fine: given" in str(refused.value)
+    assert str(refused.value).endswith("leave_out_unreadable = true in [ground] runs the others")
+    settings["ground"]["leave_out_unreadable"] = True
+    index = prepare(Scenario.model_validate(settings).ground[0], plan, tmp_path / "left_out")
+    assert index["n_records"] == 1
+    assert index["left_out"] == [f"record {k}: 1 horizontal component" for k in ("other", "fine")]
+
+
+def test_second_components_of_records_that_have_one_are_not_dropped_unseen(folder, tmp_path):
+    ground = {"folder": str(folder / "records"), "components": "second"}
+    isolated = iso.reference_building().on(iso.reference_isolators())
+    said = r"2 of 3 records cannot be used: record b, record c: given 1 horizontal component; "
+    with pytest.raises(InputError, match=said):
+        prepare(Scenario.model_validate({"ground": ground}).ground[0], isolated, tmp_path / "out")
+    ground["leave_out_unreadable"] = True
+    section = Scenario.model_validate({"ground": ground}).ground[0]
+    index = prepare(section, isolated, tmp_path / "out")
+    assert (index["n_records"], [each["name"] for each in index["motions"]]) == (1, ["a y"])
 
 
 @pytest.mark.parametrize("scaling", ["none", "matched"])
@@ -328,7 +352,7 @@ def test_the_vertical_component_goes_along(tmp_path, scaling):
     assert shift == pytest.approx(expected, abs=ground.dt)
     factor = motion["scale_factor"]
     assert up.pga == pytest.approx(0.5 * ground.pga * factor, rel=0.1)
-    with pytest.raises(InputError, match="0 has no vertical component"):
+    with pytest.raises(InputError, match="0: given no vertical component"):
         settings = settings | {"files": [files[:2]]}
         section = Scenario.model_validate({"ground": settings}).ground[0]
         prepare(section, isolated, tmp_path / "two")

@@ -41,7 +41,7 @@ def tables_by_name(
 ) -> tuple[dict[str, RawTable], list[str]]:
     """Tables by the names of their tests or records, and notes of files without one."""
     by_name: dict[str, RawTable] = {}
-    notes = []
+    notes: list[tuple[str, str]] = []  # Files and what is said of them
     fitting: set[str] = set()
 
     def left_out(*names: str) -> bool:
@@ -56,7 +56,7 @@ def tables_by_name(
         except AnotherQuantityError:
             if path in places:
                 raise
-            notes.append(f"{path.name}: neither accelerations nor displacements; left out")
+            notes.append((path.name, "neither accelerations nor displacements; left out"))
             continue
         for table in tables:
             part = _KIND.sub("", table.part) if len(tables) > 1 else ""
@@ -72,14 +72,25 @@ def tables_by_name(
             if path in places:
                 least = f"{MINIMUM_SAMPLES} rows of numbers or more, of one width"
                 raise InputError(str(path), "no table", least)
-            notes.append(f"{path.name}: no table of numbers; left out")
+            notes.append((path.name, "no table of numbers; left out"))
     for pattern in leave_out:
         if pattern not in fitting:
             named = kind if kind == "test" else "file"
             raise InputError("--leave-out", repr(pattern), pattern_of(by_name, named))
     if not by_name:
         raise InputError(f"{', '.join(map(str, places))}: no {kind}; expected: {_expected(kind)}")
-    return by_name, notes
+    return by_name, notes_of(notes)
+
+
+def notes_of(notes: Iterable[tuple[str, str]]) -> list[str]:
+    """Notes of files; one for several that have the same."""
+    files: dict[str, list[str]] = {}
+    for file, text in notes:
+        files.setdefault(text, []).append(file)
+    return [
+        f"{names[0]}{f' and {len(names) - 1} more' if len(names) > 1 else ''}: {text}"
+        for text, names in files.items()
+    ]
 
 
 def pattern_of(names: Iterable[str], kind: str = "test") -> str:

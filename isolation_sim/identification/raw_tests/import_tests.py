@@ -245,6 +245,9 @@ def _read_test(
     if "current" not in channels and (choices.current_from_name or choices.current is not None):
         current = _current_in(name, place) if choices.current_from_name else choices.current
         data["current"] = np.full(len(data["time"]), current)
+    elif table.current is not None and not {"current"} & {*channels, *columns}:
+        data["current"] = np.full(len(data["time"]), table.current)
+        notes.append(f"a current of {table.current:g} A, as the file says")
     read = {k for channel in channels.values() for k in channel.columns}
     unused = tuple(heading.text for k, heading in enumerate(headings) if k not in read)
     velocity = f"column {channels['velocity'].heading}" if "velocity" in channels else ""

@@ -1,4 +1,4 @@
-"""Sampling rates and times of day in test files, such as ``fs = 200`` or ``10:21:33.250``."""
+"""Rates, currents and times of day in test files: ``fs = 200``, ``Current: 2 A``, ``10:21:33``."""
 
 from __future__ import annotations
 
@@ -27,6 +27,12 @@ _PER_SECOND = re.compile(
 )
 _STEPS = re.compile(rf"{_STEP}(?P<before>{_BETWEEN}){_NUMBER}\s*(?P<after>[a-zµμ]*)", re.IGNORECASE)
 _STEP_UNITS = {"ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6}
+# the whole of a line; neither a highest current nor that of an instrument
+_CURRENT = re.compile(
+    r"\W*(?:(?:applied|coil|constant|dc|test)\W*)*(?:current|(?:spulen|prüf)?strom)"
+    rf"(?:\W+(?P<before>m?A)\b)?[^\w-]+?(?P<sign>-(?=\d))?{_NUMBER}\s*(?P<after>m?A(?:mp\w*)?)?\W*",
+    re.IGNORECASE,
+)
 _RATE_NAMES = {
     "fs", "sps", "rate", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency",
     "ratehz", "fshz",
@@ -49,6 +55,18 @@ def rate_in(lines: Iterable[str]) -> float | None:
             step = _number(match["number"]) * factor
             rates.add(float(f"{1 / step:.9g}") if step else 0.0)
     return rates.pop() if len(rates) == 1 and min(rates) > 0 else None
+
+
+def current_in(lines: Iterable[str]) -> float | None:
+    """The current that lines of text name, A; None if there is none, or if they disagree."""
+    currents = set()
+    for line in lines:
+        match = _CURRENT.fullmatch(line)
+        unit = match and (match["after"] or match["before"])
+        if match and unit:
+            size = _number(match["number"]) * (1e-3 if unit[0] in "mM" else 1.0)
+            currents.add(-size if match["sign"] else size)
+    return currents.pop() if len(currents) == 1 else None
 
 
 def rate_of(struct: Mapping[str, Any]) -> float | None:

@@ -10,12 +10,20 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ground_motions.readers.lines import is_number
+from ground_motions.readers.lines import is_number, other_decimal_mark, two_marks
 
 from ...errors import InputError
 from ..run_table import MINIMUM_SAMPLES
 from .channels import Heading, heading_of, is_unit, names_quantity
-from .rate import CLOCK_UNIT, are_clocks, is_clock, is_date, rate_in, seconds_of
+from .rate import (
+    CLOCK_UNIT,
+    are_clocks,
+    current_in,
+    is_clock,
+    is_date,
+    rate_in,
+    seconds_of,
+)
 
 _MISSING = {"", "-", "--", "---", "na", "n/a", "#n/a", "nan", "null", "none", "1.#qnan", "-1.#ind"}
 
@@ -40,6 +48,7 @@ class RawTable:
     lines: list[int]  # Line of each row
     notes: list[str] = field(default_factory=list)  # What was left out
     rate: float | None = None  # Samples per second that the file names beside the table, Hz
+    current: float | None = None  # That the file names above the table, A
 
     @property
     def place(self) -> str:
@@ -61,6 +70,10 @@ class RawTable:
         if all(map(is_number, column)):
             numbers = np.array(column, float)
         else:
+            other = other_decimal_mark(column)
+            if other is not None:
+                place = f"{self.place}, line {self.lines[other]}, column {self.headings[k].text}"
+                raise InputError(place, *two_marks(column[other]))
             numbers = np.array([self._number(k, row, cell) for row, cell in enumerate(column)])
         numbers[np.isinf(numbers)] = np.nan
         return numbers
@@ -191,6 +204,7 @@ def _table(path: Path, part: str, lines_above: Sequence[Row], block: Sequence[Ro
     notes = []
     if any(is_data(cells, least=2) for cells in above):
         notes.append(f"numbers above line {block[0].line} are left out")
+    texts = [" ".join(row.cells) for row in rows if row.line < block[0].line]
     headings, columns = [], []
     for k in used:
         cells = [row.cells[k] for row in block]
@@ -207,7 +221,8 @@ def _table(path: Path, part: str, lines_above: Sequence[Row], block: Sequence[Ro
         columns,
         [row.line for row in block],
         notes,
-        rate_in(" ".join(row.cells) for row in rows if row.line < block[0].line),
+        rate_in(texts),
+        current_in(texts),
     )
 
 

@@ -37,7 +37,23 @@ def read_text(path: Path) -> list[RawTable]:
         numbers = len(cells) == width and is_data(cells) and not comment
         cells = cells if numbers else _heading_cells(line, separator, width)
         rows.append(Row(number, cells, numbers, comment))
+    if _is_cut_off(path, rows):
+        # as the rest of an incomplete row, it stands below the table
+        rows[-1] = rows[-1]._replace(numbers=False)
     return tables_of_rows(path, "", rows)
+
+
+def _is_cut_off(path: Path, rows: Sequence[Row]) -> bool:
+    """Whether the last number lacks digits that all others of its column have, and a line end."""
+    if path.read_bytes().rstrip(b"\0")[-1:] in (b"\n", b"\r", b"\x1a") or not rows[-1].numbers:
+        return False
+    *others, last = [_decimals(row.cells[-1]) for row in rows if row.numbers]
+    return bool(others) and last < min(others)
+
+
+def _decimals(cell: str) -> int:
+    """Number of characters behind the decimal mark."""
+    return len(with_point(cell).partition(".")[2])
 
 
 def _cells(line: str, separator: str) -> list[str]:

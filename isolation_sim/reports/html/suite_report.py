@@ -52,7 +52,7 @@ def suite_report(suite: Suite) -> Page:
         ("Results by record", [
             Table.of(records_table(suite, name), capital(heading(name))) for name in shown
         ]),
-        ("Changes to the records", [_changes(suite)]),
+        ("The records as used", [*_components(suite), _changes(suite)]),
         ("Inputs and versions", [
             Facts({
                 "Suite": suite.name,
@@ -84,6 +84,17 @@ def _spectra_text(panel: Panel) -> str:
     periods, mean = panel.lines["mean"]
     k = int(mean.argmax())
     return f"Largest mean {mean[k]:.3g} m/s² at {periods[k]:.2g} s; spectra.csv has all ordinates."
+
+
+def _components(suite: Suite) -> list[Block]:
+    """Files or names of the components, and the peak of the horizontal ones after scaling."""
+    rows = tuple(
+        Row(each["name"], (Cell(each["components"]), Cell(f"{each['pga_m_s2']:.4g}")))
+        for each in suite.index["motions"]
+        if "components" in each  # not of a suite that an earlier version saved
+    )
+    headings = ("Motion", "Along each direction", "Peak, m/s²")
+    return [Table("Components", headings, rows)] if rows else []
 
 
 def _changes(suite: Suite) -> Table:

@@ -67,25 +67,24 @@ def prepare(
     period = section.isolated_period_s or translational_period(isolated)
     step("reading records")
     unscaled, left_out = section.records() if records is None else (records, [])
+    unscaled, unusable = _usable(section, isolated, unscaled)
+    left_out = [*left_out, *unusable]
     if section.target is not None:
         _warn_of_single_components(unscaled, rule)
     records, changes = _scale(section, rule, period, unscaled, step, workers)
     records = [_pad(record, section.quiet_after_s) for record in records]
     motions = []
     written: dict[str, Record] = {}
-    errors = []
     for record, change in zip(records, changes, strict=True):
-        try:
-            shaking = _shaking(section, isolated, record)
-        except InputError as error:
-            errors.append(error)
-            continue
-        for name, components in shaking:
+        for name, components in _shaking(section, isolated, record):
             files = [f"{MOTIONS}/{file_name(name)}_{k + 1}.csv" for k in range(len(components))]
             written |= dict(zip(files, components, strict=True))
-            motions.append({"name": name, "record": record.name, "files": files, **change[name]})
-    if errors:
-        raise several(f"{len(errors)} of {len(records)} records cannot be used", errors)
+            motions.append({
+                "name": name, "record": record.name,
+                "components": ", ".join(each.name for each in components), "files": files,
+                "pga_m_s2": max(each.pga for each in components[: len(record.components)]),
+                **change[name],
+            })  # fmt: skip
     step("spectra")
     index = {
         "inputs": inputs,
@@ -118,6 +117,26 @@ def _inputs(section: RecordSuite, isolated: IsolatedStructure) -> dict[str, Any]
         "files": digests,
         "software": f"isolation-sim {__version__}",
     }
+
+
+def _usable(
+    section: RecordSuite, isolated: IsolatedStructure, records: list[SuiteRecord]
+) -> tuple[list[SuiteRecord], list[str]]:
+    """Records that have the components of the structure, and the reason for each left out."""
+    usable: list[SuiteRecord] = []
+    errors: list[InputError] = []
+    for record in records:
+        try:
+            _shaking(section, isolated, record)
+        except InputError as error:
+            errors.append(error)
+        else:
+            usable.append(record)
+    if errors and not (usable and section.leave_out_unreadable):
+        what = f"{len(errors)} of {len(records)} records cannot be used"
+        hint = "; leave_out_unreadable = true in [ground] runs the others" if usable else ""
+        raise several(what, errors, hint)
+    return usable, [f"{error.place}: {error.given or 'not usable'}" for error in errors]
 
 
 def _warn_of_single_components(records: list[SuiteRecord], rule: SuiteRule) -> None:
@@ -284,26 +303,30 @@ def _shaking(
     structure = isolated.structure
     directions = structure.horizontal
     if len(structure.directions) == 1:
+        if section.components == "second" and len(record.components) == 1:
+            raise InputError(
+                f"record {record.name}", "1 horizontal component", '2 with components = "second"'
+            )
         target = {"first": [0], "second": [1], "both": range(len(record.components))}
         return [
-            (_component(record, k), (record.components[k],))
-            for k in target[section.components]
-            if k < len(record.components)
+            (_component(record, k), (record.components[k],)) for k in target[section.components]
         ]
     count = len(record.components)
     if len(directions) != count:
         raise InputError(
-            f"record {record.name} has {count} horizontal component{'s' * (count != 1)}; expected: "
+            f"record {record.name}",
+            f"{count} horizontal component{'s' * (count != 1)}",
             f"{len(directions)}, one per direction of the structure ({', '.join(directions)}), "
-            'such as files = [["one_H1.AT2", "one_H2.AT2"], ...], or a pair of records in Python'
+            'such as files = [["one_H1.AT2", "one_H2.AT2"], ...], or a pair of records in Python',
         )
     if not structure.vertical:
         return [(record.name, _as_long(record.name, *record.components))]
     if record.vertical is None:
         raise InputError(
-            f"record {record.name} has no vertical component; expected with vertical_period_s: one "
-            "in the PEER download, or as the third file of a record in files"
-        )
+            f"record {record.name}", "no vertical component",
+            "one with vertical_period_s: in the PEER download, or as the third file of a record in "
+            "files",
+        )  # fmt: skip
     return [(record.name, _as_long(record.name, *record.components, record.vertical))]
 
 

@@ -701,12 +701,13 @@ def test_a_corrected_record_of_an_instrumented_building(tmp_path):
     )
 
 
-def file_of_cosmos(number, location, quantity, values, units):
+def file_of_cosmos(number, location, quantity, values, units, azimuth=90):
     """Samples of one channel as COSMOS writes them: real headers with the step in ms at 62."""
     headers = [1000 / RATE if k == 62 else -999.0 for k in range(1, 101)]
     lines = [
         f"Corrected {quantity}   (Format v01.20 with 13 text lines)",
-        f"Sta Chan {number}: 90 deg  (Rcrdr Chan  {number}) Location:{location}",
+        f"Sta Chan {number:3d}:{azimuth:3d} deg (Rcrdr Chan {number:2d}) Location:{location}",
+        "Record filtered below  0.08 Hz (periods over 12.5 secs), and above 40.0 Hz",
         " 100 Real-header values follow on 10 lines, Format= (10F13.6)",
         *("".join(f"{each:13.6f}" for each in headers[k : k + 10]) for k in range(0, 100, 10)),
         f" {N} {quantity} pts, approx {N / RATE:.0f} secs, units={units},Format=(1E15.6)",
@@ -729,8 +730,49 @@ def test_a_record_in_one_file_for_each_quantity_of_each_channel(tmp_path):
             written(tmp_path, file_of_cosmos(k, place, *one), f"bmr.{k}.{end}.V2c")
     imported = iso.import_building_record(tmp_path)
     assert_is(imported.record, channels, atol=1e-6)
-    assert "bmr.1.vel.V2c: neither accelerations nor displacements; left out" in imported.notes
+    left_out = "bmr.1.vel.V2c and 2 more: neither accelerations nor displacements; left out"
+    assert left_out in imported.notes
+    (told,) = [note for note in imported.notes if note.startswith("bmr.1.acc.V2c and 4 more: ")]
+    assert "filtered below 0.08 Hz: slower and residual motion is missing" in told
+    assert told.endswith("; 100 samples per second, as the file says")
     assert "Corrected velocity" in refused(tmp_path / "bmr.1.vel.V2c")
+
+
+def test_locations_of_cosmos_have_brackets_and_floors_of_their_own(tmp_path):
+    """Channels from 10 on have one blank less in their header; floors may count from the base."""
+    channels = motion()
+    ground, base, floor, x = channels.values()
+    places = {
+        "Foundation Level": (ground, 0 * x), "Base level (above isolators)": (base, x),
+        "2nd Floor": (floor, x),
+    }  # fmt: skip
+    content = "".join(
+        file_of_cosmos(k, place, quantity, values, units, azimuth)
+        for azimuth, first in ((360, 9), (90, 12))
+        for k, (place, pair) in enumerate(places.items(), first)
+        for quantity, values, units in zip(
+            ("acceleration", "displacement"), pair, ("cm/sec2(04)", "cm(06)"), strict=True
+        )
+    )
+    path = written(tmp_path, content, "24605.V2")
+    with pytest.raises(iso.InputError) as asked:
+        iso.import_building_record(path)
+    # all is clear but the direction
+    assert "given directions 360deg, 90deg" in str(asked.value)
+    assert "not clear" not in str(asked.value)
+    settings = {"direction": "90 Deg"}
+    imported = iso.import_building_record(path, settings=settings)
+    (counted,) = [note for note in imported.notes if "is read as floor 2 above the base" in note]
+    assert '--column floor1_acceleration="channel 14 acceleration 90 deg 2nd Floor' in counted
+    settings |= {"channels": {"floor1_acceleration": "channel 14 acceleration 90 deg 2nd Floor"}}
+    imported = iso.import_building_record(path, settings=settings)
+    assert_is(imported.record, channels, atol=1e-6)
+    assert not any("is read as floor" in note for note in imported.notes)
+    # a ground floor may be the base or the first floor
+    path.write_text(content.replace("Foundation Level", "Ground level"))
+    assert "of the base without one of the ground" in refused(path, settings=settings)
+    path.write_text(content.replace("Foundation Level", "Ground level, below isolators"))
+    assert_is(iso.import_building_record(path, settings=settings).record, channels, atol=1e-6)
 
 
 @pytest.mark.parametrize(

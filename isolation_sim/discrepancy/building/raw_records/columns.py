@@ -18,6 +18,8 @@ from .settings import TIME, RecordSettings
 
 MOST_SHOWN = 8
 """Columns that a line names at most."""
+_OPEN_AXIS = re.compile(r"_(?:DIRECTION|\d+deg)_")
+"""A direction that the settings do not name yet, in the key of a channel."""
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
@@ -162,12 +164,14 @@ def lacking_channels(
     """Keys of required channels that no column is taken for, nor may be one that is not clear."""
     axes = sorted({one.channel.axis for one in columns if one.channel} - {"", ROTATION})
     keys = {one.key for one in columns}
+    open_keys = {one.key.replace("floorN", "floor1") for one in open_columns}
+    # where no direction is known yet, the channels have none
+    keys |= open_keys if axes else {_OPEN_AXIS.sub("_", key) for key in open_keys}
     for axis in (*axes, ""):
         ground, base, isolator = (
             Channel(place, axis, "displacement").key for place in (GROUND, BASE, ISOLATOR)
         )
         keys |= {isolator} if {ground, base} <= keys else set()
-    keys |= {one.key.replace("floorN", "floor1") for one in open_columns}
     needed = [one.key for one in required(tuple(axes) or ("",), keys)]
     without_time = [TIME] if _without_time(tables, columns, settings) else []
     return [*without_time, *(key for key in needed if key not in keys)]

@@ -39,7 +39,8 @@ _BESIDE_ISOLATORS = re.compile(
 )
 """A place beside the isolators, whose displacement is not theirs."""
 _FREE_FIELD = re.compile(r"free[\s_-]field")
-_FLOOR_WORD = re.compile(rf"(?<![a-z]){_FLOOR}(?![a-z])")
+_GROUND_FLOOR = re.compile(rf"(?<![a-z])(?:ground|gnd)[\s_.-]*{_FLOOR}(?![a-z])")
+"""It may be the base or the first floor."""
 _AXES = {
     "x": "x", "ax": "x", "dx": "x", "ux": "x", "y": "y", "ay": "y", "dy": "y", "uy": "y",
     "z": VERTICAL, "az": VERTICAL, "uz": VERTICAL, "dz": VERTICAL, "ud": VERTICAL,
@@ -171,8 +172,8 @@ def _place(name: str, parts: set[str], relative: bool, quantity: str) -> str:
     if beside and ROOF not in named:
         # a foundation above the isolators is the base
         named = [BASE if beside[1] else GROUND]
-    if named == [GROUND] and _FLOOR_WORD.search(name):
-        return ""  # a ground floor may be the base or the first floor
+    elif named == [GROUND] and _GROUND_FLOOR.search(name):
+        return ""
     if ROOF in named:
         # of a slab, but neither the top of an isolator nor that of a table
         return ROOF if set(named) <= {ROOF, BASE} else ""

@@ -12,6 +12,7 @@ from ground_motions.readers.lines import uniform_step
 
 from ....errors import InputError
 from ....identification.raw_tests.channels import Channel as RawChannel
+from ....identification.raw_tests.files import notes_of
 from ....identification.raw_tests.samples import samples_of
 from ..channels import BASE, GROUND, ISOLATOR, ROTATION, Channel
 from .columns import Match
@@ -36,8 +37,12 @@ class _Part(NamedTuple):
 
 def merge(match: Match) -> Samples:
     """Samples of all channels: of one file, or of several at common times."""
-    notes: list[str] = []
-    parts = [_part(match, name, notes) for name in dict.fromkeys(c.table for c in match.columns)]
+    parts, own = [], []
+    for name in dict.fromkeys(one.table for one in match.columns):
+        part, text = _part(match, name)
+        parts.append(part)
+        own += [(match.file_of(name), text)] if text else []
+    notes = notes_of(own) if len(match.tables) > 1 else [text for _, text in own]
     _check_starts(match, parts)
     if match.settings.resample_Hz is not None:
         step, start, values = _resample(parts, 1 / match.settings.resample_Hz, notes)
@@ -54,19 +59,18 @@ def merge(match: Match) -> Samples:
     return samples
 
 
-def _part(match: Match, name: str, notes: list[str]) -> _Part:
+def _part(match: Match, name: str) -> tuple[_Part, str]:
+    """Channels of a table, and what was changed in it."""
     table, settings = match.tables[name], match.settings
     columns = [one for one in match.columns if one.table == name]
     channels = {c.key: RawChannel(c.position, c.heading, c.unit, c.factor) for c in columns}
     data, own = samples_of(table, channels, settings.rate_Hz)
-    if own or table.notes:
-        before = f"{match.file_of(name)}: " if len(match.tables) > 1 else ""
-        notes.append(f"{before}{'; '.join([*table.notes, *own])}")
     names = (name, table.path.name)
     shift = next((s for file, s in settings.start_s.items() if file in names), None)
     time = data.pop(TIME) + (shift or 0.0)
     step = uniform_step(time.tolist(), table.lines, f"{table.place}, time")
-    return _Part(table.place, time, step, TIME in channels or shift is not None, data)
+    part = _Part(table.place, time, step, TIME in channels or shift is not None, data)
+    return part, "; ".join([*table.notes, *own])
 
 
 def _check_starts(match: Match, parts: list[_Part]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,6 +22,8 @@ from .guess import (
 )
 from .headings import ROOF, degrees, read_name, sensor_factor, sensor_units
 from .settings import TIME, RecordSettings, channel_of
+
+_ORDINAL = re.compile(r"\d(?:st|nd|rd|th)\b", re.IGNORECASE)
 
 
 @dataclass
@@ -43,6 +46,7 @@ class Resolver:
         sensors = self._pair_displacements(sensors)
         sensors = self._refuse_duplicates(sensors)
         self._check_reference(sensors)
+        self._note_floors_without_a_first(sensors)
         return [column for one in sensors if (column := self._make_column(one))]
 
     def check_complete(self, columns: Sequence[Column]) -> None:
@@ -276,6 +280,21 @@ class Resolver:
                 None, self._place(*relative), f"relative accelerations by their names, {headings}",
                 'accelerations = "relative" (to the ground) or "absolute" in the settings',
             )  # fmt: skip
+
+    def _note_floors_without_a_first(self, sensors: Sequence[Sensor]) -> None:
+        """Say how floors such as the 2nd one are counted, where none is the first."""
+        numbers = {one.channel.floor for one in sensors if one.channel.floor}
+        ordinal = [
+            one for one in sensors if not one.prescribed and _ORDINAL.search(one.heading.text)
+        ]
+        if ordinal and 1 not in numbers:
+            one = min(ordinal, key=lambda one: one.channel.floor)
+            below = one.channel._replace(place=f"floor{one.channel.floor - 1}")
+            self.notes.append(
+                f"{one.heading.text!r} is read as floor {one.channel.floor} above the base; where "
+                f"the base is the 1st floor, give each floor its own: --column "
+                f'{below.key}="{one.heading.text}"'
+            )
 
     def _make_column(self, one: Sensor) -> Column | None:
         """The column of a sensor; None if its unit is not clear."""
