@@ -389,6 +389,13 @@ class CauseSearch:
                 return False
         return self.removed_share(after) >= BUILDING_EXPLAINED
 
+    def shows_where_fitted(self, one: FittedBuilding) -> bool:
+        """Whether a model leaves less than half the error where it was fitted, beyond chance."""
+        nominal, left = (
+            excess_error(self.comparison, model, held_out=False) for model in (self.before, one)
+        )
+        return left < INSTEAD * nominal and self.chances[one] * self._n_tests < FALSE_ALARM
+
     def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
         n = one.n_independent
         self.chances[one] = p_value(self.comparison, current, one)
@@ -654,7 +661,31 @@ def search_causes(
     if reopened is None:
         return space, result
     again = _search_as_expected(reopened, most_causes, progress, choices)
-    return again if again[1].best.cause_values else (space, result)
+    if not again[1].best.cause_values:
+        beside = _search_beside(space, result, reopened, choices)
+        return (space, result) if beside is None else beside
+    return again
+
+
+def _search_beside(
+    space: CauseSearch,
+    result: SearchResult[FittedBuilding],
+    comparison: BuildingComparison,
+    choices: Sequence[Candidate],
+) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
+    """Search with more data fitted, from the cause that less of them showed; None without one.
+
+    Beside another that acts in strong motion alone, it may help nothing where that is held out.
+    """
+    tried = result.rounds[-1].tried if result.rounds else []
+    if not tried or not space.shows_where_fitted(tried[0]):
+        return None
+    again = _search_as_expected(
+        comparison, space.most_causes, space.progress, choices, begin=tried[0].cause_values
+    )
+    least = INSTEAD * largest_excess(space.comparison, result.best)
+    found = len(again[1].best.cause_values) > 1
+    return again if found and largest_excess(again[0].comparison, again[1].best) < least else None
 
 
 def search_at(
