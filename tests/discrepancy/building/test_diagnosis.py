@@ -979,6 +979,26 @@ def test_a_sensor_with_an_error_of_another_form_is_blamed_alone(isolated):
         assert len(result.causes) == named and "sensor_bias" in result.causes[0]
 
 
+def test_offsets_of_all_channels_are_one_cause(isolated, monkeypatch):
+    """Beside that of the ground's sensor, which moves the simulated building."""
+    record = _record(isolated, seed=4)
+    shifts = dict(zip(CHANNELS, (0.01, -0.02, 0.03, 0.01, -0.01, 0.02, 2e-3), strict=True))
+    response = {name: values + shifts[name] for name, values in record.response.items()}
+    shaking = replace(record.ground[0], acceleration=record.ground[0].acceleration + 0.02)
+    record = replace(record, ground=(shaking,), response=response)
+    names = {"sensor_bias", "base_mass_error"}
+    every = candidates(building_model(isolated, [record]), [record])
+    few = [c for c in every if c.name in names and c.form in ("", "constant")]
+    monkeypatch.setattr(cause_search, "candidates", lambda model, records: few)
+    comparison = compare_building(building_model(isolated, [record]), [record])
+    best = search_causes(comparison)[1].best
+    of_ground = "sensor_bias (ground_acceleration_m_s2)"
+    assert set(best.causes) == {"sensor_bias (all channels)", of_ground}
+    found = dict(zip(best.causes, (values for _, values in best.cause_values), strict=True))
+    assert found["sensor_bias (all channels)"] == pytest.approx(tuple(shifts.values()), abs=3e-3)
+    assert found[of_ground] == pytest.approx((0.02,), abs=1e-3)
+
+
 @pytest.mark.usefixtures("few_causes")
 def test_a_drift_that_comes_late_is_fitted_where_it_is(isolated):
     """The time that is fitted at first shows next to none of it."""
