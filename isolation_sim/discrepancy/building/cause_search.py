@@ -180,13 +180,7 @@ class CauseSearch:
             max(by_last, 0.0) <= INSTEAD**2 * max(others, 0.0) for by_last, others in squares
         ):
             return True
-        n = last.n_independent
-        predicted = n * sum(part.size for part in last.held_out) / last.n
-        nearer = (
-            best.criterion(n) - last.criterion(n)
-            + predicted * np.log(best.held_out_cost / last.held_out_cost)
-        )  # fmt: skip
-        return self.is_explained(last) and bool(nearer > STRONG_EVIDENCE)
+        return self.is_explained(last) and _evidence(last, best) > STRONG_EVIDENCE
 
     def _fits(
         self, current: FittedBuilding, choices: Sequence[Candidate], most: int
@@ -261,9 +255,11 @@ class CauseSearch:
         accepted = [one for one in tried if self._is_significant(current, one)]
         # last ones that are ranked below others are only rivals
         eligible = [one for one in tried if _is_last(tried[0]) or not _is_last(one)]
-        best = _simplest_form([one for one in accepted if one in eligible])
+        accepted_first = [one for one in accepted if one in eligible]
+        best = _simplest_form(accepted_first)
         if best is None:
             return None
+        best = _likelier_on_all(best, accepted_first)
         self.rivals[best.causes[-1]] = _near(current, best, accepted)
         taken = best.cause_values[-1][0]
         others = _best_of_each([one for one in eligible if not _is_last(one)], taken)
@@ -877,6 +873,25 @@ def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding | None:
         alike,
         key=lambda one: (one.n_parameters, one.cause_values[-1][0].form.startswith("one_side")),
     )
+
+
+def _evidence(one: FittedBuilding, other: FittedBuilding) -> float:
+    """Logarithm of the odds of a model against another, twice, by what both predict, too."""
+    n = one.n_independent
+    predicted = n * sum(part.size for part in one.held_out) / one.n
+    return float(
+        other.criterion(n) - one.criterion(n)
+        + predicted * np.log(other.held_out_cost / one.held_out_cost)
+    )  # fmt: skip
+
+
+def _likelier_on_all(best: FittedBuilding, accepted: Sequence[FittedBuilding]) -> FittedBuilding:
+    """One of no more numbers than the best cause, if what it predicts makes it clearly likelier."""
+    likelier = [
+        one for one in accepted
+        if one.n_parameters <= best.n_parameters and _evidence(one, best) > STRONG_EVIDENCE
+    ]  # fmt: skip
+    return max(likelier, key=lambda one: _evidence(one, best), default=best)
 
 
 def _best_of_each(

@@ -64,6 +64,7 @@ def _storeys(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
                 yield _softer_frame(nominal.storeys[k], number, frame)
         if len(along) > 1:
             yield _softer(f"storey{number}", number, np.sum(patterns, axis=0))
+            yield _stiffer(f"storey{number}", number, np.sum(patterns, axis=0))
 
 
 def _squared_arms(structure: Structure) -> dict[str, float]:

@@ -23,6 +23,7 @@ from isolation_sim.discrepancy.building.cause_search import (
     _carried_over,
     _freed,
     _left_along,
+    _likelier_on_all,
     _near,
     candidates,
     search_causes,
@@ -730,6 +731,25 @@ def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
     other = outcome("isolator_force_error", 0.1, 1.01)
     for value, rivals in ((0.1, []), (5.0, [other])):
         assert _near(nominal, outcome("base_mass_error", value, 1.0), [other]) == rivals
+
+
+def test_of_two_causes_the_one_that_predicts_better_is_taken(isolated):
+    """Unless it has more numbers, or the data that were fitted speak for the other."""
+    record = _record(isolated)
+    listed = {c.name: c for c in candidates(building_model(isolated, [record]), [record])}
+
+    def outcome(name, size, size_held_out):
+        parts = [(np.full((500, 4, 2), one),) for one in (size, size_held_out)]
+        values = listed[name].starts[0]
+        return FittedBuilding(((listed[name], values),), parts[0], lambda: parts[1])
+
+    best = outcome("base_mass_error", 1.0, 2.0)
+    for name, size, is_taken in (
+        ("isolator_force_error", 1.01, True), ("isolator_force_error", 1.1, False),
+        ("isolator_amplitude_softening", 1.01, False),
+    ):  # fmt: skip
+        other = outcome(name, size, 1.9)
+        assert _likelier_on_all(best, [best, other]) is (other if is_taken else best)
 
 
 @pytest.fixture
