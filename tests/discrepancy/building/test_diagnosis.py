@@ -177,6 +177,7 @@ def _with_colour(shape):
         lambda f: np.maximum(f, 0.02) ** -0.25,  # grows as the frequency falls
         lambda f: np.sqrt(np.maximum(1.0, 0.2 / np.maximum(f, 0.02))),  # flickers below 0.2 Hz
         lambda f: 1 / np.sqrt(1 + (f / 20.0) ** 8),  # has passed the filter of a logger
+        lambda f: 1 / np.sqrt(1 + (f / 8.0) ** 4),  # one that ends within the building's band
     ],
 )
 def test_noise_of_any_colour_is_noise(isolated, shape):
