@@ -139,7 +139,7 @@ class CauseSearch:
                 self._simpler[nearest.key] = simpler
         last = self._last = self._fits(current, proposed, LATE_SIMULATED)
         if best:  # flexible causes imitate simple ones
-            last = [one for one in last if _is_nearer(one, best[0], -STRONG_EVIDENCE)]
+            last = [one for one in last if _may_be_nearer(one, best[0])]
         last = self._refined(current, last)
         if best and last:
             stands = self._stands_for(last[0], best[0])
@@ -828,6 +828,14 @@ def _is_nearer(trial: FittedBuilding, current: FittedBuilding, least: float = 0.
     """Whether a model is nearer to the data than another, by Schwarz's criterion."""
     n = min((trial, current), key=lambda outcome: outcome.cost).n_independent
     return trial.criterion(n) < current.criterion(n) - least
+
+
+def _may_be_nearer(trial: FittedBuilding, current: FittedBuilding) -> bool:
+    """Whether a model is about as near to the fitted data as another, or clearly nearer to all."""
+    return (
+        _is_nearer(trial, current, -STRONG_EVIDENCE)
+        or _evidence(trial, current) > STRONG_EVIDENCE
+    )  # fmt: skip
 
 
 def _freed(current: FittedBuilding) -> NDArray | None:

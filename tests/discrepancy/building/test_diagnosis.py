@@ -24,6 +24,7 @@ from isolation_sim.discrepancy.building.cause_search import (
     _freed,
     _left_along,
     _likelier_on_all,
+    _may_be_nearer,
     _near,
     candidates,
     search_causes,
@@ -751,6 +752,9 @@ def test_of_two_causes_the_one_that_predicts_better_is_taken(isolated):
     ):  # fmt: skip
         other = outcome(name, size, 1.9)
         assert _likelier_on_all(best, [best, other]) is (other if is_taken else best)
+        # what grows is told from what does not by the data that come later
+        assert _may_be_nearer(outcome(name, size, 1.0), best)
+        assert not _may_be_nearer(outcome(name, size, 2.0), best)
 
 
 @pytest.fixture
