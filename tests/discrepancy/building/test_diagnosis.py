@@ -1248,15 +1248,37 @@ def test_an_offset_is_no_evidence_where_the_noise_is_one(isolated):
     assert p_value(_with_common_noise(comparison), before, outcome) > 0.05
 
 
+def test_a_foundation_may_sway_and_rock(isolated):
+    """Each motion alone is both of them on soil that is nearly rigid against the other."""
+    record = _record(isolated, noise=1e-9)
+    model = building_model(isolated, [record])
+    forms = {c.form: c for c in candidates(model, [record]) if c.name == "soil_flexibility"}
+    sway, rocking = ((*forms[form].starts[2][:2], 3e5) for form in ("sway", "rocking"))
+    stiff = (1e14, 1e10, 3e5)
+    size = np.sqrt(np.mean(record.values**2, axis=0))
+    for form, alone, both in (
+        ("sway", sway, (*sway, *stiff)), ("rocking", rocking, (*stiff, *rocking)),
+    ):  # fmt: skip
+        one, together = (
+            forms[name].apply(model, values).predict(record)
+            for name, values in ((form, alone), ("sway_and_rocking", both))
+        )
+        assert np.max(np.abs(one - record.values) / size) > 0.05
+        np.testing.assert_allclose(together / size, one / size, atol=2e-2)
+    # a search goes on from what one motion was found to be
+    start = _carried_over(forms["sway_and_rocking"], forms["rocking"], rocking)
+    assert start[3:] == pytest.approx(rocking) and start[0] == forms["sway"].starts[-1][0]
+
+
 def test_a_very_stiff_soil_changes_nothing_and_a_soft_one_does(isolated):
     record = _record(isolated, noise=1e-9)
     model = building_model(isolated, [record])
     rigid = model.predict(record)
     size = np.sqrt(np.mean(rigid**2, axis=0))
     for rocking in (False, True):
-        stiff = replace(model, soil=Soil(1e14, 1e10, 3e5, rocking)).predict(record)
+        stiff = replace(model, soil=(Soil(1e14, 1e10, 3e5, rocking),)).predict(record)
         np.testing.assert_allclose(stiff / size, rigid / size, atol=2e-3)
-        soft = replace(model, soil=Soil(3e8, 1e6, 3e5, rocking)).predict(record)
+        soft = replace(model, soil=(Soil(3e8, 1e6, 3e5, rocking),)).predict(record)
         assert np.max(np.abs(soft - rigid) / size) > 0.05
 
 
