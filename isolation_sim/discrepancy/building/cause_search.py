@@ -123,12 +123,21 @@ class CauseSearch:
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
         self._last = []
-        first = self._helpful(current, [cause for cause in self._choices if not cause.late])
+        plain = [cause for cause in self._choices if not (cause.late or cause.instead)]
+        first = self._helpful(current, plain)
         best = self._refined(current, self._fits(current, first, SIMULATED))
         if best and self.is_explained(best[0]) and not best[0].at_bound:
             return best
+        if best:
+            forms = [one for one in self._choices
+                     if one.instead and one.key == best[0].cause_values[-1][0].key]  # fmt: skip
+            best = _rank(best + self._refined(current, self._fits(current, forms, SIMULATED)))
+        if self._is_little(current):
+            return best
         late = [cause for cause in self._choices if cause.late]
-        rough = _near_the_best(current, self._fits(current, late, LATE_SIMULATED), best)
+        gain = current.cost - best[0].cost if best else 0.0
+        fits = self._fits(current, late, LATE_SIMULATED, gain)
+        rough = _near_the_best(current, fits, best)
         best = _rank(best + self._refined(current, rough))
         if best and is_elsewhere(self.comparison, current.cause_values, best[0].cause_values):
             return best
@@ -145,6 +154,13 @@ class CauseSearch:
             stands = self._stands_for(last[0], best[0])
             return [last[0], *_rank(best + last[1:])] if stands else best + last
         return best or last
+
+    def _is_little(self, current: FittedBuilding) -> bool:
+        """Whether causes leave so little of the misfit that no late one would be named for it."""
+        left, misfit = (self.comparison.above_noise(one) for one in (current, self.before))
+        return bool(current.cause_values) and all(
+            one < LEAST_BUILDING_SHARE * other for one, other in zip(left, misfit, strict=True)
+        )
 
     def _helpful(
         self, current: FittedBuilding, choices: Sequence[Candidate]
@@ -183,15 +199,18 @@ class CauseSearch:
         return self.is_explained(last) and _evidence(last, best) > STRONG_EVIDENCE
 
     def _fits(
-        self, current: FittedBuilding, choices: Sequence[Candidate], most: int
+        self, current: FittedBuilding, choices: Sequence[Candidate], most: int, gained: float = 0.0
     ) -> list[FittedBuilding]:
-        """Each cause's own numbers fitted roughly, by one step where others fit better by it."""
+        """Each cause's own numbers fitted roughly, by one step where others fit better by it.
+
+        ``gained`` is what other causes gain.
+        """
         screened = self._screened(current, choices, most)
 
         def fit(cause: Candidate, start: Values, steps: int) -> FittedBuilding:
             return self.comparison.fit(current.cause_values, ((cause, start),), steps)
 
-        one_step, best = [], 0.0
+        one_step, best = [], gained
         # the error of a sensor is fitted without a simulation
         for gain, cause, starts in sorted(
             screened, key=lambda one: (not one[1].of_sensor, -one[0])
@@ -300,7 +319,7 @@ class CauseSearch:
         trials: list[tuple[float, Candidate, Values, NDArray]] = []
         residual = _joined(self.before.fitted)
         for cause in self._choices:
-            if cause.late and cause not in first:
+            if cause.instead or (cause.late and cause not in first):
                 continue
             own = []
             for start in cause.starts:
@@ -537,7 +556,7 @@ class CauseSearch:
             fewer = [
                 cause for cause in self._choices
                 if len(cause.parameters) < len(many.parameters)
-                and not (cause.of_sensor or cause.late)
+                and not (cause.of_sensor or cause.late or cause.instead)
             ]  # fmt: skip
             without = self.comparison.fit((), (*before, *after))
             for _, other, starts in self._screened(without, fewer, RIVALS_TRIED):

@@ -352,7 +352,7 @@ def _soil(model: BuildingModel, rocking: bool) -> Candidate:
 
 
 def _both_motions(sway: Candidate, rocking: Candidate) -> Candidate:
-    """The foundation sways and rocks; of many numbers, and so tried late."""
+    """The foundation sways and rocks; of many numbers, and so tried where one of both is found."""
     n = len(sway.parameters)
 
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
@@ -364,5 +364,5 @@ def _both_motions(sway: Candidate, rocking: Candidate) -> Candidate:
         sway.name, "", (*sway.parameters, *rocking.parameters),
         # the stiffest first: what one motion alone was found to be is carried over to it
         starts[::-2], apply, f"{sway.says}, and rocks on one of {{rocking_stiffness:.3g}} N m",
-        form="sway_and_rocking", late=True,
+        form="sway_and_rocking", instead=True,
     )  # fmt: skip
