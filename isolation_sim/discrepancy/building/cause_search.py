@@ -278,7 +278,8 @@ class CauseSearch:
         best = _simplest_form(accepted_first)
         if best is None:
             return None
-        best = _likelier_on_all(best, accepted_first)
+        if not _is_last(best):  # it already stands for all others
+            best = _likelier_on_all(best, accepted_first)
         self.rivals[best.causes[-1]] = _near(current, best, accepted)
         taken = best.cause_values[-1][0]
         others = _best_of_each([one for one in eligible if not _is_last(one)], taken)

@@ -1248,6 +1248,16 @@ def test_an_offset_is_no_evidence_where_the_noise_is_one(isolated):
     assert p_value(_with_common_noise(comparison), before, outcome) > 0.05
 
 
+def test_no_late_cause_is_named_for_a_small_remainder(isolated):
+    record = _record(isolated, _heavier(0.2))
+    comparison, listed = _compared(isolated, record)
+    space = CauseSearch(comparison, choices=())
+    for mass, little in ((0.2, True), (0.1, False)):
+        causes = ((listed["base_mass_error"], (mass,)),)
+        assert space._is_little(comparison.evaluate(causes)) is little
+    assert not space._is_little(space.before)
+
+
 def test_a_foundation_may_sway_and_rock(isolated):
     """Each motion alone is both of them on soil that is nearly rigid against the other."""
     record = _record(isolated, noise=1e-9)
