@@ -677,10 +677,12 @@ def search_causes(
     if reopened is None:
         return space, result
     again = _search_as_expected(reopened, most_causes, progress, choices)
-    if not again[1].best.cause_values:
-        beside = _search_beside(space, result, reopened, choices)
-        return (space, result) if beside is None else beside
-    return again
+    found = again if again[1].best.cause_values else (space, result)
+    remains = largest_excess(found[0].comparison, found[1].best)
+    if remains > REMAINS:
+        beside = _search_beside(space, result, reopened, choices, INSTEAD * remains)
+        return found if beside is None else beside
+    return found
 
 
 def _search_beside(
@@ -688,10 +690,12 @@ def _search_beside(
     result: SearchResult[FittedBuilding],
     comparison: BuildingComparison,
     choices: Sequence[Candidate],
+    least: float,
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
     """Search with more data fitted, from the cause that less of them showed; None without one.
 
     Beside another that acts in strong motion alone, it may help nothing where that is held out.
+    All of them must leave less than an error.
     """
     tried = result.rounds[-1].tried if result.rounds else []
     if not tried or not space.shows_where_fitted(tried[0]):
@@ -699,9 +703,9 @@ def _search_beside(
     again = _search_as_expected(
         comparison, space.most_causes, space.progress, choices, begin=tried[0].cause_values
     )
-    least = INSTEAD * largest_excess(space.comparison, result.best)
-    found = len(again[1].best.cause_values) > 1
-    return again if found and largest_excess(again[0].comparison, again[1].best) < least else None
+    best = again[1].best
+    found = len(best.cause_values) > 1 and largest_excess(again[0].comparison, best) < least
+    return again if found else None
 
 
 def search_at(
