@@ -291,7 +291,8 @@ Instruments' data sheets."""
 MOST_COLOUR = 4.0
 """Largest noise of a sensor in the building's band over that above it, at equal widths of
 frequency. That of noise whose power falls with the frequency over four octaves; slower and stronger
-noise is no longer that of instruments. Convention."""
+noise is no longer that of instruments. Noise that falls above the band may be more by as much.
+Convention."""
 LEAST_SENSOR_ERROR = 3e-3
 """Smallest calibration error, as a share of a channel's reading. Instruments' data sheets."""
 MANY_NUMBERS = 3

@@ -93,7 +93,7 @@ def test_a_very_stiff_soil_changes_nothing_in_either_direction(rocking, tmp_path
     record, model = read(nominal(), tmp_path)
     rigid = model.predict(record)
     size = np.sqrt(np.mean(rigid**2, axis=0))
-    stiff = replace(model, soil=Soil(1e14, 1e10, 3e5, rocking)).predict(record)
+    stiff = replace(model, soil=(Soil(1e14, 1e10, 3e5, rocking),)).predict(record)
     np.testing.assert_allclose(stiff / size, rigid / size, atol=1e-3)
 
 

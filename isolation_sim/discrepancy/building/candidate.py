@@ -55,6 +55,7 @@ class Candidate:
     numbers: tuple[tuple[str, float], ...] = ()
     late: bool = False  # Whether it is only tried where no other cause explains the records
     last: bool = False  # Whether it must then leave far less than the others, too
+    instead: bool = False  # Whether it is only tried where another form of it is best
 
     @property
     def of_sensor(self) -> bool:

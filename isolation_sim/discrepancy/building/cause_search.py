@@ -123,12 +123,21 @@ class CauseSearch:
         self.progress(f"looking for a cause{' beside ' * bool(current.cause_values)}"
                       f"{', '.join(current.causes)}")  # fmt: skip
         self._last = []
-        first = self._helpful(current, [cause for cause in self._choices if not cause.late])
+        plain = [cause for cause in self._choices if not (cause.late or cause.instead)]
+        first = self._helpful(current, plain)
         best = self._refined(current, self._fits(current, first, SIMULATED))
         if best and self.is_explained(best[0]) and not best[0].at_bound:
             return best
+        if best:
+            forms = [one for one in self._choices
+                     if one.instead and one.key == best[0].cause_values[-1][0].key]  # fmt: skip
+            best = _rank(best + self._refined(current, self._fits(current, forms, SIMULATED)))
+        if self._is_little(current):
+            return best
         late = [cause for cause in self._choices if cause.late]
-        rough = _near_the_best(current, self._fits(current, late, LATE_SIMULATED), best)
+        gain = current.cost - best[0].cost if best else 0.0
+        fits = self._fits(current, late, LATE_SIMULATED, gain)
+        rough = _near_the_best(current, fits, best)
         best = _rank(best + self._refined(current, rough))
         if best and is_elsewhere(self.comparison, current.cause_values, best[0].cause_values):
             return best
@@ -139,12 +148,19 @@ class CauseSearch:
                 self._simpler[nearest.key] = simpler
         last = self._last = self._fits(current, proposed, LATE_SIMULATED)
         if best:  # flexible causes imitate simple ones
-            last = [one for one in last if _is_nearer(one, best[0], -STRONG_EVIDENCE)]
+            last = [one for one in last if _may_be_nearer(one, best[0])]
         last = self._refined(current, last)
         if best and last:
             stands = self._stands_for(last[0], best[0])
             return [last[0], *_rank(best + last[1:])] if stands else best + last
         return best or last
+
+    def _is_little(self, current: FittedBuilding) -> bool:
+        """Whether causes leave so little of the misfit that no late one would be named for it."""
+        left, misfit = (self.comparison.above_noise(one) for one in (current, self.before))
+        return bool(current.cause_values) and all(
+            one < LEAST_BUILDING_SHARE * other for one, other in zip(left, misfit, strict=True)
+        )
 
     def _helpful(
         self, current: FittedBuilding, choices: Sequence[Candidate]
@@ -180,24 +196,21 @@ class CauseSearch:
             max(by_last, 0.0) <= INSTEAD**2 * max(others, 0.0) for by_last, others in squares
         ):
             return True
-        n = last.n_independent
-        predicted = n * sum(part.size for part in last.held_out) / last.n
-        nearer = (
-            best.criterion(n) - last.criterion(n)
-            + predicted * np.log(best.held_out_cost / last.held_out_cost)
-        )  # fmt: skip
-        return self.is_explained(last) and bool(nearer > STRONG_EVIDENCE)
+        return self.is_explained(last) and _evidence(last, best) > STRONG_EVIDENCE
 
     def _fits(
-        self, current: FittedBuilding, choices: Sequence[Candidate], most: int
+        self, current: FittedBuilding, choices: Sequence[Candidate], most: int, gained: float = 0.0
     ) -> list[FittedBuilding]:
-        """Each cause's own numbers fitted roughly, by one step where others fit better by it."""
+        """Each cause's own numbers fitted roughly, by one step where others fit better by it.
+
+        ``gained`` is what other causes gain.
+        """
         screened = self._screened(current, choices, most)
 
         def fit(cause: Candidate, start: Values, steps: int) -> FittedBuilding:
             return self.comparison.fit(current.cause_values, ((cause, start),), steps)
 
-        one_step, best = [], 0.0
+        one_step, best = [], gained
         # the error of a sensor is fitted without a simulation
         for gain, cause, starts in sorted(
             screened, key=lambda one: (not one[1].of_sensor, -one[0])
@@ -261,9 +274,12 @@ class CauseSearch:
         accepted = [one for one in tried if self._is_significant(current, one)]
         # last ones that are ranked below others are only rivals
         eligible = [one for one in tried if _is_last(tried[0]) or not _is_last(one)]
-        best = _simplest_form([one for one in accepted if one in eligible])
+        accepted_first = [one for one in accepted if one in eligible]
+        best = _simplest_form(accepted_first)
         if best is None:
             return None
+        if not _is_last(best):  # it already stands for all others
+            best = _likelier_on_all(best, accepted_first)
         self.rivals[best.causes[-1]] = _near(current, best, accepted)
         taken = best.cause_values[-1][0]
         others = _best_of_each([one for one in eligible if not _is_last(one)], taken)
@@ -304,7 +320,7 @@ class CauseSearch:
         trials: list[tuple[float, Candidate, Values, NDArray]] = []
         residual = _joined(self.before.fitted)
         for cause in self._choices:
-            if cause.late and cause not in first:
+            if cause.instead or (cause.late and cause not in first):
                 continue
             own = []
             for start in cause.starts:
@@ -388,6 +404,13 @@ class CauseSearch:
             if left > min(REMAINS, SEVERAL_TIMES * noise):
                 return False
         return self.removed_share(after) >= BUILDING_EXPLAINED
+
+    def shows_where_fitted(self, one: FittedBuilding) -> bool:
+        """Whether a model leaves less than half the error where it was fitted, beyond chance."""
+        nominal, left = (
+            excess_error(self.comparison, model, held_out=False) for model in (self.before, one)
+        )
+        return left < INSTEAD * nominal and self.chances[one] * self._n_tests < FALSE_ALARM
 
     def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
         n = one.n_independent
@@ -534,7 +557,7 @@ class CauseSearch:
             fewer = [
                 cause for cause in self._choices
                 if len(cause.parameters) < len(many.parameters)
-                and not (cause.of_sensor or cause.late)
+                and not (cause.of_sensor or cause.late or cause.instead)
             ]  # fmt: skip
             without = self.comparison.fit((), (*before, *after))
             for _, other, starts in self._screened(without, fewer, RIVALS_TRIED):
@@ -654,7 +677,35 @@ def search_causes(
     if reopened is None:
         return space, result
     again = _search_as_expected(reopened, most_causes, progress, choices)
-    return again if again[1].best.cause_values else (space, result)
+    found = again if again[1].best.cause_values else (space, result)
+    remains = largest_excess(found[0].comparison, found[1].best)
+    if remains > REMAINS:
+        beside = _search_beside(space, result, reopened, choices, INSTEAD * remains)
+        return found if beside is None else beside
+    return found
+
+
+def _search_beside(
+    space: CauseSearch,
+    result: SearchResult[FittedBuilding],
+    comparison: BuildingComparison,
+    choices: Sequence[Candidate],
+    least: float,
+) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
+    """Search with more data fitted, from the cause that less of them showed; None without one.
+
+    Beside another that acts in strong motion alone, it may help nothing where that is held out.
+    All of them must leave less than an error.
+    """
+    tried = result.rounds[-1].tried if result.rounds else []
+    if not tried or not space.shows_where_fitted(tried[0]):
+        return None
+    again = _search_as_expected(
+        comparison, space.most_causes, space.progress, choices, begin=tried[0].cause_values
+    )
+    best = again[1].best
+    found = len(best.cause_values) > 1 and largest_excess(again[0].comparison, best) < least
+    return again if found else None
 
 
 def search_at(
@@ -803,6 +854,14 @@ def _is_nearer(trial: FittedBuilding, current: FittedBuilding, least: float = 0.
     return trial.criterion(n) < current.criterion(n) - least
 
 
+def _may_be_nearer(trial: FittedBuilding, current: FittedBuilding) -> bool:
+    """Whether a model is about as near to the fitted data as another, or clearly nearer to all."""
+    return (
+        _is_nearer(trial, current, -STRONG_EVIDENCE)
+        or _evidence(trial, current) > STRONG_EVIDENCE
+    )  # fmt: skip
+
+
 def _freed(current: FittedBuilding) -> NDArray | None:
     """Orthonormal changes of the fitted residual by the numbers of the causes in a model."""
     # earlier causes have taken what is in part the share of the next one
@@ -846,6 +905,25 @@ def _simplest_form(accepted: Sequence[FittedBuilding]) -> FittedBuilding | None:
         alike,
         key=lambda one: (one.n_parameters, one.cause_values[-1][0].form.startswith("one_side")),
     )
+
+
+def _evidence(one: FittedBuilding, other: FittedBuilding) -> float:
+    """Logarithm of the odds of a model against another, twice, by what both predict, too."""
+    n = one.n_independent
+    predicted = n * sum(part.size for part in one.held_out) / one.n
+    return float(
+        other.criterion(n) - one.criterion(n)
+        + predicted * np.log(other.held_out_cost / one.held_out_cost)
+    )  # fmt: skip
+
+
+def _likelier_on_all(best: FittedBuilding, accepted: Sequence[FittedBuilding]) -> FittedBuilding:
+    """One of no more numbers than the best cause, if what it predicts makes it clearly likelier."""
+    likelier = [
+        one for one in accepted
+        if one.n_parameters <= best.n_parameters and _evidence(one, best) > STRONG_EVIDENCE
+    ]  # fmt: skip
+    return max(likelier, key=lambda one: _evidence(one, best), default=best)
 
 
 def _best_of_each(

@@ -53,7 +53,7 @@ class BuildingModel:
     structure: Structure  # Linear part
     # Effects around the isolators' law, with parameters in the device's scale
     effects: Mapping[Effect, Mapping[str, float]] = field(default_factory=dict)
-    soil: Soil | None = None  # None for a rigid soil
+    soil: tuple[Soil, ...] = ()  # Motions of the foundation on it; none on a rigid soil
     # Hysteretic elements in storeys, by the storey's place among the drifts
     hysteresis: Mapping[int, Device] = field(default_factory=dict)
     # Which of ``JUMPS`` a recorded current makes that is held; None if it is linear between samples
@@ -109,7 +109,7 @@ class BuildingModel:
         structure = self.structure
         for k, device in self.hysteresis.items():
             elements += structure.with_element(device, structure.storeys[k]).elements
-        if self.soil is None:
+        if not self.soil:
             return IsolatedStructure(structure, tuple(elements))
         founded, carried = _founded(structure, self.soil)
         # deformations are those of the building seen from its foundation
@@ -172,7 +172,7 @@ class BuildingModel:
         # causes change its matrices alone
         structure = self.nominal.structure
         levels = {axis: dofs_by_level(structure, axis) for axis in (*record.axes, ROTATION)}
-        n, all_names = self.structure.n_dofs, isolated.structure.names
+        all_names = isolated.structure.names
         result = np.zeros((len(names), len(record.sensors)))
         for k, sensor in enumerate(record.sensors):
             dof = levels[sensor.axis][sensor.floor]
@@ -180,7 +180,7 @@ class BuildingModel:
                 result[names.index(f"{all_names[dof]}_acceleration_m_s2"), k] = 1.0
                 continue
             # of the base, seen from the foundation
-            row = np.eye(n)[dof] if self.soil is None else _carried(self.structure, self.soil)[dof]
+            row = _carried(self.structure, self.soil)[dof]
             for j in np.flatnonzero(row):
                 result[names.index(f"{all_names[j]}_displacement_m"), k] = row[j]
         return result
@@ -381,36 +381,50 @@ def shear_stiffness(structure: Structure) -> NDArray:
     return np.linalg.lstsq(patterns, structure.stiffness.ravel(), rcond=None)[0]
 
 
-def _founded(structure: Structure, soil: Soil) -> tuple[Structure, NDArray]:
-    """Structure with a foundation's motion as its last dofs, and the structure's motion less that.
+def _founded(structure: Structure, soil: Sequence[Soil]) -> tuple[Structure, NDArray]:
+    """Structure with a foundation's motions as its last dofs, and the structure's less those.
 
     Spring and dashpots between floors, and whatever ties the building to its foundation, see only
     what ``carried`` leaves: displacements less those with which the foundation carries it.
     """
     n, directions = structure.influence.shape
+    added = len(soil) * directions
     carried = _carried(structure, soil)
-    corner = np.diag(np.repeat([0.0, 1.0], [n, directions]))
+    mass, damping, stiffness = (
+        np.diag(
+            np.concatenate([np.zeros(n), np.repeat([getattr(s, name) for s in soil], directions)])
+        )
+        for name in ("mass", "damping", "stiffness")
+    )
     names = [
-        f"{FOUNDATION}_{axis}" if directions > 1 else FOUNDATION for axis in structure.directions
+        f"{_motion(one)}_{axis}" if directions > 1 else _motion(one)
+        for one in soil
+        for axis in structure.directions
     ]
-    shaken = 0.0 if soil.rocking else 1.0
+    shaken = [(0.0 if one.rocking else 1.0) * np.eye(directions) for one in soil]
     founded = replace(
         structure,
-        mass=np.pad(structure.mass, (0, directions)) + soil.mass * corner,
-        damping=carried.T @ structure.damping @ carried + soil.damping * corner,
-        stiffness=carried.T @ structure.stiffness @ carried + soil.stiffness * corner,
-        influence=np.append(structure.influence, shaken * np.eye(directions), axis=0),
+        mass=np.pad(structure.mass, (0, added)) + mass,
+        damping=carried.T @ structure.damping @ carried + damping,
+        stiffness=carried.T @ structure.stiffness @ carried + stiffness,
+        influence=np.concatenate([structure.influence, *shaken]),
         names=(*structure.names, *names),
-        foundation=tuple(range(n, n + directions)),
+        foundation=tuple(range(n, n + added)),
         drift_rows=structure.drift_rows @ carried,
     )
     return founded, carried
 
 
-def _carried(structure: Structure, soil: Soil) -> NDArray:
+def _motion(soil: Soil) -> str:
+    return f"{FOUNDATION}_rocking" if soil.rocking else FOUNDATION
+
+
+def _carried(structure: Structure, soil: Sequence[Soil]) -> NDArray:
     """Motion of the structure seen from its foundation, over its dofs and the foundation's."""
-    level = _levels(structure)[:, np.newaxis] if soil.rocking else 1.0
-    return np.hstack([np.eye(structure.n_dofs), -level * structure.influence])
+    levels = [_levels(structure)[:, np.newaxis] if one.rocking else 1.0 for one in soil]
+    return np.hstack([
+        np.eye(structure.n_dofs), *(-level * structure.influence for level in levels)
+    ])  # fmt: skip
 
 
 def _levels(structure: Structure) -> NDArray:

@@ -49,6 +49,7 @@ class Colour(NamedTuple):
     band: float  # Highest frequency in the band, Hz
     # (n_channels,): Frequency below which flicker noise exceeds white noise, Hz; 0 where not seen
     corners: NDArray
+    most: NDArray  # (n_channels,): Largest factor that instruments may have
 
     @property
     def plateau(self) -> NDArray:
@@ -70,7 +71,7 @@ class Colour(NamedTuple):
         flickering = white * np.sqrt(1 + self.corners / np.exp(logs)[:, np.newaxis])
         seen = (slower > 1) & (self.corners > 0)
         inside = np.where(seen, np.maximum(inside, flickering), inside)
-        inside = np.minimum(inside, MOST_COLOUR)
+        inside = np.minimum(inside, self.most)
         return np.where(frequencies[:, np.newaxis] > self.band, 1.0, inside)
 
 
@@ -158,8 +159,10 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
         for axis in record.axes
     ]
 
+    most_colour = MOST_COLOUR * _fall(residual, dt, band, displacements)
+
     def colour_of(noise: NDArray) -> Colour:
-        colour = _colour(noise / sensors, dt, band, quiet, displacements)
+        colour = _colour(noise / sensors, dt, band, quiet, displacements, most_colour)
         corner = _flicker_corner(noise, sensors * colour.plateau, dt, together)
         return colour._replace(corners=np.where(displacements, 0.0, corner))
 
@@ -168,7 +171,9 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     most = white_noise(shaking, dt, band, 0.1)
     # accelerometers of the ground are as those of the building
     of_ground = colour._replace(
-        factors=colour.factors[:, ~displacements][:, :1], corners=colour.corners[~displacements][:1]
+        factors=colour.factors[:, ~displacements][:, :1],
+        corners=colour.corners[~displacements][:1],
+        most=colour.most[~displacements][:1],
     )
     draws = _simulated_noise(model, record, most, of_ground, predicted)
     by_current = np.zeros_like(draws)
@@ -246,9 +251,32 @@ def _quiet_windows(predicted: NDArray, dt: float, band: float) -> list[NDArray]:
     return [np.argsort(power[:, one].sum(axis=1))[:n] for one in octaves]
 
 
+def _fall(residual: NDArray, dt: float, band: float, displacements: NDArray) -> NDArray:
+    """Noise just above the band over that far above it, (n_channels,), at least 1.
+
+    A logger's filter that begins to act near the band lets more noise into it than above it.
+    """
+    edges = band, (band + 0.5 / dt) / 2
+    found, white = (
+        [quantile(edge) ** 2 for edge in edges]
+        for quantile in (
+            lambda edge: _window_quantile(residual, dt, edge, 0.5),
+            lambda edge: _of_unit_noise(len(residual), dt, edge, 0.5),
+        )
+    )
+    near, far = (found[0] - found[1]) / (white[0] - white[1]), found[1] / white[1]
+    ratios = np.sqrt(np.maximum(near, 0.0) / np.maximum(far, 1e-300))
+    # sensors of a kind are alike
+    for kind in (displacements, ~displacements):
+        if kind.any():
+            ratios[kind] = np.median(ratios[kind])
+    return np.maximum(ratios, 1.0)
+
+
 def _colour(
-    residual: NDArray, dt: float, band: float, quiet: Sequence[NDArray], displacements: NDArray
-) -> Colour:
+    residual: NDArray, dt: float, band: float, quiet: Sequence[NDArray], displacements: NDArray,
+    most: NDArray,
+) -> Colour:  # fmt: skip
     """Noise in the band from residuals over its size above the band."""
     # What the simulation misses, and the noise of the ground, show in several channels together.
     # A channel's noise is what no sum of the others predicts. Sensors of a kind are alike.
@@ -272,10 +300,10 @@ def _colour(
                 chance = 1 + 2 / np.sqrt(free * kind.sum())
                 sizes[kind] = np.sqrt(np.median(alone[kind]) / chance)
         centres.append(np.sqrt(one.start * one.stop) / (dt * _per_window(len(residual), dt)))
-        factors.append(np.clip(sizes, 1.0, MOST_COLOUR))
+        factors.append(np.clip(sizes, 1.0, most))
     return Colour(
         np.array(centres[::-1]), np.array(factors[::-1]).reshape(-1, n_channels), band,
-        np.zeros(n_channels),
+        np.zeros(n_channels), most,
     )  # fmt: skip
 
 

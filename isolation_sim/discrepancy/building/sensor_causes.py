@@ -40,6 +40,22 @@ def _biases(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
                 + (" on average, drifting" if len(names) > 1 else ""),
                 form=form,
             )  # fmt: skip
+    yield _offsets(records)
+
+
+def _offsets(records: Sequence[BuildingRecord]) -> Candidate:
+    """All channels of the building have offsets, of a logger whose zeros were not subtracted."""
+    sensors = records[0].sensors
+    means = np.concatenate([record.values for record in records]).mean(axis=0)
+
+    def apply(model: BuildingModel, values: Values) -> BuildingModel:
+        offsets = {one.name: np.array([value]) for one, value in zip(sensors, values, strict=True)}
+        return replace(model, biases={**model.biases, **offsets})
+
+    return Candidate(
+        "sensor_bias", "all channels", tuple(Parameter(one.name, one.unit) for one in sensors),
+        (tuple(means.tolist()),), apply, "all channels have offsets", form="constant",
+    )  # fmt: skip
 
 
 _BIASES = {

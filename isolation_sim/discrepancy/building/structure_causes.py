@@ -26,8 +26,10 @@ def structure_causes(
     yield from _base_mass(model, records)
     yield from _floor_masses(model, records)
     yield from _damping(model)
-    yield _soil(model, False)
-    yield _soil(model, True)
+    sway, rocking = _soil(model, False), _soil(model, True)
+    yield sway
+    yield rocking
+    yield _both_motions(sway, rocking)
 
 
 def _storeys(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
@@ -64,6 +66,7 @@ def _storeys(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterato
                 yield _softer_frame(nominal.storeys[k], number, frame)
         if len(along) > 1:
             yield _softer(f"storey{number}", number, np.sum(patterns, axis=0))
+            yield _stiffer(f"storey{number}", number, np.sum(patterns, axis=0))
 
 
 def _squared_arms(structure: Structure) -> dict[str, float]:
@@ -321,13 +324,17 @@ def _soil(model: BuildingModel, rocking: bool) -> Candidate:
 
     def apply(model: BuildingModel, values: Values) -> BuildingModel:
         stiffness, damping, mass = values
-        return replace(model, soil=Soil(stiffness, damping, mass, rocking))
+        return replace(model, soil=(Soil(stiffness, damping, mass, rocking),))
 
     starts = tuple(
         (k * arm**2, 2 * share * np.sqrt(k * total) * arm**2, slab * arm**2 / (3 if rocking else 1))
         for k, share in ((factor * layer, 0.1) for factor in _SOIL_STIFFNESS)
     )
-    names = ("stiffness", "damping", "inertia" if rocking else "mass")
+    names = (
+        ("rocking_stiffness", "rocking_damping", "inertia")
+        if rocking
+        else ("stiffness", "damping", "mass")
+    )
     units = ("N m", "N m s", "kg m^2") if rocking else ("N/m", "N s/m", "kg")
     return Candidate(
         "soil_flexibility", "",
@@ -338,6 +345,24 @@ def _soil(model: BuildingModel, rocking: bool) -> Candidate:
             )
         ),
         starts, apply,
-        f"the foundation {'rocks' if rocking else 'sways'} on soil of {{stiffness:.3g}} {units[0]}",
+        f"the foundation {'rocks' if rocking else 'sways'} on soil of "
+        f"{{{names[0]}:.3g}} {units[0]}",
         form="rocking" if rocking else "sway",
+    )  # fmt: skip
+
+
+def _both_motions(sway: Candidate, rocking: Candidate) -> Candidate:
+    """The foundation sways and rocks; of many numbers, and so tried where one of both is found."""
+    n = len(sway.parameters)
+
+    def apply(model: BuildingModel, values: Values) -> BuildingModel:
+        motions = sway.apply(model, values[:n]), rocking.apply(model, values[n:])
+        return replace(model, soil=tuple(one for moved in motions for one in moved.soil))
+
+    starts = tuple((*one, *other) for one, other in zip(sway.starts, rocking.starts, strict=True))
+    return Candidate(
+        sway.name, "", (*sway.parameters, *rocking.parameters),
+        # the stiffest first: what one motion alone was found to be is carried over to it
+        starts[::-2], apply, f"{sway.says}, and rocks on one of {{rocking_stiffness:.3g}} N m",
+        form="sway_and_rocking", instead=True,
     )  # fmt: skip

@@ -23,6 +23,8 @@ from isolation_sim.discrepancy.building.cause_search import (
     _carried_over,
     _freed,
     _left_along,
+    _likelier_on_all,
+    _may_be_nearer,
     _near,
     candidates,
     search_causes,
@@ -176,6 +178,7 @@ def _with_colour(shape):
         lambda f: np.maximum(f, 0.02) ** -0.25,  # grows as the frequency falls
         lambda f: np.sqrt(np.maximum(1.0, 0.2 / np.maximum(f, 0.02))),  # flickers below 0.2 Hz
         lambda f: 1 / np.sqrt(1 + (f / 20.0) ** 8),  # has passed the filter of a logger
+        lambda f: 1 / np.sqrt(1 + (f / 8.0) ** 4),  # one that ends within the building's band
     ],
 )
 def test_noise_of_any_colour_is_noise(isolated, shape):
@@ -732,6 +735,28 @@ def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
         assert _near(nominal, outcome("base_mass_error", value, 1.0), [other]) == rivals
 
 
+def test_of_two_causes_the_one_that_predicts_better_is_taken(isolated):
+    """Unless it has more numbers, or the data that were fitted speak for the other."""
+    record = _record(isolated)
+    listed = {c.name: c for c in candidates(building_model(isolated, [record]), [record])}
+
+    def outcome(name, size, size_held_out):
+        parts = [(np.full((500, 4, 2), one),) for one in (size, size_held_out)]
+        values = listed[name].starts[0]
+        return FittedBuilding(((listed[name], values),), parts[0], lambda: parts[1])
+
+    best = outcome("base_mass_error", 1.0, 2.0)
+    for name, size, is_taken in (
+        ("isolator_force_error", 1.01, True), ("isolator_force_error", 1.1, False),
+        ("isolator_amplitude_softening", 1.01, False),
+    ):  # fmt: skip
+        other = outcome(name, size, 1.9)
+        assert _likelier_on_all(best, [best, other]) is (other if is_taken else best)
+        # what grows is told from what does not by the data that come later
+        assert _may_be_nearer(outcome(name, size, 1.0), best)
+        assert not _may_be_nearer(outcome(name, size, 2.0), best)
+
+
 @pytest.fixture
 def no_pairs(monkeypatch):
     """No pair of causes leaves less than those found."""
@@ -979,6 +1004,26 @@ def test_a_sensor_with_an_error_of_another_form_is_blamed_alone(isolated):
         assert len(result.causes) == named and "sensor_bias" in result.causes[0]
 
 
+def test_offsets_of_all_channels_are_one_cause(isolated, monkeypatch):
+    """Beside that of the ground's sensor, which moves the simulated building."""
+    record = _record(isolated, seed=4)
+    shifts = dict(zip(CHANNELS, (0.01, -0.02, 0.03, 0.01, -0.01, 0.02, 2e-3), strict=True))
+    response = {name: values + shifts[name] for name, values in record.response.items()}
+    shaking = replace(record.ground[0], acceleration=record.ground[0].acceleration + 0.02)
+    record = replace(record, ground=(shaking,), response=response)
+    names = {"sensor_bias", "base_mass_error"}
+    every = candidates(building_model(isolated, [record]), [record])
+    few = [c for c in every if c.name in names and c.form in ("", "constant")]
+    monkeypatch.setattr(cause_search, "candidates", lambda model, records: few)
+    comparison = compare_building(building_model(isolated, [record]), [record])
+    best = search_causes(comparison)[1].best
+    of_ground = "sensor_bias (ground_acceleration_m_s2)"
+    assert set(best.causes) == {"sensor_bias (all channels)", of_ground}
+    found = dict(zip(best.causes, (values for _, values in best.cause_values), strict=True))
+    assert found["sensor_bias (all channels)"] == pytest.approx(tuple(shifts.values()), abs=3e-3)
+    assert found[of_ground] == pytest.approx((0.02,), abs=1e-3)
+
+
 @pytest.mark.usefixtures("few_causes")
 def test_a_drift_that_comes_late_is_fitted_where_it_is(isolated):
     """The time that is fitted at first shows next to none of it."""
@@ -1203,15 +1248,47 @@ def test_an_offset_is_no_evidence_where_the_noise_is_one(isolated):
     assert p_value(_with_common_noise(comparison), before, outcome) > 0.05
 
 
+def test_no_late_cause_is_named_for_a_small_remainder(isolated):
+    record = _record(isolated, _heavier(0.2))
+    comparison, listed = _compared(isolated, record)
+    space = CauseSearch(comparison, choices=())
+    for mass, little in ((0.2, True), (0.1, False)):
+        causes = ((listed["base_mass_error"], (mass,)),)
+        assert space._is_little(comparison.evaluate(causes)) is little
+    assert not space._is_little(space.before)
+
+
+def test_a_foundation_may_sway_and_rock(isolated):
+    """Each motion alone is both of them on soil that is nearly rigid against the other."""
+    record = _record(isolated, noise=1e-9)
+    model = building_model(isolated, [record])
+    forms = {c.form: c for c in candidates(model, [record]) if c.name == "soil_flexibility"}
+    sway, rocking = ((*forms[form].starts[2][:2], 3e5) for form in ("sway", "rocking"))
+    stiff = (1e14, 1e10, 3e5)
+    size = np.sqrt(np.mean(record.values**2, axis=0))
+    for form, alone, both in (
+        ("sway", sway, (*sway, *stiff)), ("rocking", rocking, (*stiff, *rocking)),
+    ):  # fmt: skip
+        one, together = (
+            forms[name].apply(model, values).predict(record)
+            for name, values in ((form, alone), ("sway_and_rocking", both))
+        )
+        assert np.max(np.abs(one - record.values) / size) > 0.05
+        np.testing.assert_allclose(together / size, one / size, atol=2e-2)
+    # a search goes on from what one motion was found to be
+    start = _carried_over(forms["sway_and_rocking"], forms["rocking"], rocking)
+    assert start[3:] == pytest.approx(rocking) and start[0] == forms["sway"].starts[-1][0]
+
+
 def test_a_very_stiff_soil_changes_nothing_and_a_soft_one_does(isolated):
     record = _record(isolated, noise=1e-9)
     model = building_model(isolated, [record])
     rigid = model.predict(record)
     size = np.sqrt(np.mean(rigid**2, axis=0))
     for rocking in (False, True):
-        stiff = replace(model, soil=Soil(1e14, 1e10, 3e5, rocking)).predict(record)
+        stiff = replace(model, soil=(Soil(1e14, 1e10, 3e5, rocking),)).predict(record)
         np.testing.assert_allclose(stiff / size, rigid / size, atol=2e-3)
-        soft = replace(model, soil=Soil(3e8, 1e6, 3e5, rocking)).predict(record)
+        soft = replace(model, soil=(Soil(3e8, 1e6, 3e5, rocking),)).predict(record)
         assert np.max(np.abs(soft - rigid) / size) > 0.05
 
 

@@ -58,6 +58,7 @@ def test_causes_are_asked_in_each_direction_and_in_both(isolated):
     listed = {(one.name, one.place, one.form) for one in candidates(model, [record()])}
     for storey in ("storey1", "storey2"):
         assert ("storey_stiffness_loss", storey, "") in listed
+        assert ("storey_stiffness_gain", storey, "") in listed
         for axis in "xy":
             for form in ("", "one_side"):
                 assert ("storey_stiffness_loss", f"{storey}_{axis}", form) in listed
