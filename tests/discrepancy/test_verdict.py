@@ -95,7 +95,7 @@ def test_a_significant_cause_too_small_to_matter_is_negligible():
 
 @pytest.mark.usefixtures("few_effects")
 def test_a_cause_that_leaves_more_than_one_of_the_right_form_only_acts_like_one():
-    # a dashpot takes four fifths of the friction's square: the rest is 0.013 and 0.14 of what is left
+    # a dashpot takes four fifths of the friction's square; 0.01 and 0.15 of the rest are unrelated
     for unrelated, label in ((0.015, "coulomb_friction"), (0.05, "acts like coulomb_friction")):
         diagnosis = diagnosis_with(friction=0.3, unrelated=unrelated)
         assert [cause.label for cause in diagnosis.causes] == [label]
