@@ -174,6 +174,10 @@ TERMS_TRIED = 3
 RIVALS_TRIED = 4
 """Forms, of device tests, and causes, of buildings, that are fitted in the place of one found
 before. Effort."""
+RUNS_AWAY, FARTHEST = 0.5, 10.0
+"""Share of a fitted model's cost that its values promise to remove to first order, from which one
+of them runs away, and the step over its value by which that one is known. Convention, seen on a
+standard solid that had become rigid: no effect was found beside it."""
 SCREEN_STARTS = 12
 """Shapes of an effect that are screened before one is fitted. Effort."""
 REFINE_STEPS = 6
