@@ -182,3 +182,20 @@ def test_offsets_of_the_runs_leave_the_law_its_constant_force():
     assert alone.values[names.index("F0")] == pytest.approx(40.0, abs=5.0)
     again = FittedModel.at(model, np.append(alone.values, 0.0))
     assert again.cost == pytest.approx(fitted.cost, rel=1e-6)
+
+
+def test_an_element_that_has_become_rigid_follows_no_effect():
+    """Its stiffness would follow a mass by a step far beyond infinity: at first order alone."""
+    time = np.arange(0, 8.0, 1 / 256)
+    x = 1e-3 * sum(np.sin(2 * np.pi * f * time) / f for f in (0.5, 1.7, 4.0))
+    x *= np.minimum(1, time)
+    v = np.gradient(x, time)
+    force = 2e4 * x + 300 * v + 3 * np.gradient(v, time)
+    runs = Campaign("rig", "made", [TestRun("run", time, x, v, force, 0 * x)])
+    data = measured_runs(runs.runs)
+    model = Model(data, parameterise(runs, LAWS["standard_solid"], data))
+    start = np.array([300.0, 2e4, 5e7])
+    fitted = fit_model(model.resolve_steps(start), start)
+    assert fitted.values[2] > 1e8
+    left = fitted.across(fitted.residual)
+    assert np.linalg.norm(left) > 0.9 * np.linalg.norm(fitted.residual)

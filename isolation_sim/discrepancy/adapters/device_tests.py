@@ -284,7 +284,8 @@ class DeviceTests(Problem[FittedModel]):
         if self.final.effects:
             causes += effect_causes(
                 self.space, result.best, self.final, self.errors, self.shifts, self.seed,
-                1 - min(evaluation.unexplained, 1.0), self._wrong_family,
+                1 - min(evaluation.unexplained, 1.0), self.validated.left(self.data.fitted),
+                self._wrong_family,
             )  # fmt: skip
         if self.prescribed is not None and self.final is not self.prescribed:
             causes += wrong_numbers(self.law, self.prescribed.force, self.errors)

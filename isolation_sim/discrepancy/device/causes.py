@@ -15,6 +15,7 @@ from .. import inference
 from ..decisions import (
     BESIDE_REMAINDER,
     CONFUSABLE_GAIN,
+    FORM_LEAVES,
     MAY_BE_ZERO,
     MUCH_LEFT,
     NEEDED,
@@ -49,17 +50,19 @@ _SPECTRUM = (
     "A spring-pot is a continuous spectrum of arms: the smaller one may only mend the other's form."
 )
 _NAME_VARIES = "Most fits to other runs put another cause in its place: it may only mend a form."
+_FORM = "More remains than a cause of the right form leaves: another effect may act alike."
 _MAY_BE_ZERO = "It may as well have the size zero, and may only mend the form of another."
 
 
 def effect_causes(
     space: EffectSearch, searched: FittedModel, final: FittedModel, errors: ForceErrors,
-    shifts: NDArray, seed: int, explained: float, wrong_family: bool,
+    shifts: NDArray, seed: int, explained: float, left: float, wrong_family: bool,
 ) -> list[Cause]:  # fmt: skip
     """Infer the causes that the effects of a model are, on all samples in ``final``.
 
-    ``shifts`` are examples of noise; ``explained`` is the share of the misfit that is split; in a
-    law that is of the ``wrong_family`` an effect only acts like a cause.
+    ``shifts`` are examples of noise; ``explained`` is the share of the misfit that is split, and
+    ``left`` the share that is left of the fitted runs; in a law that is of the ``wrong_family`` an
+    effect only acts like a cause.
     """
     data, judging = errors.data, errors.validation_samples
     others = [space.rivals(searched, k) for k in range(len(searched.effects))]
@@ -73,13 +76,15 @@ def effect_causes(
     stable = stability(space, searched, seed)
     less_than_remains = _less_than_remains(errors, final, lacking)
     leaves_noise = errors.is_noise(data.bounded(final.force), judging)
+    leaves_little = leaves_noise or errors.is_noise(data.bounded(final.force), data.fitted)
+    wrong_form = not leaves_little and min(left, 1 - explained) > FORM_LEAVES
     mends_term = _less_than_a_term(searched.causes, split, leaves_noise)
     mends_spectrum = less_of_a_spectrum(searched.effects, split)
     causes = []
     for k, (effect, (without, rivals)) in enumerate(zip(searched.effects, others, strict=True)):
         doubt = _STANDS_IN if wrong_family else _LESS * less_than_remains[k]
         doubt = doubt or _BESIDE_TERM * mends_term[k] or _SPECTRUM * mends_spectrum[k]
-        doubt = doubt or _NO_HISTORY * lacks_history(searched, k)
+        doubt = doubt or _FORM * wrong_form or _NO_HISTORY * lacks_history(searched, k)
         if effect is EACH_RUN:
             numbers[k] = {"spread": _spread(final)}
         elif len(lacking) > 1 and split[k] < MAY_BE_ZERO and may_be_zero(final, k, numbers[k]):

@@ -15,7 +15,7 @@ from ...identification.characteristic_scales import characteristic_scale
 from ...identification.law_model import LawModel
 from ...identification.least_squares import DETERMINED, Optimum, orthonormal, unit_columns
 from ...identification.measured_runs import MeasuredRuns
-from ..decisions import SEARCH_STEPS
+from ..decisions import FARTHEST, RUNS_AWAY, SEARCH_STEPS
 from .acting_order import acting_order
 from .carried_history import has_unknown_starts
 from .effect_evaluation import differentiate, evaluate, time_scales
@@ -347,7 +347,17 @@ class FittedModel:
         """Orthonormal directions in which values inside their bounds move the residuals."""
         # one at a bound does not follow what would lead it out
         lower, upper = self.model.bounds()
-        return orthonormal(self.jacobian[:, (self.values > lower) & (self.values < upper)])
+        inside = np.flatnonzero((self.values > lower) & (self.values < upper))
+        basis = orthonormal(self.jacobian[:, inside])
+        along = basis.T @ self.residual
+        if not float(along @ along) > RUNS_AWAY * self.cost:
+            return basis
+        # an element that has become rigid promises at first order what no value of it keeps
+        scaled, length = unit_columns(self.jacobian[:, inside])
+        step = np.linalg.lstsq(scaled, -self.residual)[0] / length
+        values = self.values[inside]
+        rigid = (values > 0) & (step > FARTHEST * values) & np.isinf(upper[inside])
+        return orthonormal(self.jacobian[:, inside[~rigid]])
 
     def significance(self, places: NDArray) -> float:
         """Square of some values over their covariance under residuals of one noise each."""
