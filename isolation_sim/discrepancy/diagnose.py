@@ -113,19 +113,9 @@ def diagnose(
             if len(again.causes) < len(diagnosis.causes):
                 problem, diagnosis = other, again
         if problem.saturates_alike():
+            options = problem.law.model.parameterisation.law, device, 1, *options[3:]
             other = DeviceTests(
-                data,
-                law,
-                device,
-                1,
-                seed,
-                pool,
-                report,
-                significance,
-                problem.choice,
-                runs,
-                wrong,
-                saturates=True,
+                data, *options, significance, problem.choice, runs, wrong, saturates=True
             )
             again = diagnose_problem(other)[0]
             if any(one.name == "field_saturation" and one.is_named for one in again.causes):

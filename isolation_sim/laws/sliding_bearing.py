@@ -52,6 +52,6 @@ LAW = Law(
     source="Constantinou, Mokha and Reinhorn (1990)",
     plan=PLAN,
     example={
-        "k": (20000.0, 3000.0), "F_max": (800.0, 200.0), "F_min": 400.0, "a": 30.0, "u_y": 0.002,
+        "k": (20000.0, 3000.0), "F_max": (400.0, 100.0), "F_min": 200.0, "a": 10.0, "u_y": 0.003,
     },
 )  # fmt: skip

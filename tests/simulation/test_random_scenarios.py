@@ -40,7 +40,7 @@ from isolation_sim.simulation.control import CoilDriver, Sensors
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import IsolatedStructure, Structure, shear_building
 
-SCENARIOS = int(os.environ.get("ISOLATION_SIM_SCENARIOS", "24"))
+SCENARIOS = int(os.environ.get("ISOLATION_SIM_SCENARIOS", "25"))
 DURATION = 2.5 if SCENARIOS < 100 else 8.0
 G = 9.81
 PASSIVE = "passive"  # the strain-stiffening law under the passive switching rule

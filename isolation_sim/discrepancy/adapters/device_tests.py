@@ -216,10 +216,9 @@ class DeviceTests(Problem[FittedModel]):
         chosen = self.degree is not None or self.prescribed is not None
         if chosen or p.n_powers != 3 or "field_saturation" in final.causes:
             return False
-
         if not errors.is_noise(self.after, fitted) or not several_curves(final):
             return False
-        linear = linear_in_current(final, parameterise(self.campaign, p.law, self.data, 1))
+        linear = linear_in_current(final)
         saturated = with_saturation(linear)
         if saturated is None or penalised_cost(saturated) >= penalised_cost(final):
             return False

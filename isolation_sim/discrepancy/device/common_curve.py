@@ -44,12 +44,16 @@ def several_curves(fitted: FittedModel) -> bool:
     return n > 1
 
 
-def linear_in_current(fitted: FittedModel, p: Parameterisation) -> FittedModel:
+def linear_in_current(fitted: FittedModel) -> FittedModel:
     """Fit the same effects on the law with parameters that are linear in the current."""
+    quadratic, n_law = fitted.model.parameterisation, fitted.model.n_law
+    ends = np.array(quadratic.span)
+    p = Parameterisation(
+        quadratic.law, ends, quadratic.sizes, quadratic.fixed, quadratic.span, quadratic.scaling
+    )
     model = replace(fitted.model, parameterisation=p, expected=None, inside=None, held=None)
-    n_law = fitted.model.n_law
-    ends = fitted.values[:n_law].reshape(-1, 3)[:, [0, 2]].ravel()
-    return fit_model(model, np.concatenate([ends, fitted.values[n_law:]]))
+    at_ends = fitted.values[:n_law].reshape(-1, 3)[:, [0, 2]].ravel()
+    return fit_model(model, np.concatenate([at_ends, fitted.values[n_law:]]))
 
 
 def with_saturation(linear: FittedModel) -> FittedModel | None:
