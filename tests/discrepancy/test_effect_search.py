@@ -20,7 +20,7 @@ def fitted(cost, *causes, n_values=3):
     residual[len(causes)] = np.sqrt(cost)
     return SimpleNamespace(
         cost=cost, effects=causes, causes=causes, values=np.zeros(n_values),
-        n_parameters=n_values, residual=residual,
+        penalty=n_values * np.log(len(residual)), residual=residual,
     )  # fmt: skip
 
 

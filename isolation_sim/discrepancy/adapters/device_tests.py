@@ -42,7 +42,6 @@ from ..device.carried_history import of_device_in_order
 from ..device.causes import effect_causes, periodic_cause, wrong_numbers
 from ..device.common_curve import (
     linear_in_current,
-    penalised_cost,
     several_curves,
     with_saturation,
 )
@@ -220,7 +219,7 @@ class DeviceTests(Problem[FittedModel]):
             return False
         linear = linear_in_current(final)
         saturated = with_saturation(linear)
-        if saturated is None or penalised_cost(saturated) >= penalised_cost(final):
+        if saturated is None or saturated.criterion >= final.criterion:
             return False
         corrected = self._errors_of(linear)[0] ** 2 - self._errors_of(saturated)[0] ** 2
         return corrected > self.significance**2 and errors.is_noise(saturated.force, fitted)

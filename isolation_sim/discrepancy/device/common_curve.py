@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...effects.field_saturation import FORMS
-from ...identification.least_squares import DETERMINED, unit_columns
+from ...identification.least_squares import DETERMINED
 from ...identification.parameterisation import Parameterisation
 from ..decisions import SIGNIFICANT
 from .model import FittedModel, fit_model
@@ -22,8 +22,7 @@ from .screen import screen_effect
 def several_curves(fitted: FittedModel) -> bool:
     """Whether more than one of the law's parameters is curved over the current, beyond noise."""
     n = len(fitted.model.parameterisation.free)
-    scaled, length = unit_columns(fitted.jacobian)
-    covariance = np.linalg.pinv(scaled.T @ scaled, DETERMINED**2, hermitian=True)
+    covariance, length = fitted.covariance
     # second differences of Bernstein's coefficients
     bend = np.zeros((n, len(length)))
     for k in range(n):
@@ -65,9 +64,4 @@ def with_saturation(linear: FittedModel) -> FittedModel | None:
         if found is not None:
             start = np.concatenate([linear.values, found.start])
             tried.append(fit_model(linear.model.with_effects(form), start))
-    return min(tried, key=penalised_cost, default=None)
-
-
-def penalised_cost(one: FittedModel) -> float:
-    """Cost of a model and of its parameters (Schwarz's criterion)."""
-    return one.cost + one.n_parameters * float(np.log(len(one.residual)))
+    return min(tried, key=lambda one: one.criterion, default=None)

@@ -311,7 +311,7 @@ class EffectSearch:
             factor = NEW_SPECIMENS
         if factor > 1:
             costs = costs + (factor - 1) * np.maximum(costs - size * self.noise_cost, 0.0)
-        return costs + one.n_parameters * float(np.log(len(one.residual)))
+        return costs + one.penalty
 
     def completes(
         self, without: FittedModel, extended: FittedModel, share: float = COMPLETES

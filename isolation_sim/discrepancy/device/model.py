@@ -327,6 +327,16 @@ class FittedModel:
         by_run = [e for e in self.effects if e is EACH_RUN or has_unknown_starts(e)]
         return len(self.values) + len(by_run) * (len(self.model.data.dt) - 1)
 
+    @property
+    def penalty(self) -> float:
+        """Cost of its parameters (Schwarz's criterion)."""
+        return self.n_parameters * float(np.log(len(self.residual)))
+
+    @property
+    def criterion(self) -> float:
+        """Schwarz's criterion; the less the better."""
+        return self.cost + self.penalty
+
     def values_without(self, place: int) -> NDArray:
         """Values of the model with one effect less, not fitted again."""
         gone = self.model.slices()[place]
@@ -359,10 +369,15 @@ class FittedModel:
         rigid = (values > 0) & (step > FARTHEST * values) & np.isinf(upper[inside])
         return orthonormal(self.jacobian[:, inside[~rigid]])
 
+    @cached_property
+    def covariance(self) -> tuple[NDArray, NDArray]:
+        """Covariance of the values times lengths, under residuals of one noise; the lengths."""
+        scaled, length = unit_columns(self.jacobian)
+        return np.linalg.pinv(scaled.T @ scaled, DETERMINED**2, hermitian=True), length
+
     def significance(self, places: NDArray) -> float:
         """Square of some values over their covariance under residuals of one noise each."""
-        scaled, length = unit_columns(self.jacobian)
-        covariance = np.linalg.pinv(scaled.T @ scaled, DETERMINED**2, hermitian=True)
+        covariance, length = self.covariance
         one = (self.values * length)[places]
         return float(one @ np.linalg.pinv(covariance[np.ix_(places, places)], hermitian=True) @ one)
 
