@@ -78,13 +78,16 @@ def suite(
         print(_json(result), end="")
     elif not quiet:
         console = standard_console()
-        if len(result.controllers) > 1:
+        several = len(result.controllers) > 1
+        if several:
             console.print(comparison_table(result))
         for label in result.controllers:
-            console.print(statistics_table(result, label))
+            console.print(statistics_table(result, label, brief=several))
         console.print(records_table(result, criterion))
         for sentence in verdict(result):
             console.print(sentence)
+        if several:
+            console.print("The report has the statistics of all criteria with each controller.")
     failures = result.failures()
     for failure in failures:
         print_warning(failure)

@@ -55,13 +55,13 @@ def _spread(statistics: pd.Series, factor: float) -> str:
     return text if pd.isna(better) else f"{text} {better:.0f}/{statistics['runs']:.0f}"
 
 
-def statistics_table(suite: Suite, controller: str) -> TextTable:
-    """Statistics of every criterion with a controller."""
+def statistics_table(suite: Suite, controller: str, brief: bool = False) -> TextTable:
+    """Statistics of every criterion with a controller; if brief, without ratios and RMS values."""
     rows = []
     statistics = suite.statistics.loc[controller]
-    reference = is_reference(statistics["mean"])
+    without_ratios = brief or is_reference(statistics["mean"])
     for name, row in statistics.iterrows():
-        if reference and str(name) in RATIOS:
+        if (without_ratios and name in RATIOS) or (brief and str(name).startswith("rms_")):
             continue
         unit, factor = unit_of(str(name))
         governing = "" if pd.isna(row["governing"]) else str(row["governing"])

@@ -228,6 +228,9 @@ def test_too_few_records_give_no_design_value(suite):
     assert other.statistics["design"].isna().all()
     assert "design" not in statistics_table(other, other.controllers[0]).headings
     assert statistics_table(suite, suite.controllers[0]).headings[-1] == "design"
+    brief = statistics_table(suite, suite.controllers[0], brief=True)
+    shown = {row[0] for row in brief.rows}
+    assert "peak base shear" in shown and not any(name.startswith(("RMS", "J")) for name in shown)
     assert "11 records or more are required; the suite has 3" in " ".join(verdict(other))
     # the period was given
     assert "small vibrations" not in " ".join(verdict(suite))
