@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,7 @@ from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.data_checks import refuse_swapped
 from ..identification.first_use import laws_to_compile
-from ..identification.law_choice import AUTO, choose_law
+from ..identification.law_choice import AUTO, LawChoice, choose_law
 from ..identification.measured_runs import hold_out_some, measured_runs
 from ..identification.run_preparation import repaired, thin_runs
 from ..io.files import read_toml
@@ -37,9 +38,13 @@ from .verdict import NOTHING_PREDICTS
 
 if TYPE_CHECKING:
     from ..structures import IsolatedStructure
+    from .adapters.device_tests import DeviceTests
     from .building.record import BuildingRecord
 
 DEFAULT_LAW = "strain_stiffening"
+_ONLY_FITTED = (
+    'law is "auto"; expected: a campaign of device tests and parameters "fit", or the name of a law'
+)
 
 
 def diagnose(
@@ -70,56 +75,28 @@ def diagnose(
         refuse_swapped(data.runs)
         data, thinned = thin_runs(data)
         wrong += thinned
-    from .adapters.device_tests import DeviceTests
-    from .adapters.loop_table import LoopTableTests
+    report = progress or (lambda text: None)
+    if isinstance(data, LoopTable):
+        if not isinstance(law, Law):
+            raise InputError(_ONLY_FITTED)
+        if tiers not in ("auto", "causes"):
+            raise InputError("tiers", f"{tiers!r} for a loop table", "auto or causes")
+        from .adapters.loop_table import LoopTableTests
+
+        with workers(threads) as pool:
+            table = LoopTableTests(data, law, device, current_degree, seed, pool, report)
+            return diagnose_problem(table)[0]
+    if not isinstance(law, Law) and parameters != "fit":
+        raise InputError(_ONLY_FITTED)
     from .device.first_use import effects_to_compile
 
-    report = progress or (lambda text: None)
-
     def uncompiled() -> list[Task[None]]:
-        if isinstance(data, LoopTable):
-            return []
         return [*(laws_to_compile() if law == AUTO else ()), *effects_to_compile()]
 
     with workers(threads) as pool, run_beside(uncompiled):
-        choice = runs = None
-        if isinstance(law, str):
-            if isinstance(data, LoopTable) or parameters != "fit":
-                raise InputError(
-                    'law is "auto"; expected: a campaign of device tests and parameters "fit", or '
-                    "the name of a law"
-                )
-            runs = hold_out_some(measured_runs(data.runs), data.runs)
-            choice = choose_law(
-                data, runs, current_degree, pool, seed=seed,
-                advance=lambda: report("comparing laws"),
-            )  # fmt: skip
-            law = LAWS[choice.best.law]
-        assert isinstance(law, Law)
-        options = law, device, current_degree, seed, pool, report
-        if isinstance(data, LoopTable):
-            if tiers not in ("auto", "causes"):
-                raise InputError("tiers", f"{tiers!r} for a loop table", "auto or causes")
-            return diagnose_problem(LoopTableTests(data, *options))[0]
-        problem = DeviceTests(data, *options, significance, choice, runs, wrong)
-        diagnosis = diagnose_problem(problem)[0]
-        simpler = problem.law_with_a_cause_less() if choice is not None else None
-        if choice is not None and simpler is not None:
-            options = LAWS[simpler.law], *options[1:]
-            other = DeviceTests(
-                data, *options, significance, choice.with_best(simpler), runs, wrong
-            )
-            again = diagnose_problem(other)[0]
-            if len(again.causes) < len(diagnosis.causes):
-                problem, diagnosis = other, again
-        if problem.saturates_alike():
-            options = problem.law.model.parameterisation.law, device, 1, *options[3:]
-            other = DeviceTests(
-                data, *options, significance, problem.choice, runs, wrong, saturates=True
-            )
-            again = diagnose_problem(other)[0]
-            if any(one.name == "field_saturation" and one.is_named for one in again.causes):
-                problem, diagnosis = other, again
+        problem, diagnosis = _diagnose_tests(
+            data, law, device, current_degree, significance, seed, pool, report, wrong
+        )
         explained = diagnosis.verdict in ("adequate", "explained")
         # given parameter values are not fitted
         if tiers == "causes" or (tiers == "auto" and (explained or device is not None)):
@@ -128,6 +105,53 @@ def diagnose(
         from .tiers.ladder import climb
 
         return climb(DeviceTiers(problem), diagnosis, "learned" if tiers == "auto" else tiers)
+
+
+def _diagnose_tests(
+    campaign: Campaign,
+    law: str | Law,
+    device: Device | None,
+    degree: int | None,
+    significance: float,
+    seed: int,
+    pool: ThreadPoolExecutor,
+    report: Callable[[str], None],
+    repaired: Sequence[str],
+) -> tuple[DeviceTests, Diagnosis]:
+    """Diagnose device tests, again with another law or degree where that needs less."""
+    from .adapters.device_tests import DeviceTests
+
+    runs = hold_out_some(measured_runs(campaign.runs), campaign.runs)
+
+    def tests(
+        law: Law, degree: int | None, choice: LawChoice | None, saturates: bool = False
+    ) -> DeviceTests:
+        return DeviceTests(
+            campaign, law, device, degree, seed, pool, report, significance, choice, runs, repaired,
+            saturates,
+        )  # fmt: skip
+
+    chosen = None
+    if not isinstance(law, Law):
+        chosen = choose_law(
+            campaign, runs, degree, pool, seed=seed, advance=lambda: report("comparing laws")
+        )
+        law = LAWS[chosen.best.law]
+    problem = tests(law, degree, chosen)
+    diagnosis = diagnose_problem(problem)[0]
+    simpler = problem.law_with_a_cause_less() if chosen is not None else None
+    if chosen is not None and simpler is not None:
+        other = tests(LAWS[simpler.law], degree, chosen.with_best(simpler))
+        again = diagnose_problem(other)[0]
+        if len(again.causes) < len(diagnosis.causes):
+            problem, diagnosis = other, again
+    if problem.saturates_alike():
+        law = problem.law.model.parameterisation.law
+        other = tests(law, 1, problem.choice, saturates=True)
+        again = diagnose_problem(other)[0]
+        if any(one.name == "field_saturation" and one.is_named for one in again.causes):
+            problem, diagnosis = other, again
+    return problem, diagnosis
 
 
 def diagnose_building(
