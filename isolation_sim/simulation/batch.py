@@ -41,6 +41,9 @@ FEWEST = 8
 _memory = threading.local()
 """Large arrays of a thread, reused for consecutive blocks."""
 
+_Block = list[tuple[int, Lane]]
+"""Runs that are computed together, with their numbers."""
+
 __all__ = ["Batch", "Case", "simulate_many"]
 
 
@@ -226,68 +229,22 @@ def run_cases(
             raise InputError(f"cases[{k}]", f"a {type(case).__name__}", "Case(...)")
     if threads is not None and threads < 1:
         raise InputError("threads", f"{threads}", "1 or more")
-    clamp, delays = current_outside == "clamp", (sensors.delay, computation_delay)
-
-    options: dict[str, Any] = {
-        "driver": driver, "sensors": sensors, "computation_delay": computation_delay,
-        "tolerance": tolerance, "current_outside": current_outside,
-    }  # fmt: skip
+    conditions = _Conditions(driver, sensors, computation_delay, tolerance, current_outside)
     further = selected_criteria(criteria)
-
-    def alone_with(
-        case: Case, controller: Control, criteria: Sequence[str | Criterion] = ()
-    ) -> Run:
-        return simulate(
-            case.isolated, case.ground, controller, nominal=case.nominal, criteria=criteria,
-            **options,
-        )  # fmt: skip
-
-    def lane_of(case: Case) -> Lane:
-        arguments = case.isolated, case.ground, case.controller, case.nominal
-        return prepare_lane(*arguments, driver, delays, partial(alone_with, case))
-
     # with few structures each block has only one structure and shares its coefficients
     n_plants = len({id(case.isolated) for case in cases})
     alike = n_plants == 1 or 2 * LANES * n_plants <= len(cases)
     results = _Results(len(cases))
 
-    def run_block(block: list[tuple[int, Lane]]) -> None:
-        lanes = [lane for _, lane in block]
-        plan = Plan(lanes + lanes[-1:] * (LANES - len(lanes)), sensors, computation_delay, alike)
-        work = plan.workspace(tolerance, clamp, record_steps=False, buffers=_memory.__dict__)
-        with compiling(plan.kernel):
-            work.integrate()
-        criteria = criteria_of_lanes([lane.isolated for lane in plan.lanes], work)
-        numbers = [k for k, _ in block]
-        failures = [plan.failure(work, at) for at in range(len(block))]
-        results.put_criteria(numbers, criteria, failures)
-        currents = peak_currents(work)
-        for at, (k, lane) in enumerate(block):
-            clamped, unresolved = work.counts[[0, 4], at].tolist()
-            results.validity[k] = Validity(clamped=clamped, unresolved=unresolved)
-            if failures[at] is not None:
-                continue
-            isolated, modes = lane.isolated, plan.modes[at]
-            peaks = compare_with_tests(isolated, modes, work, criteria, currents, at)
-            cautions = getattr(cases[k].controller, "cautions", None)
-            listed = cautions(lane.context, sensors) if cautions else ()
-            results.validity[k] = Validity(
-                clamped,
-                peaks.deformation_ratio,
-                peaks.current_ratio,
-                unresolved,
-                *end_state(isolated, modes, work, at),
-                BETWEEN.join(input_warnings(isolated, modes, lane.records)),
-                BETWEEN.join(f"{as_written(lane.controller)}: {each}" for each in listed),
-                contacts_of_lane(isolated, modes, work, at),
-            )
+    def run_block(block: _Block) -> None:
+        conditions.run_block(block, cases, alike, results)
         if progress is not None:
             progress(len(block))
 
     units = (e.device.law.unit for c in cases for e in getattr(c.isolated, "elements", ()))
     few = len(cases) < FEWEST or any(units) or bool(further)
     alone = list(range(len(cases))) if few else []
-    blocks = _blocks(() if few else map(lane_of, cases), alone, alike)
+    blocks = _blocks(() if few else map(conditions.lane, cases), alone, alike)
     first = next(blocks, None)
     if first is not None:
         run_block(first)
@@ -301,7 +258,7 @@ def run_cases(
             raise
     for k in alone:
         try:
-            run = alone_with(cases[k], cases[k].controller, further)
+            run = conditions.run_alone(cases[k], cases[k].controller, further)
         except (Diverged, InputError) as error:
             results.put_criteria([k], {}, [error])
         else:
@@ -312,12 +269,74 @@ def run_cases(
     return results.batch()
 
 
-def _blocks(
-    lanes: Iterable[Lane], alone: list[int], alike: bool
-) -> Iterator[list[tuple[int, Lane]]]:
+@dataclass(frozen=True)
+class _Conditions:
+    """What all runs of a batch have in common."""
+
+    driver: CoilDriver
+    sensors: Sensors
+    computation_delay: float
+    tolerance: float
+    current_outside: str
+
+    def run_alone(
+        self, case: Case, controller: Control, criteria: Sequence[str | Criterion] = ()
+    ) -> Run:
+        """One run by itself."""
+        return simulate(
+            case.isolated, case.ground, controller, nominal=case.nominal, criteria=criteria,
+            **vars(self),
+        )  # fmt: skip
+
+    def lane(self, case: Case) -> Lane:
+        """A case as the kernel takes it."""
+        return prepare_lane(
+            case.isolated, case.ground, case.controller, case.nominal, self.driver,
+            (self.sensors.delay, self.computation_delay), partial(self.run_alone, case),
+        )  # fmt: skip
+
+    def run_block(
+        self, block: _Block, cases: Sequence[Case], alike: bool, results: _Results
+    ) -> None:
+        """Compute a block of cases together, and write their results."""
+        lanes = [lane for _, lane in block]
+        lanes += lanes[-1:] * (LANES - len(lanes))
+        plan = Plan(lanes, self.sensors, self.computation_delay, alike)
+        work = plan.workspace(
+            self.tolerance, self.current_outside == "clamp", record_steps=False,
+            buffers=_memory.__dict__,
+        )  # fmt: skip
+        with compiling(plan.kernel):
+            work.integrate()
+        criteria = criteria_of_lanes([lane.isolated for lane in plan.lanes], work)
+        failures = [plan.failure(work, at) for at in range(len(block))]
+        results.put_criteria([k for k, _ in block], criteria, failures)
+        currents = peak_currents(work)
+        for at, (k, lane) in enumerate(block):
+            clamped, unresolved = work.counts[[0, 4], at].tolist()
+            results.validity[k] = Validity(clamped=clamped, unresolved=unresolved)
+            if failures[at] is not None:
+                continue
+            isolated, modes = lane.isolated, plan.modes[at]
+            peaks = compare_with_tests(isolated, modes, work, criteria, currents, at)
+            cautions = getattr(cases[k].controller, "cautions", None)
+            listed = cautions(lane.context, self.sensors) if cautions else ()
+            results.validity[k] = Validity(
+                clamped,
+                peaks.deformation_ratio,
+                peaks.current_ratio,
+                unresolved,
+                *end_state(isolated, modes, work, at),
+                BETWEEN.join(input_warnings(isolated, modes, lane.records)),
+                BETWEEN.join(f"{as_written(lane.controller)}: {each}" for each in listed),
+                contacts_of_lane(isolated, modes, work, at),
+            )
+
+
+def _blocks(lanes: Iterable[Lane], alone: list[int], alike: bool) -> Iterator[_Block]:
     """Blocks of runs that can be computed together, by number; the others go to ``alone``."""
     # ``alike``: all runs of a block have the same structure.
-    waiting: defaultdict[tuple, list[tuple[int, Lane]]] = defaultdict(list)
+    waiting: defaultdict[tuple, _Block] = defaultdict(list)
     for k, lane in enumerate(lanes):
         if lane.schedule is None and lane.compiled is None:
             alone.append(k)
