@@ -11,6 +11,7 @@ Forms:
     lugre       level z,   z' = (v - |v| z / g) / length,   g = 1 + rise exp(-(v / v_s)^2)   both
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -124,7 +125,7 @@ FORMS = (
         cause="coulomb_friction",
         form="stribeck",
         title="Coulomb friction with Stribeck's rise",
-        parameters=(LEVEL, RISE, STRIBECK),
+        parameters=(LEVEL, RISE, replace(STRIBECK, most=10.0, other=(np.inf,))),  # as VELOCITY
         force=stribeck,
         source="Stribeck (1902)",
     ),

@@ -20,7 +20,7 @@ from .channel_checks import (
     rms,
 )
 from .force_channel import averaging_note
-from .noise import white_noise
+from .noise import fast_part, white_noise
 from .run_table import TestRun
 from .velocity import smooth
 
@@ -71,6 +71,8 @@ _SMALLEST_FORCE, _SMALLEST_DEFORMATION = 1.0, 1e-5
 """N, m. Runs that all stay below it are asked for their unit. Convention."""
 _SHORTEST_STEP, _LONGEST_STEP = 1e-5, 0.5
 """s. Runs that are sampled faster or slower are asked for the unit of their times. Convention."""
+_FAST_PART = 0.05
+"""Share of the velocity near the highest frequencies that is noted. Convention."""
 _SAME_MOTION = 0.03
 """Relative difference up to which two runs repeat one motion and current. Convention."""
 _SAME_TEMPERATURE = 3.0
@@ -175,6 +177,14 @@ def _sampling(runs: Sequence[TestRun]) -> Iterator[str]:
     if len(gaps) > 1:
         listed = ", ".join(gaps)
         yield f"sampling intervals differ: {listed} ms"
+    slow = [(fast_part(run.displacement), run) for run in runs]
+    if fast := [one for one in slow if one[0] > _FAST_PART]:
+        most, run = max(fast, key=lambda one: one[0])
+        yield (
+            f"{_names([one for _, one in fast], runs)}: the motion reaches the highest frequencies "
+            f"that {1 / run.step:.3g} samples a second show ({100 * most:.2g} % of the velocity): "
+            "it counts as noise there; sample faster"
+        )
 
 
 def turned_runs(runs: Sequence[TestRun]) -> tuple[list[TestRun], str]:

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 _UPPER_BAND = 0.6
 """Part of the Nyquist frequency above which a device's response is taken to be negligible."""
+_MANY_A_CYCLE = 100.0
+"""Samples a mean cycle from which the highest frequencies hold no motion."""
 _BEYOND = 0.1, 16
 """Part of a spectrum, at its upper end, that lies beyond the corner of a low-pass, and its least
 number of lines. A corner is often at 0.4 of the sampling rate, against aliasing."""
@@ -65,6 +67,21 @@ def white_noise(signal: NDArray) -> float:
     """Standard deviation of a signal's white noise."""
     power, size = _spectrum(signal)
     return float(np.sqrt(_highest(power) / size))
+
+
+def fast_part(displacement: NDArray) -> float:
+    """Share of the RMS velocity near the highest frequencies; 0 where they look like noise."""
+    power, _ = _spectrum(displacement)
+    lines = np.arange(power.size)
+    velocity = power * lines**2
+    first = int(_UPPER_BAND * power.size)
+    middle = (first + power.size) // 2
+    if np.median(power[first:middle]) <= _ALIKE * np.median(power[middle:]):
+        return 0.0
+    # noise behind a low-pass of many samples a cycle falls there, too
+    if not velocity.any() or 2 * power.size > _MANY_A_CYCLE * np.sqrt(velocity.sum() / power.sum()):
+        return 0.0
+    return float(np.sqrt(velocity[first:].sum() / velocity.sum()))
 
 
 def rounding_step(signal: NDArray) -> float:

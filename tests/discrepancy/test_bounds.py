@@ -139,6 +139,7 @@ def test_a_bound_at_which_it_is_another_effect_counts_in_any_case():
         ("weak_rate_dependence", "thinning", 1),  # thins only beyond the tests
         ("coulomb_friction", "smooth", -1),  # not developed at the largest velocity
         ("coulomb_friction", "stroke", -1),
+        ("coulomb_friction", "stribeck", -1),
         ("coulomb_friction", "dahl", -1),  # nor at the largest deformation, where it is a spring
     ],
 )
@@ -156,6 +157,8 @@ def test_friction_has_developed_at_the_largest_velocity_and_deformation():
     model = Model(data, SimpleNamespace(law=None))
     velocity, length = (effect("coulomb_friction", f).parameters[1] for f in ("smooth", "dahl"))
     assert (model.upper(velocity), model.upper(length)) == pytest.approx((0.1, 10e-3))
+    rise = effect("coulomb_friction", "stribeck").parameters[-1]  # it develops over a tenth
+    assert model.upper(rise) == pytest.approx(1.0)
 
 
 def test_an_amplitude_that_is_forgotten_at_once_is_none():

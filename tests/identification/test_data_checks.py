@@ -274,3 +274,19 @@ def test_a_fit_says_what_is_wrong_in_the_data(runs):
     turned = one(lambda r: {"force": -r.force})(runs)
     notes = fit(Campaign("one", "", turned), "kelvin_voigt", starts=2).notes
     assert "second: the loops run the wrong way round" in notes[0]
+
+
+@pytest.mark.parametrize(("rate", "noted"), [(100, True), (1000, False)])
+def test_a_motion_that_reaches_the_highest_frequencies_is_said(rate, noted):
+    """Random motion of a power that falls from 2 Hz on, sampled slowly and fast."""
+    n, random = 40 * rate, np.random.default_rng(0)
+    frequency = np.fft.rfftfreq(n, 1 / rate)
+    spectrum = random.standard_normal(frequency.size) + 1j * random.standard_normal(frequency.size)
+    x = np.fft.irfft(spectrum / (1 + (frequency / 2) ** 2.5), n)
+    x *= 5e-3 / np.std(x)
+    time, still = np.arange(n) / rate, np.zeros(n)
+    x += 1e-6 * random.standard_normal(n)
+    v = np.gradient(x, 1 / rate)
+    one = TestRun("random", time, x, v, 8e3 * x + 50.0 * v, still, acceleration=still)
+    notes = " ".join(data_notes([one], np.zeros(1)))
+    assert ("highest frequencies that 100 samples a second show" in notes) == noted
