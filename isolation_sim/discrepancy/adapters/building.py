@@ -30,6 +30,7 @@ from ..building.errors import (
     relative_noise,
     squared_blocks,
 )
+from ..building.filter_search import with_likeliest_filter
 from ..building.goodness_of_fit import cell_p_values, is_quiet, noise_chance, p_value
 from ..building.isolator_causes import LAYER_NUMBERS
 from ..building.isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
@@ -81,16 +82,24 @@ class BuildingRecords(Problem[FittedBuilding]):
         self.progress("estimating the noise")
         self.first = compare_building(self._model, self.records).with_best_current()
         self.engineers = self.first.evaluate(())
-        # beside something that is wrong, a slightly better assumption is no evidence
-        other, _ = self.first.with_best_sampling()
+        if not is_quiet(self.first, self.engineers):
+            self._take_if_much_better(with_likeliest_filter(self.first))
+        self._take_if_much_better(self.first.with_best_sampling()[0])
+        self.records = self.first.records
+        return self.engineers
+
+    def _take_if_much_better(self, other: BuildingComparison) -> None:
+        """Compare under another assumption that leaves noise alone, or far less of the misfit.
+
+        Beside something that is wrong, a slightly better assumption is no evidence.
+        """
         nominal = other.evaluate(())
         # by the noise as it is seen with the better one: the other counts its error as noise
-        under_it = replace(other, model=self.first.model, _cache={})
+        under_it = other.as_assumed_by(self.first)
         left = sum(other.above_noise(nominal))
         left_by_first = sum(under_it.above_noise(under_it.evaluate(())))
         if is_quiet(other, nominal) or left < INSTEAD**2 * left_by_first:
             self.first, self.engineers = other, nominal
-        return self.engineers
 
     def search(self, base: FittedBuilding) -> SearchResult[FittedBuilding]:
         """Search for causes, and fit the model again without each of them."""

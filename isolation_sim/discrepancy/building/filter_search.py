@@ -1,0 +1,71 @@
+"""The filter of a record whose file states none, from what slow motion it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from .comparison import BuildingComparison, compare_building, squared
+from .record import BuildingRecord
+from .record_filter import RecordFilter
+
+_CORNERS = (0.05, 0.1, 0.2)
+"""Hz: first guesses of a corner; agencies use 0.02 to 0.3."""
+_STEPS = (1.4, 1.2, 1.1)
+"""Factors by which the corner is then moved."""
+
+def with_likeliest_filter(comparison: BuildingComparison) -> BuildingComparison:
+    """Compare again as if the records without a stated filter had passed the one that fits best."""
+    if all(record.filter for record in comparison.records):
+        return comparison
+    before = squared(comparison.fitted_residuals(()))
+    trials = {one: _cost(comparison, one) for one in _guesses()}
+    best = min(trials, key=lambda one: trials[one])
+    for step in _STEPS:
+        for moved in (_moved(best, step), _moved(best, 1 / step)):
+            trials[moved] = _cost(comparison, moved)
+        best = min(trials, key=lambda one: trials[one])
+    if not trials[best] < before:
+        return comparison
+    records = _filtered(comparison.records, best)
+    return compare_building(comparison.model, records)
+
+
+def _guesses() -> Iterator[RecordFilter]:
+    """Filters of agencies."""
+    for corner, ground in product(_CORNERS, (True, False)):
+        yield RecordFilter(high_pass_Hz=corner, ground=ground)
+        yield RecordFilter(high_pass_Hz=(corner / 2, corner), ground=ground)
+        for order in (2, 4):
+            yield RecordFilter(high_pass_Hz=corner, order=order, zero_phase=False, ground=ground)
+
+
+def _moved(one: RecordFilter, factor: float) -> RecordFilter:
+    ends = one.high_pass_Hz
+    moved = tuple(factor * f for f in ends) if isinstance(ends, tuple) else factor * ends
+    return one.model_copy(update={"high_pass_Hz": moved})
+
+
+def _filtered(
+    records: Sequence[BuildingRecord], assumed: RecordFilter
+) -> tuple[BuildingRecord, ...]:
+    corner = f"{np.max(assumed.high_pass_Hz):.2g}"
+    said = (
+        f"slow motion is missing, as after a high-pass filter at {corner} Hz"
+        f"{'' if assumed.zero_phase else ' that ran forwards only'}"
+        f"{'' if assumed.ground else ', but not in the ground motion'}; simulated motion is "
+        "compared after the same filter (state the filter in the record's file)"
+    )
+    return tuple(
+        one if one.filter else replace(one, filter=assumed, notes=(*one.notes, said))
+        for one in records
+    )
+
+
+def _cost(comparison: BuildingComparison, assumed: RecordFilter) -> float:
+    """Squared weighted residuals where the records are fitted, as if they had passed a filter."""
+    other = replace(comparison, records=_filtered(comparison.records, assumed))
+    return squared(comparison.as_assumed_by(other).fitted_residuals(()))
