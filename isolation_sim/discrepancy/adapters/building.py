@@ -42,6 +42,7 @@ from ..building.record_checks import (
     record_problems,
     unit_factor_in_words,
     unmeasured_floors,
+    without_offsets,
 )
 from ..building.segment import Segment, band_edges, cell_means
 from ..building.switching import switching_error
@@ -70,7 +71,8 @@ class BuildingRecords(Problem[FittedBuilding]):
         most_causes: int,
         progress: Callable[[str], None],
     ):
-        self.records, self.most_causes, self.progress = tuple(records), most_causes, progress
+        self.records = tuple(without_offsets(record) for record in records)
+        self.most_causes, self.progress = most_causes, progress
         for record in self.records:
             check_quantities(record)
         self._model = building_model(isolated, self.records)

@@ -16,6 +16,9 @@ _CORNERS = (0.05, 0.1, 0.2)
 """Hz: first guesses of a corner; agencies use 0.02 to 0.3."""
 _STEPS = (1.4, 1.2, 1.1)
 """Factors by which the corner is then moved."""
+_LOW_PASSES = (15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0)
+"""Hz: their other corner."""
+
 
 def with_likeliest_filter(comparison: BuildingComparison) -> BuildingComparison:
     """Compare again as if the records without a stated filter had passed the one that fits best."""
@@ -30,7 +33,7 @@ def with_likeliest_filter(comparison: BuildingComparison) -> BuildingComparison:
         best = min(trials, key=lambda one: trials[one])
     if not trials[best] < before:
         return comparison
-    records = _filtered(comparison.records, best)
+    records = _filtered(comparison.records, _with_low_pass(comparison, best))
     return compare_building(comparison.model, records)
 
 
@@ -49,12 +52,31 @@ def _moved(one: RecordFilter, factor: float) -> RecordFilter:
     return one.model_copy(update={"high_pass_Hz": moved})
 
 
+def _with_low_pass(comparison: BuildingComparison, found: RecordFilter) -> RecordFilter:
+    """Add the low-pass filter that leaves white noise above the building's band, if any does."""
+    residual = comparison.residual((), comparison.records[0])
+    dt, n = comparison.records[0].dt, len(residual)
+    shaped = np.hanning(n)[:, np.newaxis] * residual
+    power = (np.abs(np.fft.rfft(shaped, axis=0)) ** 2).T
+    frequencies = np.fft.rfftfreq(n, dt)
+    used = (frequencies > comparison.floors[0].band) & (frequencies < 0.45 / dt)
+
+    def unevenness(one: RecordFilter) -> float:
+        passed = np.abs(one.response(n, dt)[used]) ** 2
+        bands = np.array_split(np.log(power[:, used] / np.maximum(passed, 1e-4)), 8, axis=1)
+        return float(np.mean(np.var([band.mean(axis=1) for band in bands], axis=0)))
+
+    lows = (None, *(low for low in _LOW_PASSES if low < 0.5 / dt))
+    return min((found.model_copy(update={"low_pass_Hz": low}) for low in lows), key=unevenness)
+
+
 def _filtered(
     records: Sequence[BuildingRecord], assumed: RecordFilter
 ) -> tuple[BuildingRecord, ...]:
+    low = f" and a low-pass filter at {assumed.low_pass_Hz:g} Hz" if assumed.low_pass_Hz else ""
     corner = f"{np.max(assumed.high_pass_Hz):.2g}"
     said = (
-        f"slow motion is missing, as after a high-pass filter at {corner} Hz"
+        f"slow motion is missing, as after a high-pass filter at {corner} Hz{low}"
         f"{'' if assumed.zero_phase else ' that ran forwards only'}"
         f"{'' if assumed.ground else ', but not in the ground motion'}; simulated motion is "
         "compared after the same filter (state the filter in the record's file)"

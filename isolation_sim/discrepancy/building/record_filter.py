@@ -57,14 +57,18 @@ class RecordFilter(Section):
         has_ramp = any(isinstance(one, tuple) for one in (self.high_pass_Hz, self.low_pass_Hz))
         return self._memory(dt) if self.zero_phase or has_ramp else 0
 
+    def response(self, n: int, dt: float) -> NDArray:
+        """Frequency response at the frequencies of n samples, (n // 2 + 1,)."""
+        corners = self.high_pass_Hz, self.low_pass_Hz
+        return _response(corners, self.order, self.zero_phase, n, dt)
+
     def _memory(self, dt: float) -> int:
         lowest = np.min(self.high_pass_Hz or self.low_pass_Hz)
         return int(np.ceil(_REACH / (lowest * dt)))
 
     def _multiplied(self, signals: NDArray, dt: float, inverse: bool = False) -> NDArray:
         n, pad = len(signals), self._memory(dt)
-        ends = self.high_pass_Hz, self.low_pass_Hz
-        factors = _response(ends, self.order, self.zero_phase, n + 2 * pad, dt)
+        factors = self.response(n + 2 * pad, dt)
         if inverse:
             factors = factors.conj() / np.maximum(np.abs(factors), _MOST_RESTORED) ** 2
         padded = np.pad(signals.T, [*[(0, 0)] * (signals.ndim - 1), (pad, pad)])
