@@ -60,6 +60,9 @@ from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_building, significant
 from ..search import Round, SearchResult
 
+_REST = 120.0
+"""s: a rest in which devices cool that heat in an earthquake. Convention."""
+
 
 class BuildingRecords(Problem[FittedBuilding]):
     """Building records against an engineer's model."""
@@ -281,6 +284,7 @@ class BuildingRecords(Problem[FittedBuilding]):
         best, most = "", -1.0
         for test, record in _tests(segment.record, comparison):
             apart = models[0].simulated(record) - models[1].simulated(record)
+            apart = apart[len(record) - len(segment.record) :]
             size = float(np.mean(replace(segment, record=record).whiten(apart) ** 2))
             if np.isfinite(size) and size > most:
                 best, most = test, size
@@ -493,12 +497,27 @@ def _tests(
             label,
             replace(record, ground=tuple(motion.scaled(factor) for motion in record.ground)),
         )
+    yield f"the same ground motion, and again after a rest of {_REST:g} s", _twice(record)
     if comparison.model.device.depends_on_current:
         low, high = comparison.model.nominal.current_range()
         high = min(high, comparison.model.nominal.tested_current())
         for current in filter(np.isfinite, (max(low, 0.0), high)):
             held = replace(record, current=np.full(len(record), current))
             yield f"the same ground motion with {current:g} A held", held
+
+
+def _twice(record: BuildingRecord) -> BuildingRecord:
+    """The motion of a record, a rest, and the motion once more."""
+
+    def repeated(values: NDArray, rest: float = 0.0) -> NDArray:
+        return np.concatenate([values, np.full(round(_REST / record.dt), rest), values])
+
+    return replace(
+        record,
+        ground=tuple(replace(m, acceleration=repeated(m.acceleration)) for m in record.ground),
+        response={name: repeated(values) for name, values in record.response.items()},
+        current=None if record.current is None else repeated(record.current, record.current[0]),
+    )
 
 
 def _variables(record: BuildingRecord, axis: str) -> dict[str, NDArray]:
