@@ -8,6 +8,7 @@ from itertools import product
 
 import numpy as np
 
+from ..decisions import INSTEAD
 from .comparison import BuildingComparison, compare_building, squared
 from .record import BuildingRecord
 from .record_filter import RecordFilter
@@ -31,7 +32,8 @@ def with_likeliest_filter(comparison: BuildingComparison) -> BuildingComparison:
         for moved in (_moved(best, step), _moved(best, 1 / step)):
             trials[moved] = _cost(comparison, moved)
         best = min(trials, key=lambda one: trials[one])
-    if not trials[best] < before:
+    noise = sum(segment.noise_cost for segment in comparison.fitted)
+    if not trials[best] - noise < INSTEAD * (before - noise):
         return comparison
     records = _filtered(comparison.records, _with_low_pass(comparison, best))
     return compare_building(comparison.model, records)
@@ -47,9 +49,9 @@ def _guesses() -> Iterator[RecordFilter]:
 
 
 def _moved(one: RecordFilter, factor: float) -> RecordFilter:
-    ends = one.high_pass_Hz
-    moved = tuple(factor * f for f in ends) if isinstance(ends, tuple) else factor * ends
-    return one.model_copy(update={"high_pass_Hz": moved})
+    corner = float(f"{factor * one.slow:.3g}")
+    ramp = isinstance(one.high_pass_Hz, tuple)
+    return one.model_copy(update={"high_pass_Hz": (corner / 2, corner) if ramp else corner})
 
 
 def _with_low_pass(comparison: BuildingComparison, found: RecordFilter) -> RecordFilter:
@@ -73,13 +75,9 @@ def _with_low_pass(comparison: BuildingComparison, found: RecordFilter) -> Recor
 def _filtered(
     records: Sequence[BuildingRecord], assumed: RecordFilter
 ) -> tuple[BuildingRecord, ...]:
-    low = f" and a low-pass filter at {assumed.low_pass_Hz:g} Hz" if assumed.low_pass_Hz else ""
-    corner = f"{np.max(assumed.high_pass_Hz):.2g}"
     said = (
-        f"slow motion is missing, as after a high-pass filter at {corner} Hz{low}"
-        f"{'' if assumed.zero_phase else ' that ran forwards only'}"
-        f"{'' if assumed.ground else ', but not in the ground motion'}; simulated motion is "
-        "compared after the same filter (state the filter in the record's file)"
+        f"slow motion is missing: simulated motion is compared behind the filter that "
+        f"fits best, as if the file had the line '# {assumed.line}'"
     )
     return tuple(
         one if one.filter else replace(one, filter=assumed, notes=(*one.notes, said))

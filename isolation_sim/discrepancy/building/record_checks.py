@@ -39,7 +39,7 @@ _STILL = 0.03
 """Motion of an accelerometer over the usual one of its direction that is none. Convention."""
 
 _WINDOW, _FEWEST_AT_REST = 0.5, 6
-"""s: over which the rest before the motion is divided, and the least number of these. Convention."""
+"""s: parts into which the rest before the motion is divided, and their least number. Convention."""
 _MOVES, _OFF = 2.0, 6.0
 """Spread in such a time over that in the first one with which the motion begins; standard errors
 from which a mean is an offset. Convention."""
@@ -122,6 +122,9 @@ def without_offsets(record: BuildingRecord) -> BuildingRecord:
     accelerometers = np.array(["acceleration" in name for name in names])
     if not seen[accelerometers].mean() > 0.5:
         return record
+    # over all of a record an acceleration has the mean of its sensor, but for a last velocity
+    last = windows[-_FEWEST_AT_REST:].std(axis=(0, 1)) * _WINDOW / (len(record) * record.dt)
+    offsets = np.where(accelerometers & (last < errors), signals.mean(axis=0), offsets)
     g = len(record.ground)
     ground = tuple(
         replace(one, acceleration=one.acceleration - offset)
@@ -130,10 +133,11 @@ def without_offsets(record: BuildingRecord) -> BuildingRecord:
     response = dict(zip(record.channels, (record.values - offsets[g:]).T, strict=True))
     largest = np.argmax(np.abs(offsets) * accelerometers)
     said = (
-        f"offsets, the means of the first {n * size * record.dt:.3g} s, are subtracted: "
-        f"{names[largest]} {offsets[largest]:.2g}, others less"
+        f"most channels have an offset in the first {n * size * record.dt:.3g} s; it is "
+        f"subtracted, of {names[largest]} {offsets[largest]:.2g}"
     )
-    return replace(record, ground=ground, response=response, notes=(*record.notes, said))
+    notes = (*record.notes, said)
+    return replace(record, ground=ground, response=response, notes=notes)
 
 
 def record_problems(record: BuildingRecord) -> tuple[str, ...]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Self
@@ -44,6 +46,18 @@ class RecordFilter(Section):
                 raise InputError(f"filter.{name}", str(ends), "a lower and a higher frequency")
         return self
 
+    @classmethod
+    def between(cls, high: Sequence[float], low: Sequence[float]) -> RecordFilter:
+        """A filter with corners that are each one frequency, the two ends of a ramp, or none."""
+        corners = (tuple(one) if len(one) > 1 else one[0] if one else None for one in (high, low))
+        return cls(**dict(zip(("high_pass_Hz", "low_pass_Hz"), corners, strict=True)))
+
+    @property
+    def line(self) -> str:
+        """The key that states it in a record's file."""
+        keys = self.model_dump(exclude_defaults=True)
+        return f"filter = {{ {', '.join(f'{key} = {json.dumps(keys[key])}' for key in keys)} }}"
+
     def apply(self, signals: NDArray, dt: float) -> NDArray:
         """Filter signals (n, ...) that are at rest before their first sample."""
         return self._multiplied(signals, dt)
@@ -57,13 +71,18 @@ class RecordFilter(Section):
         has_ramp = any(isinstance(one, tuple) for one in (self.high_pass_Hz, self.low_pass_Hz))
         return self._memory(dt) if self.zero_phase or has_ramp else 0
 
+    @property
+    def slow(self) -> float:
+        """Frequency below which slow motion is missing, Hz; 0 without a high-pass filter."""
+        return max(_ends(self.high_pass_Hz), default=0.0)
+
     def response(self, n: int, dt: float) -> NDArray:
         """Frequency response at the frequencies of n samples, (n // 2 + 1,)."""
         corners = self.high_pass_Hz, self.low_pass_Hz
         return _response(corners, self.order, self.zero_phase, n, dt)
 
     def _memory(self, dt: float) -> int:
-        lowest = np.min(self.high_pass_Hz or self.low_pass_Hz)
+        lowest = min((*_ends(self.high_pass_Hz), *_ends(self.low_pass_Hz)))
         return int(np.ceil(_REACH / (lowest * dt)))
 
     def _multiplied(self, signals: NDArray, dt: float, inverse: bool = False) -> NDArray:
@@ -74,6 +93,12 @@ class RecordFilter(Section):
         padded = np.pad(signals.T, [*[(0, 0)] * (signals.ndim - 1), (pad, pad)])
         result = np.fft.irfft(factors * np.fft.rfft(padded), n + 2 * pad)
         return result[..., pad : pad + n].T
+
+
+def _ends(frequency: float | tuple[float, float] | None) -> tuple[float, ...]:
+    if frequency is None:
+        return ()
+    return frequency if isinstance(frequency, tuple) else (frequency,)
 
 
 @lru_cache(maxsize=16)
