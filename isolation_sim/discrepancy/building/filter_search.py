@@ -15,8 +15,10 @@ from .record_filter import RecordFilter
 
 _CORNERS = (0.05, 0.1, 0.2)
 """Hz: first guesses of a corner; agencies use 0.02 to 0.3."""
-_STEPS = (1.4, 1.2, 1.1)
+_STEPS = (1.4, 1.2, 1.1, 1.05)
 """Factors by which the corner is then moved."""
+_REFINED = 3
+"""Shapes of filters whose corners are moved."""
 _LOW_PASSES = (15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0)
 """Hz: their other corner."""
 
@@ -26,14 +28,18 @@ def with_likeliest_filter(comparison: BuildingComparison) -> BuildingComparison:
     if all(record.filter for record in comparison.records):
         return comparison
     before = squared(comparison.fitted_residuals(()))
-    trials = {one: _cost(comparison, one) for one in _guesses()}
-    best = min(trials, key=lambda one: trials[one])
-    for step in _STEPS:
-        for moved in (_moved(best, step), _moved(best, 1 / step)):
-            trials[moved] = _cost(comparison, moved)
-        best = min(trials, key=lambda one: trials[one])
+    costs = {one: _cost(comparison, one) for one in _guesses()}
+    shapes: dict[RecordFilter, RecordFilter] = {}
+    for one in sorted(costs, key=lambda one: costs[one]):
+        shapes.setdefault(_with_corner(one, 1.0), one)
+    for best in list(shapes.values())[:_REFINED]:
+        for step in _STEPS:
+            near = [_with_corner(best, best.slow * factor) for factor in (step, 1 / step)]
+            costs |= {one: _cost(comparison, one) for one in near}
+            best = min((best, *near), key=lambda one: costs[one])
+    best = min(costs, key=lambda one: costs[one])
     noise = sum(segment.noise_cost for segment in comparison.fitted)
-    if not trials[best] - noise < INSTEAD * (before - noise):
+    if not costs[best] - noise < INSTEAD * (before - noise):
         return comparison
     records = _filtered(comparison.records, _with_low_pass(comparison, best))
     return compare_building(comparison.model, records)
@@ -48,8 +54,8 @@ def _guesses() -> Iterator[RecordFilter]:
             yield RecordFilter(high_pass_Hz=corner, order=order, zero_phase=False, ground=ground)
 
 
-def _moved(one: RecordFilter, factor: float) -> RecordFilter:
-    corner = float(f"{factor * one.slow:.3g}")
+def _with_corner(one: RecordFilter, corner: float) -> RecordFilter:
+    corner = float(f"{corner:.3g}")
     ramp = isinstance(one.high_pass_Hz, tuple)
     return one.model_copy(update={"high_pass_Hz": (corner / 2, corner) if ramp else corner})
 

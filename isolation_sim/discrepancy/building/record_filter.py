@@ -49,8 +49,9 @@ class RecordFilter(Section):
     @classmethod
     def between(cls, high: Sequence[float], low: Sequence[float]) -> RecordFilter:
         """A filter with corners that are each one frequency, the two ends of a ramp, or none."""
-        corners = (tuple(one) if len(one) > 1 else one[0] if one else None for one in (high, low))
-        return cls(**dict(zip(("high_pass_Hz", "low_pass_Hz"), corners, strict=True)))
+        of_high, of_low = (list(one) if len(one) > 1 else one[0] if one else None
+                           for one in (high, low))  # fmt: skip
+        return cls.model_validate({"high_pass_Hz": of_high, "low_pass_Hz": of_low})
 
     @property
     def line(self) -> str:
