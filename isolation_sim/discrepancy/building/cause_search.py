@@ -55,7 +55,7 @@ from .comparison import BuildingComparison, CauseValues, FittedBuilding, squared
 from .errors import excess_error, largest_excess, mean_error, relative_errors, relative_noise
 from .goodness_of_fit import adequacy, is_quiet, noise_chance, p_value
 from .isolator_causes import CURRENT_CAUSES, LAYER_NUMBERS, current_causes, layer_causes
-from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
+from .isolator_effects import HISTORIES, ISOLATOR_EFFECTS, LAYER_CAUSES
 from .layer_effects import helpful_effects, proposed_effects
 from .localisation import is_elsewhere, unknown_force
 from .model import BuildingModel
@@ -302,8 +302,10 @@ class CauseSearch:
 
     def _compared_beside(self, causes: CauseValues) -> FittedBuilding:
         """Fit causes under the noise and the assumption between samples that are best with them."""
-        again = self.comparison.with_noise_beside(causes)
-        return self._fit_under(*again.with_best_sampling(causes))
+        again, causes = self.comparison.with_best_sampling(causes)
+        if again is self.comparison:  # else it has the noise beside the causes
+            again = again.with_noise_beside(causes)
+        return self._fit_under(again, causes)
 
     def _with_best_sampling(self, best: FittedBuilding) -> FittedBuilding:
         """Fit causes again if another assumption between samples is nearer with their last form."""
@@ -364,6 +366,7 @@ class CauseSearch:
         if not excess_error(self.comparison, best) < self._to_beat:
             return self.before
         best = self._exchange_for_one(self._exchange_for_simpler(best))
+        best = self._exchange_histories(best)
         if self._is_calibration(best, self.before):
             return self.before
         best = self._with_best_sampling(self._exchange_variants(best))
@@ -586,6 +589,31 @@ class CauseSearch:
                 current = trial
                 self._simpler[nearest.key] = simpler
                 self.rivals.setdefault(nearest.label, [])
+        return current
+
+    def _exchange_histories(self, current: FittedBuilding) -> FittedBuilding:
+        """Compare what softens with its history: one motion without a rest hardly tells which."""
+        for k in range(len(current.cause_values)):
+            before, (cause, _), after = _around(current, k)
+            if cause.name not in HISTORIES:
+                continue
+            others = [one for one in HISTORIES if one != cause.name]
+            rest = self.comparison.fit((), (*before, *after)).cause_values
+            fits = [
+                self._fit_instead((*rest[:k], (one, one.starts[0]), *rest[k:]), current)
+                for one, *_ in proposed_effects(self.comparison, rest, others, 0.0)
+            ]
+            fits = sorted([current, *fits], key=lambda one: _evidence(current, one))
+            current, listed = fits[0], self.rivals.setdefault(fits[0].causes[k], [])
+            known = {one.causes[-1] for one in listed}
+            # none need have the exact form
+            share = NEARLY_RIGHT**2 * self.before.cost / current.cost
+            most = STRONG_EVIDENCE + current.n_independent * np.log1p(share)
+            listed += [
+                replace(one, cause_values=(*before, *after, one.cause_values[k]))
+                for one in fits[1:]
+                if one.causes[k] not in known and _evidence(current, one) < most
+            ]
         return current
 
     def _is_enough(self, trial: FittedBuilding, current: FittedBuilding) -> bool:

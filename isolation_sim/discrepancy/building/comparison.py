@@ -153,6 +153,9 @@ class BuildingComparison:
     ) -> NDArray:
         """Measured less predicted, (n, n_channels), in the channels' units."""
         end = len(record) if end is None else end
+        shown = slice(0, end)
+        if record.filter:
+            end = min(end + record.filter.reach(record.dt), len(record))
         # most of what changes between two calls is a sensor's error, which needs no simulation
         moved = tuple((c, v) for c, v in result if not c.of_sensor)
         key = (record.name, end, *moved)
@@ -161,7 +164,7 @@ class BuildingComparison:
                 self._forget()
             self._cache[key] = _simulated(with_causes(self.model, moved), record, end)
         sensors = with_causes(self.model, ((c, v) for c, v in result if c.of_sensor))
-        return record.values[:end] - sensors.sensed(record, self._cache[key])
+        return (record.values[:end] - sensors.sensed(record, self._cache[key]))[shown]
 
     def _forget(self) -> None:
         """Empty the cache, but for what each search begins with: one cause alone, where few."""
@@ -233,6 +236,16 @@ class BuildingComparison:
             for cause, values in result
         )
 
+    def as_assumed_by(self, other: BuildingComparison) -> BuildingComparison:
+        """Compare with the model and the records of another comparison, weighted as here."""
+        own = {one.name: one for one in other.records}
+        fitted, held_out = (
+            tuple(replace(one, record=own[one.record.name]) for one in segments)
+            for segments in (self.fitted, self.held_out)
+        )
+        return replace(self, model=other.model, records=tuple(own.values()), fitted=fitted,
+                       held_out=held_out, _cache={})  # fmt: skip
+
     def with_noise_beside(self, result: CauseValues) -> BuildingComparison:
         """Estimate the noise again, with given causes in the model."""
         again = compare_building(self.model, self.records, result, self.model_error, self.middle)
@@ -270,7 +283,7 @@ class BuildingComparison:
             return None
         last = self.records[-1]
         return self._divided(
-            (self.middle + len(last)) // 2 if self.middle else _middle_of_motion(last)
+            (self.middle + last.compared) // 2 if self.middle else _middle_of_motion(last)
         )
 
     def fitting_less(self) -> BuildingComparison | None:
@@ -281,7 +294,7 @@ class BuildingComparison:
 
     def _divided(self, middle: int) -> BuildingComparison | None:
         last, floor = self.records[-1], self.floors[-1]
-        if min(middle, len(last) - middle) < MINIMUM_SAMPLES:
+        if min(middle, last.compared - middle) < MINIMUM_SAMPLES:
             return None
         fitted, held_out = _parts(last, floor, self.model_error, middle)
         whole = tuple(one for one in self.fitted if one.record is not last)
@@ -405,7 +418,7 @@ def compare_building(
         else:
             out = record.hold_out if middle is None else record is records[-1]
             (held_out if out else fitted).append(
-                make_segment(record, slice(0, len(record)), floor, model_error)
+                make_segment(record, slice(0, record.compared), floor, model_error)
             )
     return BuildingComparison(
         model, records, floors, tuple(fitted), tuple(held_out), model_error, middle
@@ -418,7 +431,7 @@ def _parts(
     """Fitted and held-out time of a record."""
     return (
         make_segment(record, slice(0, middle), floor, model_error),
-        make_segment(record, slice(middle, len(record)), floor, model_error),
+        make_segment(record, slice(middle, record.compared), floor, model_error),
     )
 
 

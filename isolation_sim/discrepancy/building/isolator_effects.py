@@ -128,6 +128,8 @@ LAYER_CAUSES = (
 )  # fmt: skip
 """Causes of device tests that are tried last, in the form that is nearest to the layer's force:
 those that are not of a sensor, and that a building has no cause of its own for."""
+HISTORIES = "stress_softening", "cyclic_degradation", "self_heating"
+"""Causes by which isolators soften as a motion goes on."""
 
 
 def around_the_law(present: Collection[Effect]) -> tuple[Effect, ...]:

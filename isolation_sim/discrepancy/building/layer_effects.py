@@ -22,7 +22,12 @@ from .isolator_causes import layer_effect
 from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 
 
-def proposed_effects(comparison: BuildingComparison, causes: CauseValues) -> list[list[Candidate]]:
+def proposed_effects(
+    comparison: BuildingComparison,
+    causes: CauseValues,
+    names: Collection[str] = LAYER_CAUSES,
+    least_gain: float = PROPOSED_GAIN,
+) -> list[list[Candidate]]:
     """Effects beside some causes, best first: each in the form nearest to the layer's force.
 
     After it, its nearest form of fewer numbers, if it leaves little more.
@@ -32,7 +37,7 @@ def proposed_effects(comparison: BuildingComparison, causes: CauseValues) -> lis
         return []
     best: dict[str, list[FittedModel]] = {}
     noise = _noise(comparison) * len(base.residual)
-    for fit in _helpful(comparison, base, _forms(base)):
+    for fit in _helpful(comparison, base, _forms(base, names), least_gain):
         forms = best.setdefault(fit.causes[-1], [fit])
         nearest = forms[0]
         simpler = fit.n_parameters < nearest.n_parameters
@@ -74,7 +79,10 @@ def _noise(comparison: BuildingComparison) -> float:
 
 
 def _helpful(
-    comparison: BuildingComparison, base: FittedModel, forms: Collection[Effect]
+    comparison: BuildingComparison,
+    base: FittedModel,
+    forms: Collection[Effect],
+    least_gain: float = PROPOSED_GAIN,
 ) -> list[FittedModel]:
     """Effects fitted along the layer's motion that remove enough of its misfit, best first."""
     # examples of noise tell nothing among forms of one layer
@@ -85,19 +93,19 @@ def _helpful(
     fits = [fit_direction(base, one) for one in near]
     chance = _noise(comparison)
     misfit = base.cost - chance * len(base.residual)
-    least = max(PROPOSED_GAIN * misfit, SIGNIFICANT * chance)
+    least = max(least_gain * misfit, SIGNIFICANT * chance)
     fits = [fit for fit in fits if base.cost - fit.cost > least]
     # a number more has to lower the cost by more than errors of the layer's force do
     return sorted(fits, key=lambda fit: fit.cost * (1 + LEAST_PART) ** fit.n_parameters)
 
 
-def _forms(base: FittedModel) -> list[Effect]:
-    """Effects that may be added to a layer's model; others are tried before."""
+def _forms(base: FittedModel, names: Collection[str]) -> list[Effect]:
+    """Effects of some causes that may be added to a layer's model; others are tried before."""
     forms = observable_effects(base.model.data)
     tried = {*base.causes, *ISOLATOR_EFFECTS.values()}
     return [
         one for one in forms
-        if one.cause in LAYER_CAUSES and one.cause not in tried and one not in tried
+        if one.cause in names and one.cause not in tried and one not in tried
     ]  # fmt: skip
 
 

@@ -146,7 +146,10 @@ class BuildingModel:
         motions = []
         for name, motion in zip(record.ground_channels, ground or record.ground, strict=True):
             error = _legendre(self.biases[name], len(record)) if name in self.biases else 0.0
-            shaking = (motion.acceleration - error) / self.gains.get(name, 1.0)
+            shaking = motion.acceleration
+            if record.filter and record.filter.ground:
+                shaking = record.filter.restore(shaking, record.dt)
+            shaking = (shaking - error) / self.gains.get(name, 1.0)
             if self.band_limited:
                 shaking = _for_lines(shaking)
             motions.append(replace(motion, acceleration=shaking[:end]))
@@ -203,7 +206,7 @@ class BuildingModel:
                 shown[:, k] *= self.gains[name]
             if name in self.biases:
                 shown[:, k] += _legendre(self.biases[name], len(record))[: len(shown)]
-        return shown
+        return record.filter.apply(shown, record.dt) if record.filter else shown
 
     def control(self, record: BuildingRecord) -> Control:
         """The current that reaches the isolators, as a control."""

@@ -22,6 +22,7 @@ from ...structures import IsolatedStructure
 from ..decisions import LEAST_SENSOR_NOISE, MOST_COLOUR, MOST_CURRENT_NOISE
 from .model import BuildingModel
 from .record import BuildingRecord
+from .record_filter import RecordFilter
 
 _WINDOW = 0.5
 """s: over which the noise's size is taken, so that neither shaking nor impacts count for all."""
@@ -112,12 +113,17 @@ def highest_frequency(isolated: IsolatedStructure, dt: float) -> float:
     return float(min(1.5 * np.sqrt(squares.max()) / (2 * np.pi), 0.6 * 0.5 / dt))
 
 
-def white_noise(values: NDArray, dt: float, band: float, quantile: float) -> NDArray:
-    """Standard deviation of the white noise in signals (n, n_channels), from above a band (Hz)."""
+def white_noise(
+    values: NDArray, dt: float, band: float, quantile: float, passed: RecordFilter | None = None
+) -> NDArray:
+    """Standard deviation of the white noise in signals (n, n_channels), from above a band (Hz).
+
+    It is that before a filter that the signals passed.
+    """
     # ``quantile`` chooses among windows of half a second: 0.5 for the median, which impacts do not
     # move; less if the signal fills most of the time.
     size = _window_quantile(values, dt, band, quantile)
-    return size / _of_unit_noise(len(values), dt, band, quantile)
+    return size / _of_unit_noise(len(values), dt, band, quantile, passed)
 
 
 def _window_quantile(values: NDArray, dt: float, band: float, quantile: float) -> NDArray:
@@ -134,9 +140,13 @@ def _window_quantile(values: NDArray, dt: float, band: float, quantile: float) -
 
 
 @lru_cache(maxsize=32)
-def _of_unit_noise(n: int, dt: float, band: float, quantile: float) -> NDArray:
-    """The quantile of white noise of unit variance, (1,)."""
+def _of_unit_noise(
+    n: int, dt: float, band: float, quantile: float, passed: RecordFilter | None = None
+) -> NDArray:
+    """The quantile of white noise of unit variance, (1,), behind a filter."""
     white = np.random.default_rng(0).standard_normal((n, 1))
+    if passed:
+        white = passed.apply(white, dt)
     return _window_quantile(white, dt, band, quantile)
 
 
@@ -149,7 +159,9 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     residual = measured - predicted if is_finite else measured
     least = LEAST_SENSOR_NOISE * np.sqrt(np.mean(measured**2, axis=0))
     # where the simulation misses more up there than it explains, the signal itself is no worse
-    sensors = np.minimum(white_noise(residual, dt, band, 0.5), white_noise(measured, dt, band, 0.5))
+    sensors = np.minimum(
+        *(white_noise(one, dt, band, 0.5, record.filter) for one in (residual, measured))
+    )
     sensors = np.maximum(sensors, least)
     displacements = np.array([one.is_displacement for one in record.sensors])
     quiet = _quiet_windows((predicted if is_finite else measured) / sensors, dt, band)
@@ -168,7 +180,8 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
 
     colour = colour_of(residual)
     shaking = np.column_stack([motion.acceleration for motion in record.ground])
-    most = white_noise(shaking, dt, band, 0.1)
+    of_motion = record.filter if record.filter and record.filter.ground else None
+    most = white_noise(shaking, dt, band, 0.1, of_motion)
     # accelerometers of the ground are as those of the building
     of_ground = colour._replace(
         factors=colour.factors[:, ~displacements][:, :1],

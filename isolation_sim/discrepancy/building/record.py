@@ -30,12 +30,15 @@ from .channels import (
     order,
     required,
 )
+from .record_filter import RecordFilter, read_filter
 
 MINIMUM_SAMPLES = 64
 _ALONE = 0.8
 """Share of a stepping current's changes that stand alone, beyond those before and after them."""
 _ON_OFF = 0.9
 """Change within a sample, over the range of the current, by which it is switched on or off."""
+_TAPERED = 0.05
+"""Share of a record at its end that agencies fade out before they filter it. Convention."""
 _TIME, _CURRENT = "time_s", "current_A"
 _WORDS = {GROUND, BASE, ISOLATOR, ROTATION, "roof", "floor", "acceleration", "displacement"}
 # beyond these a number is in another unit, or its sensor was broken
@@ -59,6 +62,7 @@ class BuildingRecord:
     current: NDArray | None = None  # (n,), A: Coil current; None where it was not measured
     hold_out: bool = False  # Whether the record is held out of the fit, to validate it
     notes: tuple[str, ...] = ()  # Changes that were made while the file was read
+    filter: RecordFilter | None = None  # That its channels passed, so far as it is known
 
     def __post_init__(self) -> None:
         motions = (self.ground,) if isinstance(self.ground, Record) else tuple(self.ground)
@@ -123,6 +127,11 @@ class BuildingRecord:
 
     def __len__(self) -> int:
         return len(self.ground[0].acceleration)
+
+    @property
+    def compared(self) -> int:
+        """Samples before those that the taper of a filter fades out."""
+        return int((1 - _TAPERED) * len(self)) if self.filter else len(self)
 
     @property
     def dt(self) -> float:
@@ -226,7 +235,9 @@ def read_building_record(path: str | Path, hold_out: bool = False) -> BuildingRe
     }
     said = [f"{what}: {', '.join(these)}" for what, these in changes.items() if these]
     try:
-        return BuildingRecord(name, ground, columns, current, hold_out, (*gaps, *said))
+        return BuildingRecord(
+            name, ground, columns, current, hold_out, (*gaps, *said), read_filter(path)
+        )
     except InputError as error:
         raise InputError(str(error).replace(name, str(path), 1)) from None
 

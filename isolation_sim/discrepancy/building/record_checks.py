@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,12 @@ _UNIT = 0.02
 """Relative distance from a factor of units at which a fitted gain counts as one. Convention."""
 _STILL = 0.03
 """Motion of an accelerometer over the usual one of its direction that is none. Convention."""
+
+_WINDOW, _FEWEST_AT_REST = 0.5, 6
+"""s: parts into which the rest before the motion is divided, and their least number. Convention."""
+_MOVES, _OFF = 2.0, 6.0
+"""Spread in such a time over that in the first one with which the motion begins; standard errors
+from which a mean is an offset. Convention."""
 
 
 def unit_factor_in_words(factor: float) -> str:
@@ -93,6 +100,44 @@ def _wrong_unit(record: BuildingRecord, axis: str, motion: NDArray) -> tuple[str
         if abs(other - 1) < _ALIKE and any(_is_factor(own, one) for one in _UNITS):
             return name, 1 / own
     return "", 1.0
+
+
+def without_offsets(record: BuildingRecord) -> BuildingRecord:
+    """Subtract the offsets of a record most of whose accelerometers show one before the motion.
+
+    That is a logger whose zeros were not subtracted; of few sensors it is a fault of theirs.
+    """
+    names = (*record.ground_channels, *record.channels)
+    signals = np.column_stack([*(one.acceleration for one in record.ground), record.values])
+    size = max(round(_WINDOW / record.dt), 8)
+    windows = signals[: len(signals) // size * size].reshape(-1, size, len(names))
+    spread = windows.std(axis=1)
+    moves = (spread > _MOVES * spread[0]).any(axis=1)
+    n = int(np.argmax(moves)) if moves.any() else len(moves)
+    if n < _FEWEST_AT_REST:
+        return record
+    means = windows[:n].mean(axis=1)
+    offsets, errors = means.mean(axis=0), means.std(axis=0, ddof=1) / np.sqrt(n)
+    seen = np.abs(offsets) > _OFF * errors
+    accelerometers = np.array(["acceleration" in name for name in names])
+    if not seen[accelerometers].mean() > 0.5:
+        return record
+    # over all of a record an acceleration has the mean of its sensor, but for a last velocity
+    last = windows[-_FEWEST_AT_REST:].std(axis=(0, 1)) * _WINDOW / (len(record) * record.dt)
+    offsets = np.where(accelerometers & (last < errors), signals.mean(axis=0), offsets)
+    g = len(record.ground)
+    ground = tuple(
+        replace(one, acceleration=one.acceleration - offset)
+        for one, offset in zip(record.ground, offsets[:g], strict=True)
+    )
+    response = dict(zip(record.channels, (record.values - offsets[g:]).T, strict=True))
+    largest = np.argmax(np.abs(offsets) * accelerometers)
+    said = (
+        f"most channels have an offset in the first {n * size * record.dt:.3g} s; it is "
+        f"subtracted, of {names[largest]} {offsets[largest]:.2g}"
+    )
+    notes = (*record.notes, said)
+    return replace(record, ground=ground, response=response, notes=notes)
 
 
 def record_problems(record: BuildingRecord) -> tuple[str, ...]:

@@ -49,6 +49,9 @@ class RawTable:
     notes: list[str] = field(default_factory=list)  # What was left out
     rate: float | None = None  # Samples per second that the file names beside the table, Hz
     current: float | None = None  # That the file names above the table, A
+    # Corners of the high-pass and the low-pass filter that the file names, each one or the two
+    # ends of a ramp, Hz
+    filtered: tuple[tuple[float, ...], tuple[float, ...]] | None = None
 
     @property
     def place(self) -> str:

@@ -15,7 +15,7 @@ from scipy.signal import butter, sosfiltfilt
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
-from isolation_sim.discrepancy.adapters.building import BuildingRecords, intervals
+from isolation_sim.discrepancy.adapters.building import BuildingRecords, _tests, intervals
 from isolation_sim.discrepancy.building import cause_search
 from isolation_sim.discrepancy.building import comparison as comparison_module
 from isolation_sim.discrepancy.building.cause_search import (
@@ -37,12 +37,14 @@ from isolation_sim.discrepancy.building.comparison import (
     with_causes,
 )
 from isolation_sim.discrepancy.building.errors import excess_error, largest_excess
+from isolation_sim.discrepancy.building.filter_search import with_likeliest_filter
 from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, is_quiet, p_value
 from isolation_sim.discrepancy.building.isolator_causes import layer_effect
 from isolation_sim.discrepancy.building.localisation import ISOLATION_LAYER, UnknownForce
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
 from isolation_sim.discrepancy.building.record import BuildingRecord
+from isolation_sim.discrepancy.building.record_filter import RecordFilter
 from isolation_sim.discrepancy.building.segment import cell_means
 from isolation_sim.discrepancy.decisions import LEAST_BUILDING_SHARE
 from isolation_sim.discrepancy.diagnose import diagnose_building
@@ -1312,3 +1314,65 @@ def test_records_and_structures_that_do_not_fit_are_refused(isolated):
         diagnose_building(replace(record, hold_out=True), isolated)
     with pytest.raises(InputError, match="share a name"):
         diagnose_building([record, record], isolated)
+
+
+def test_a_filter_of_the_file_shapes_simulated_channels_too(isolated):
+    """The ground motion is restored before the simulation, if it passed the filter as well."""
+    stated = RecordFilter(high_pass_Hz=0.3, order=2, zero_phase=False)
+    record = _record(isolated, seed=3)
+    dt, shaking = record.dt, record.ground[0].acceleration
+    response = {name: stated.apply(values, dt) for name, values in record.response.items()}
+    for ground in (True, False):
+        passed = stated.model_copy(update={"ground": ground})
+        moved = stated.apply(shaking, dt) if ground else shaking
+        filtered = replace(
+            record, ground=(replace(record.ground[0], acceleration=moved),), response=response
+        )
+        model = building_model(isolated, [filtered])
+        stating = compare_building(model, [replace(filtered, filter=passed)])
+        assert is_quiet(stating, stating.evaluate(()))
+        assert stating.held_out[0].samples.stop == int(0.95 * len(record))
+        assert excess_error(stating, stating.evaluate(())) < 0.003
+        # a linear building shows the same of a motion that passed the filter before
+        found = with_likeliest_filter(compare_building(model, [filtered])).records[0]
+        assert (found.filter is None) == ground
+    assert not (found.filter.ground or found.filter.zero_phase)
+    assert found.filter.slow == pytest.approx(0.3, rel=0.1)
+    assert found.filter.line in found.notes[-1]
+
+
+def test_a_record_that_lacks_no_slow_motion_gets_no_filter(isolated):
+    record = _record(isolated, _heavier(0.15), seed=3)
+    comparison = compare_building(building_model(isolated, [record]), [record])
+    assert with_likeliest_filter(comparison) is comparison
+
+
+def test_what_softens_with_its_history_is_compared_with_its_like(isolated, monkeypatch):
+    """What was taken first goes where its like is nearer, and is a rival where it is not far."""
+    record = _record(isolated, _heavier(0.15), seed=3)
+    comparison, listed = _compared(isolated, record)
+    right, wrong = listed["base_mass_error"], listed["structure_stiffness_error"]
+    monkeypatch.setattr(cause_search, "HISTORIES", (right.name, wrong.name))
+    monkeypatch.setattr(cause_search, "proposed_effects", lambda *given: [
+        [replace(one, starts=((0.05,),))] for one in (right, wrong) if one.name in given[2]
+    ])  # fmt: skip
+    space = CauseSearch(comparison)
+    taken = comparison.fit((), ((wrong, (-0.05,)),))
+    best = space._exchange_histories(taken)
+    assert best.causes == (right.label,) and space.rivals[right.label] == []
+    # two that follow the data alike
+    alike = replace(right, place="alike")
+    monkeypatch.setattr(cause_search, "proposed_effects", lambda *given: [[alike]])
+    again = space._exchange_histories(best)
+    (rival,) = space.rivals[again.causes[0]]
+    assert {rival.causes[0], again.causes[0]} == {right.label, alike.label}
+
+
+def test_a_rest_between_two_motions_is_a_test(isolated):
+    record = _record(isolated, seed=3)
+    comparison, _ = _compared(isolated, record)
+    tests = dict(_tests(record, comparison))
+    (after_rest,) = (one for label, one in tests.items() if "after a rest of 120 s" in label)
+    assert len(after_rest) == 2 * len(record) + round(120 / record.dt)
+    shaking = after_rest.ground[0].acceleration
+    np.testing.assert_array_equal(shaking[-len(record) :], record.ground[0].acceleration)

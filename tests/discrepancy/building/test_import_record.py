@@ -735,6 +735,13 @@ def test_a_record_in_one_file_for_each_quantity_of_each_channel(tmp_path):
     (told,) = [note for note in imported.notes if note.startswith("bmr.1.acc.V2c and 4 more: ")]
     assert "filtered below 0.08 Hz: slower and residual motion is missing" in told
     assert told.endswith("; 100 samples per second, as the file says")
+    assert imported.record.filter.line == "filter = { high_pass_Hz = 0.08, low_pass_Hz = 40.0 }"
+    given = {"filter": {"high_pass_Hz": [0.05, 0.1], "ground": False}}
+    stated = iso.import_building_record(tmp_path, settings=given)
+    assert stated.record.filter.high_pass_Hz == (0.05, 0.1) and not stated.record.filter.ground
+    assert "filter = { high_pass_Hz = [0.05, 0.1], ground = false }" in stated.settings.replace(
+        "(", "["
+    )
     assert "Corrected velocity" in refused(tmp_path / "bmr.1.vel.V2c")
 
 

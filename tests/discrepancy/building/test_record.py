@@ -15,6 +15,7 @@ from isolation_sim.discrepancy.building.record_checks import (
     check_quantities,
     record_problems,
     unmeasured_floors,
+    without_offsets,
 )
 from isolation_sim.errors import InputError
 
@@ -286,3 +287,45 @@ def test_exchanged_directions_are_reported():
     problems = record_problems(BuildingRecord("quake", tuple(ground), response))
     assert len(problems) == 2
     assert "along x is 1.66 times" in problems[0] and "along y is 0.60 times" in problems[1]
+
+
+def test_a_filter_is_stated_by_a_comment(tmp_path):
+    path = _write(tmp_path / "quake.csv", NAMES, _rows())
+    assert read_building_record(path).filter is None
+    text = path.read_text()
+    ramps = "filter = { high_pass_Hz = [0.05, 0.1], low_pass_Hz = 40.0, ground = false }"
+    path.write_text(f"# made by a logger\n# {ramps}\n{text}")
+    stated = read_building_record(path).filter
+    assert (stated.high_pass_Hz, stated.low_pass_Hz) == ((0.05, 0.1), 40.0)
+    assert stated.line == ramps and not stated.ground
+    for line, message in (
+        ("filter = {}", "no corner"), ("filter = 0.1", "such as filter = { high_pass_Hz = 0.1 }"),
+        ("filter = { high_pass_Hz = [0.2, 0.1] }", "a lower and a higher frequency"),
+        ("filter = { corner_Hz = 0.1 }", "corner_Hz"),
+    ):  # fmt: skip
+        path.write_text(f"# {line}\n{text}")
+        with pytest.raises(InputError, match=re.escape(message)):
+            read_building_record(path)
+
+
+def test_offsets_of_most_channels_are_subtracted_before_the_motion():
+    rng = np.random.default_rng(0)
+    quiet, moving = np.zeros((500, len(NAMES))), _rows(1600)
+    rows = np.vstack([quiet, moving, quiet]) + 1e-3 * rng.standard_normal((2600, len(NAMES)))
+
+    def record(**offsets):
+        columns = {
+            name: values + offsets.get(name, 0.0)
+            for name, values in zip(NAMES, rows.T, strict=True)
+        }
+        ground = Record(columns[NAMES[1]], 0.01, "quake")
+        return BuildingRecord("quake", ground, {name: columns[name] for name in NAMES[2:6]})
+
+    one_alone = record(base_acceleration_m_s2=0.05)
+    assert without_offsets(one_alone) is one_alone
+    shifts = dict(zip(NAMES[1:6], (0.02, -0.03, 0.05, 0.04, 2e-3), strict=True))
+    centred, plain = without_offsets(record(**shifts)), without_offsets(record())
+    np.testing.assert_allclose(centred.values, plain.values, atol=3e-4)
+    difference = centred.ground[0].acceleration - plain.ground[0].acceleration
+    np.testing.assert_allclose(difference, 0, atol=3e-4)
+    assert "floor1_acceleration_m_s2 0.05" in centred.notes[-1]

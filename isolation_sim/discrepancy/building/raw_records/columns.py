@@ -190,7 +190,10 @@ def _without_time(
 def _general(settings: RecordSettings) -> list[str]:
     """Lines of a template for what is no channel; those that are not given are comments."""
     lines = []
-    for key, value in settings.model_dump(exclude={"channels"}).items():
+    given = settings.model_dump(exclude={"channels"})
+    if settings.filter is not None:
+        given["filter"] = settings.filter.model_dump(exclude_defaults=True)
+    for key, value in given.items():
         field = RecordSettings.model_fields[key]
         shown = value or (field.examples or [])[0]
         text = _inline(shown) if isinstance(shown, Mapping) else _toml(shown)

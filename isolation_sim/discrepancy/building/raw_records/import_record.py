@@ -19,6 +19,7 @@ from ....rendering import Printed, render
 from ..channels import BASE, GROUND, ISOLATOR, ROTATION, channel
 from ..record import BuildingRecord, read_building_record
 from ..record_checks import check_quantities, record_problems
+from ..record_filter import RecordFilter
 from .columns import Column, Match, places_of
 from .merge import merge
 from .resolve import match_columns
@@ -189,6 +190,8 @@ def _text(match: Match, samples: Samples, notes: Sequence[str]) -> str:
         unit = f" in {one.unit}" if one.unit else ""
         lines.append(f"# {one.key}: {one.heading!r}{unit} of {match.file_of(one.table)}{factor}")
     lines += [f"# {note}" for note in notes]
+    passed = _filter(match)
+    lines += [f"# {passed.line}"] if passed else []
     values = samples.values
     ordered = [one.key for one in match.columns if one.key in values]
     ordered += [key for key in values if key not in ordered]
@@ -202,6 +205,15 @@ def _text(match: Match, samples: Samples, notes: Sequence[str]) -> str:
         for t, *row in zip(time, *columns, strict=True)
     ]
     return "\n".join([*(" ".join(line.splitlines()) for line in lines), ""])
+
+
+def _filter(match: Match) -> RecordFilter | None:
+    """The filter of the settings, or the one that all files name."""
+    named = {match.tables[one.table].filtered for one in match.columns}
+    corners = named.pop() if len(named) == 1 else None
+    if match.settings.filter is not None or corners is None:
+        return match.settings.filter
+    return RecordFilter.between(*corners)
 
 
 def _name(key: str) -> str:

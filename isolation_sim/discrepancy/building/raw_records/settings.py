@@ -21,6 +21,7 @@ from ....errors import InputError
 from ....io.files import read_toml
 from ....validation import Number, Positive, Section
 from ..channels import AXES, BASE, GROUND, ISOLATOR, ROTATION, Channel
+from ..record_filter import RecordFilter
 from .headings import SENSOR_QUANTITIES
 
 TIME, CURRENT = "time", "current"
@@ -156,6 +157,10 @@ class RecordSettings(Section):
     resample_Hz: Annotated[
         Positive | None,
         Field(description="common rate of files with different sampling", examples=[200]),
+    ] = None
+    filter: Annotated[
+        RecordFilter | None,
+        Field(description="that the channels passed", examples=[{"high_pass_Hz": 0.1}]),
     ] = None
     directions: Annotated[
         dict[str, _Text],
