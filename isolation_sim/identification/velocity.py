@@ -23,7 +23,7 @@ _CLEARLY = 0.8
 # multiples of the cut-off within which that is decided: beyond it all is noise
 _NEAR = 1.5
 # Hz, of the mains; how far they stray; multiples of them that are looked for; bins beside a line,
-# over whose strongest it has to stand out by a factor; its largest amplitude over the motion's range
+# over whose strongest it has to stand out by a factor; its largest amplitude over the range
 _MAINS, _HUM_NEAR, _HUM_ORDERS, _HUM_BESIDE = (50.0, 60.0), 0.1, 3, (4, 5, 6, 7, 8)
 _HUM_CLEARLY, _HUM_LARGEST = 4.0, 2e-3
 # of the square of a normal variable
