@@ -22,6 +22,10 @@ _DEGREE = 4
 _CLEARLY = 0.8
 # multiples of the cut-off within which that is decided: beyond it all is noise
 _NEAR = 1.5
+# Hz, of the mains; how far they stray; multiples of them that are looked for; bins beside a line,
+# over whose strongest it has to stand out by a factor; its largest amplitude over the range
+_MAINS, _HUM_NEAR, _HUM_ORDERS, _HUM_BESIDE = (50.0, 60.0), 0.1, 3, (4, 5, 6, 7, 8)
+_HUM_CLEARLY, _HUM_LARGEST = 4.0, 2e-3
 # of the square of a normal variable
 _MEDIAN_OF_SQUARE = 0.4549
 
@@ -47,7 +51,8 @@ def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.n
     # starts or stops abruptly counts in full. The series is low-passed without phase at the
     # frequency that leaves the least expected error of the velocity: the signal cut off plus the
     # noise let through, by Stein's unbiased estimate, with the noise of ``sensor_noise``. The cubic
-    # is taken where it leaves clearly less. Data without visible noise are not filtered.
+    # is taken where it leaves clearly less. Data without visible noise are not filtered. Hum of the
+    # mains is no motion, but a cut-off would follow it; its lines are subtracted first.
     x = np.asarray(displacement, dtype=float)
     if x.ndim != 1 or x.size < MINIMUM_SAMPLES or not np.all(np.isfinite(x)):
         raise InputError(
@@ -59,6 +64,7 @@ def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.n
 
     # in units of the step and of the largest value
     size = float(np.max(np.abs(x))) or 1.0
+    x = _without_hum(x, step)
     cubic, terms, cut_off, _ = _series(x / size, sensor_noise(x / size))
     n = x.size
     t = np.arange(n)
@@ -70,6 +76,31 @@ def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.n
     slope += dct(np.concatenate([[0.0], omega * terms, [0.0]]), type=1) / (2 * (n - 1))
     bend[1:-1] -= idst(omega**2 * terms, type=1)
     return size * value, size * slope / step, size * bend / step**2
+
+
+def _without_hum(x: np.ndarray, step: float) -> np.ndarray:
+    """Samples without the lines of the mains that stand out and are far smaller than the motion."""
+    n = x.size
+    time = step * np.arange(n)
+    window = np.hanning(n)
+    window = window / window.sum()
+    largest = _HUM_LARGEST * float(np.ptp(x))
+
+    def line(frequency: float) -> complex:
+        about = x - np.linspace(x[0], x[-1], n)
+        return complex(2 * np.sum(window * about * np.exp(-2j * np.pi * frequency * time)))
+
+    width = 1 / (n * step)
+    for one in _MAINS:
+        orders = int((0.5 / step - _HUM_BESIDE[-1] * width) / one)
+        for order in range(1, min(orders, _HUM_ORDERS) + 1):
+            near = order * one + np.linspace(-_HUM_NEAR, _HUM_NEAR, 21) * order
+            frequency = max(near.tolist(), key=lambda f: abs(line(f)))
+            amplitude = line(frequency)
+            beside = [abs(line(frequency + s * k * width)) for k in _HUM_BESIDE for s in (-1, 1)]
+            if _HUM_CLEARLY * max(beside) < abs(amplitude) < largest:
+                x = x - (amplitude * np.exp(2j * np.pi * frequency * time)).real
+    return x
 
 
 def _series(x: np.ndarray, sensor: SensorNoise) -> _Series:

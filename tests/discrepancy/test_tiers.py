@@ -506,18 +506,19 @@ def test_an_effect_that_an_equation_makes_superfluous_is_dropped(campaign):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
-def test_friction_that_grows_along_the_stroke(campaign):
+@pytest.mark.parametrize(("text", "along_x"), [("s_1 x", np.copy), ("s_1 |x|", np.fabs)])
+def test_friction_that_grows_along_the_stroke(campaign, text, along_x):
     """A spring whose friction, elastic over 0.4 mm, is 60 N in the middle and grows by 2.5 N/mm."""
     friction = Term("s", "s", "N/m", (Number("r", "m", "yields", 4e-4),), "v - np.fabs(v) * s / r")
     data = measured_runs(campaign.runs)
     slides = along(friction, replace(data, periods=np.zeros_like(data.periods))) / 4e-4
     noise = np.random.default_rng(3).standard_normal(len(data.x))
-    force = K * data.x + (60.0 + 2.5e3 * data.x) * slides + 0.3 * noise
+    force = K * data.x + (60.0 + 2.5e3 * along_x(data.x)) * slides + 0.3 * noise
     runs = [replace(run, force=force[at]) for run, at in zip(campaign.runs, data.runs, strict=True)]
     made = replace(campaign, runs=tuple(runs))
     diagnosis = diagnose(made, "dahl", tiers="equation", threads=1).ladder
     (term,) = diagnosis.terms
-    assert term.text.startswith("s_1 x, friction") and diagnosis.offered == "equation"
+    assert term.text.startswith(f"{text}, friction") and diagnosis.offered == "equation"
     c, r = term.numbers["c_1_0"].value, term.numbers["r_1"].value
     assert c * r == pytest.approx(2.5e3, rel=0.05) and r == pytest.approx(4e-4, rel=0.2)
 

@@ -63,3 +63,18 @@ def test_acceleration_and_displacement_of_a_beat():
 def test_refused(x, step):
     with pytest.raises(InputError, match="expected"):
         smooth(x, step)
+
+
+@pytest.mark.parametrize(("mains", "rate"), [(50.04, 200), (59.97, 256), (50.0, 125)])
+def test_hum_of_the_mains_is_no_motion(mains, rate):
+    """A cut-off would follow it."""
+    time = np.arange(10 * rate) / rate
+    omega = 2 * np.pi * 0.7
+    noise = 1e-4 * np.random.default_rng(3).standard_normal(time.size)
+    x = np.sin(omega * time) + noise
+    hum = 2e-4 * np.sin(2 * np.pi * mains * time + 1)
+    (_, quiet, _), (_, with_hum, _) = smooth(x, 1 / rate), smooth(x + hum, 1 / rate)
+    assert np.std(with_hum - quiet) < 2e-3
+    # a motion of that frequency remains
+    fast = np.sin(2 * np.pi * mains * time)
+    assert np.std(smooth(fast, 1 / rate)[0]) == pytest.approx(np.std(fast), rel=0.1)

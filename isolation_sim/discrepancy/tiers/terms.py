@@ -101,6 +101,7 @@ _MEMORY = (
 _AT_POSITION = (
     ("s x", "s * x", "N/m^2"),
     ("s x |x|", "s * x * np.fabs(x)", "N/m^3"),
+    ("s |x|", "s * np.fabs(x)", "N/m^2"),
     ("s x^2", "s * x**2", "N/m^3"),
 )
 """Friction that grows along the stroke, or towards its ends, with the state's code and unit."""
