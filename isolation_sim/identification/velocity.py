@@ -22,10 +22,12 @@ _DEGREE = 4
 _CLEARLY = 0.8
 # multiples of the cut-off within which that is decided: beyond it all is noise
 _NEAR = 1.5
-# Hz, of the mains; how far they stray; multiples of them that are looked for; bins beside a line,
-# over whose strongest it has to stand out by a factor; its largest amplitude over the range
-_MAINS, _HUM_NEAR, _HUM_ORDERS, _HUM_BESIDE = (50.0, 60.0), 0.1, 3, (4, 5, 6, 7, 8)
-_HUM_CLEARLY, _HUM_LARGEST = 4.0, 2e-3
+# Hz, of the mains; share of it by which they stray; multiples of them that are looked for
+_MAINS, _HUM_NEAR, _HUM_ORDERS = (50.0, 60.0), 2e-3, 3
+# lines beside theirs, over whose strongest it has to stand out by a factor; its largest amplitude
+# over the range; where it may lie between two lines
+_HUM_BESIDE, _HUM_CLEARLY, _HUM_LARGEST = (4, 5, 6, 7, 8), 4.0, 2e-3
+_BETWEEN = np.linspace(-0.6, 0.6, 25)
 # of the square of a normal variable
 _MEDIAN_OF_SQUARE = 0.4549
 
@@ -81,25 +83,26 @@ def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.n
 def _without_hum(x: np.ndarray, step: float) -> np.ndarray:
     """Samples without the lines of the mains that stand out and are far smaller than the motion."""
     n = x.size
-    time = step * np.arange(n)
-    window = np.hanning(n)
-    window = window / window.sum()
-    largest = _HUM_LARGEST * float(np.ptp(x))
-
-    def line(frequency: float) -> complex:
-        about = x - np.linspace(x[0], x[-1], n)
-        return complex(2 * np.sum(window * about * np.exp(-2j * np.pi * frequency * time)))
-
     width = 1 / (n * step)
-    for one in _MAINS:
-        orders = int((0.5 / step - _HUM_BESIDE[-1] * width) / one)
-        for order in range(1, min(orders, _HUM_ORDERS) + 1):
-            near = order * one + np.linspace(-_HUM_NEAR, _HUM_NEAR, 21) * order
-            frequency = max(near.tolist(), key=lambda f: abs(line(f)))
-            amplitude = line(frequency)
-            beside = [abs(line(frequency + s * k * width)) for k in _HUM_BESIDE for s in (-1, 1)]
-            if _HUM_CLEARLY * max(beside) < abs(amplitude) < largest:
-                x = x - (amplitude * np.exp(2j * np.pi * frequency * time)).real
+    window = np.hanning(n)
+    window *= 2 / window.sum()
+    windowed = window * (x - np.linspace(x[0], x[-1], n))
+    lines = np.abs(np.fft.rfft(windowed))
+    motion = int(np.argmax(lines))
+    # its harmonics do not stand out from each other
+    apart = {*_HUM_BESIDE, *(m * motion + k for m in (1, 2) for k in (-2, -1, 0, 1, 2))}
+    apart = {k for k in apart if k >= _HUM_BESIDE[0]}
+    for mains in (m * order for m in _MAINS for order in range(1, _HUM_ORDERS + 1)):
+        low, high = (round(mains * (1 + near) / width) for near in (-_HUM_NEAR, _HUM_NEAR))
+        if low <= _HUM_BESIDE[-1] or high + _HUM_BESIDE[-1] >= lines.size:
+            continue
+        k = low - 1 + int(np.argmax(lines[low - 1 : high + 2]))
+        beside = [lines[at] for one in apart for at in (k - one, k + one) if 0 < at < lines.size]
+        if _HUM_CLEARLY * max(beside) < lines[k] < _HUM_LARGEST * np.ptp(x):
+            waves = np.exp(2j * np.pi * np.outer(width * (k + _BETWEEN), step * np.arange(n)))
+            amplitudes = waves.conj() @ windowed
+            best = int(np.argmax(np.abs(amplitudes)))
+            x = x - (amplitudes[best] * waves[best]).real
     return x
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.errors import InputError
-from isolation_sim.identification.velocity import smooth
+from isolation_sim.identification.velocity import _without_hum, smooth
 
 
 @pytest.mark.parametrize(("frequency", "step", "n"), [(1, 1 / 256, 1280), (5, 0.005, 450)])
@@ -78,3 +78,11 @@ def test_hum_of_the_mains_is_no_motion(mains, rate):
     # a motion of that frequency remains
     fast = np.sin(2 * np.pi * mains * time)
     assert np.std(smooth(fast, 1 / rate)[0]) == pytest.approx(np.std(fast), rel=0.1)
+
+
+def test_a_harmonic_of_the_motion_is_no_hum():
+    """A triangle wave of 2 Hz has its 25th multiple at 50 Hz."""
+    time = np.arange(2000) / 200
+    x = 2 / np.pi * np.arcsin(np.sin(4 * np.pi * time + 0.3))
+    x += 1e-4 * np.random.default_rng(3).standard_normal(time.size)
+    assert np.array_equal(_without_hum(x, 1 / 200), x)
