@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...identification.noise import noise_beside_steps
 from ...structures import IsolatedStructure
 from ..decisions import LEAST_SENSOR_NOISE, MOST_COLOUR, MOST_CURRENT_NOISE
 from .model import BuildingModel
@@ -364,6 +365,7 @@ def _current_noise(record: BuildingRecord, band: float) -> float:
     if record.current is None or record.current_steps:
         return 0.0
     size = float(white_noise(record.current[:, np.newaxis], record.dt, band, 0.1)[0])
+    size = min(size, noise_beside_steps(record.current))  # ramps are none
     return size if size <= MOST_CURRENT_NOISE * np.ptp(record.current) else 0.0
 
 

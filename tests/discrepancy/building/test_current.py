@@ -49,6 +49,17 @@ def test_noise_of_the_current_is_noise(isolated, error):
     assert is_quiet(comparison, comparison.evaluate(()))
 
 
+def test_ramps_of_a_supply_are_no_noise_of_the_current(isolated):
+    record = _smooth(isolated, 8e-3)
+    band = highest_frequency(isolated, record.dt)
+    assert _current_noise(record, band) == pytest.approx(8e-3, rel=0.1)
+    wanted = np.repeat(np.random.default_rng(4).uniform(0.0, 3.0, N // 100), 100)
+    ramps = np.zeros(N)
+    for k in range(1, N):
+        ramps[k] = ramps[k - 1] + np.clip(wanted[k] - ramps[k - 1], -0.03, 0.03)
+    assert _current_noise(replace(record, current=ramps), band) < 1e-9
+
+
 @pytest.mark.parametrize("period", [2, 20])
 def test_changes_of_a_controller_are_no_noise_of_the_current(isolated, period):
     record = _held(period, "before")
