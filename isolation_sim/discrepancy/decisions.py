@@ -281,10 +281,6 @@ SWITCHING = 2.0
 up to which what the model misses may be nothing else. Theory: 95 % of normal errors."""
 FITTED_ENERGY = 0.6
 """Share of a lone record's energy that is fitted; later samples are held out. Convention."""
-LESS_FITTED_ENERGY = 0.3
-"""The same where causes that leave little on the later samples leave more on those fitted: what
-acts in strong motion alone is then held out too. Convention.
-"""
 QUIET_ENERGY = 0.005
 """Share of a lone record's energy before and after which it is quiet, whatever the noise of its
 sensors up to 5 %. Convention.

@@ -9,7 +9,6 @@ on data not fitted is then the floor, and the search is repeated with weights th
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from copy import copy
 from dataclasses import replace
 from itertools import combinations
 from typing import TypeVar
@@ -81,8 +80,6 @@ class CauseSearch:
         most_causes: int = MOST_BUILDING_CAUSES,
         progress: Callable[[str], None] = lambda text: None,
         choices: Sequence[Candidate] | None = None,  # Causes that are tried; all by default
-        barred: tuple[str, str] | None = None,  # Key of a cause that is not among them
-        to_beat: float = np.inf,  # Excess error of other causes, of which these must leave a part
     ):
         self.comparison, self.most_causes, self.progress = comparison, most_causes, progress
         # what each cause changes alone is simulated once, whatever is assumed later
@@ -100,16 +97,8 @@ class CauseSearch:
         self._choices = (
             candidates(comparison.model, comparison.records) if choices is None else choices
         )
-        self._barred, self._to_beat = barred, to_beat
         keys = {choice.key for choice in self._choices} | {(name, "") for name in LAYER_CAUSES}
         self._n_tests = len(keys)
-
-    def continued(self, comparison: BuildingComparison) -> CauseSearch:
-        """Go on under another comparison, with what is known of the causes tried."""
-        again = copy(self)
-        again.comparison, again.before = comparison, comparison.evaluate(())
-        again.rivals = dict(self.rivals)
-        return again
 
     def is_explained(self, current: FittedBuilding) -> bool:
         """Whether the residuals are as likely as those of noise alone."""
@@ -143,9 +132,8 @@ class CauseSearch:
             return best
         proposed = []
         for nearest, *simpler in proposed_effects(self.comparison, current.cause_values):
-            if nearest.key != self._barred:
-                proposed.append(nearest)
-                self._simpler[nearest.key] = simpler
+            proposed.append(nearest)
+            self._simpler[nearest.key] = simpler
         last = self._last = self._fits(current, proposed, LATE_SIMULATED)
         if best:  # flexible causes imitate simple ones
             last = [one for one in last if _may_be_nearer(one, best[0])]
@@ -363,8 +351,6 @@ class CauseSearch:
 
     def finish(self, best: FittedBuilding) -> FittedBuilding:
         """Replace each cause by a better variant; name none if together they remove too little."""
-        if not excess_error(self.comparison, best) < self._to_beat:
-            return self.before
         best = self._exchange_for_one(self._exchange_for_simpler(best))
         best = self._exchange_histories(best)
         if self._is_calibration(best, self.before):
@@ -581,8 +567,6 @@ class CauseSearch:
         rest = tuple(one for one in current.cause_values if one not in several)
         rest = self.comparison.fit((), rest).cause_values
         for nearest, *simpler in proposed_effects(self.comparison, rest):
-            if nearest.key == self._barred:
-                continue
             trial = self._fit_instead((*rest, (nearest, nearest.starts[0])), current)
             no_worse = trial.held_out_cost <= current.held_out_cost
             if no_worse and _is_nearer(trial, current, STRONG_EVIDENCE):
@@ -644,7 +628,7 @@ def search_causes(
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
-    """Search for causes, again with more or less of the last record fitted if parts disagree."""
+    """Search for causes, again with more of the last record fitted where only that shows them."""
     choices = candidates(comparison.model, comparison.records)
     before, late = comparison.evaluate(()), None
     missed, missed_fitted = (excess_error(comparison, before, part) for part in (True, False))
@@ -657,48 +641,15 @@ def search_causes(
                 return again
     space, result = _search_as_expected(comparison, most_causes, progress, choices)
     best = result.best
-    left, left_fitted = (excess_error(space.comparison, best, part) for part in (True, False))
-    much = left > max(REMAINS, NEARLY_RIGHT * missed)
-    much_fitted = left_fitted > max(REMAINS, NEARLY_RIGHT * missed_fitted)
-    if best.cause_values and much and not much_fitted:
-        # the part that was fitted may only not determine the numbers of the same causes
-        same = _fitted_to_more(space, result)
-        if same is not None and largest_excess(same[0].comparison, same[1].best) < INSTEAD * left:
-            return same
     if not space.explains(best, noise_chance(space.comparison, best)):
         # a cause that imitates two others, taken first, may keep both out
-        least = INSTEAD * max(left, left_fitted)
+        least = INSTEAD * largest_excess(space.comparison, best)
         of_pair = _search_from_pair(comparison, most_causes, progress, choices, choices, least)
         if of_pair is not None:
             return of_pair
         unknown = unknown_force(space.comparison, space.before, best.cause_values)
         if unknown is not None and unknown.is_in_structure:
             return space, result  # other causes only imitate it, too
-    if best.cause_values and much:
-        # one that has another form may be nearer than the right one beside others
-        first = best.cause_values[0][0].key
-        others = [cause for cause in choices if cause.key != first]
-        other = _search_as_expected(
-            comparison, min(most_causes, 2), progress, others, first, to_beat=left
-        )
-        instead = other[1].best
-        remains = excess_error(other[0].comparison, instead)
-        if remains < INSTEAD * left:
-            if remains > REMAINS and len(instead.causes) == len(best.causes) == 1:
-                # neither has the form of what acts there
-                other[0].rivals[instead.causes[0]].append(best)
-            return other
-    # what acts in strong motion alone is not seen where this is all fitted, or all held out
-    reopened = None
-    if much_fitted and not much:
-        reopened = comparison.fitting_less()
-    elif best.cause_values and much and not much_fitted:
-        reopened = comparison.fitting_more()
-    if reopened is not None:
-        again = _search_as_expected(reopened, most_causes, progress, choices)
-        remains = largest_excess(again[0].comparison, again[1].best)
-        if remains < INSTEAD * max(left, left_fitted):
-            return again
     if best.cause_values or late is not None:
         return space, result
     reopened = _reopened(space.comparison, best)
@@ -781,18 +732,6 @@ def _search_from_pair(
     return space, replace(result, rounds=[taken, *result.rounds])
 
 
-def _fitted_to_more(
-    space: CauseSearch, result: SearchResult[FittedBuilding]
-) -> tuple[CauseSearch, SearchResult[FittedBuilding]] | None:
-    """Fit the causes of a search to more of the last record; None where that is no choice."""
-    more = space.comparison.fitting_more()
-    if more is None:
-        return None
-    again = space.continued(more)
-    best = again.finish(more.fit((), result.best.cause_values))
-    return again, replace(result, base=again.before, best=best)
-
-
 def _reopened(comparison: BuildingComparison, best: FittedBuilding) -> BuildingComparison | None:
     """More of the last record fitted where a model misses its held-out part; None where not."""
     missed = adequacy(comparison.held_out, best.held_out) < MISFIT_LEVEL
@@ -804,23 +743,19 @@ def _search_as_expected(
     most_causes: int,
     progress: Callable[[str], None],
     choices: Sequence[Candidate],
-    barred: tuple[str, str] | None = None,
-    to_beat: float = np.inf,
     begin: CauseValues = (),
 ) -> tuple[CauseSearch, SearchResult[FittedBuilding]]:
     """Repeat the search until the best model leaves no more than the expected model error.
 
-    It is not repeated where other causes leave less. It begins with some causes in the model.
+    It begins with some causes in the model.
     """
     expected = NEARLY_RIGHT * excess_error(comparison, comparison.evaluate(()))
     while True:
-        space = CauseSearch(
-            comparison.expecting(expected), most_causes, progress, choices, barred, to_beat
-        )
+        space = CauseSearch(comparison.expecting(expected), most_causes, progress, choices)
         result = search(space, space.beginning_with(begin) if begin else space.before)
         left = excess_error(space.comparison, result.best)
         enough = max(2 * expected, relative_noise(space.comparison, True))
-        if left < enough or left >= to_beat:
+        if left < enough:
             return space, result
         expected = left
 

@@ -13,7 +13,6 @@ from ...errors import InputError
 from ...identification.least_squares import Optimum, levenberg_marquardt
 from ..decisions import (
     FITTED_ENERGY,
-    LESS_FITTED_ENERGY,
     MOST_NOISE,
     QUIET_ENERGY,
     SCREENING_STEPS,
@@ -281,19 +280,8 @@ class BuildingComparison:
         """
         if self.middle is None:
             return None
-        last = self.records[-1]
-        return self._divided(
-            (self.middle + last.compared) // 2 if self.middle else _middle_of_motion(last)
-        )
-
-    def fitting_less(self) -> BuildingComparison | None:
-        """Hold out a part of a lone record's strong motion; None where that is no choice."""
-        if self.middle is None or len(self.records) > 1:
-            return None
-        return self._divided(_middle(self.records[0], LESS_FITTED_ENERGY))
-
-    def _divided(self, middle: int) -> BuildingComparison | None:
         last, floor = self.records[-1], self.floors[-1]
+        middle = (self.middle + last.compared) // 2 if self.middle else _middle_of_motion(last)
         if min(middle, last.compared - middle) < MINIMUM_SAMPLES:
             return None
         fitted, held_out = _parts(last, floor, self.model_error, middle)

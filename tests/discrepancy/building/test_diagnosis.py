@@ -40,7 +40,6 @@ from isolation_sim.discrepancy.building.errors import excess_error, largest_exce
 from isolation_sim.discrepancy.building.filter_search import with_likeliest_filter
 from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, is_quiet, p_value
 from isolation_sim.discrepancy.building.isolator_causes import layer_effect
-from isolation_sim.discrepancy.building.localisation import ISOLATION_LAYER, UnknownForce
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
 from isolation_sim.discrepancy.building.record import BuildingRecord
@@ -320,18 +319,16 @@ def test_a_search_is_reopened_with_half_of_the_held_out_time(isolated):
     first, later = comparison.middle, (comparison.middle + len(record)) // 2
     assert (comparison.held_out[0].samples.start, more.held_out[0].samples.start) == (first, later)
     assert more.fitted[0].samples.stop == later
-    less = comparison.fitting_less()
-    assert less.held_out[0].samples.start == less.fitted[0].samples.stop < first
     other = replace(record, name="other")
     two = compare_building(comparison.model, [record, replace(other, hold_out=True)])
-    assert two.fitting_more() is None and two.fitting_less() is None
+    assert two.fitting_more() is None
     # the last of several is divided unless records were chosen to be held out
     several = compare_building(comparison.model, [record, other])
     assert (several.middle, [s.record.name for s in several.held_out]) == (0, ["other"])
     more = several.fitting_more()
     assert [s.record.name for s in more.fitted] == ["quake", "other"]
     assert more.held_out[0].samples.start == more.fitted[1].samples.stop == first
-    assert more.with_noise_beside(()).middle == first and several.fitting_less() is None
+    assert more.with_noise_beside(()).middle == first
 
 
 @pytest.mark.parametrize("beside", [False, pytest.param(True, marks=pytest.mark.slow)])
@@ -777,7 +774,7 @@ def test_a_pair_is_searched_from_where_it_leaves_less_than_half(
     )
     begun = []
 
-    def found(comparison, most_causes, progress, choices, barred=None, to_beat=np.inf, begin=()):
+    def found(comparison, most_causes, progress, choices, begin=()):
         begun.append(begin)
         space = CauseSearch(comparison, choices=choices)
         return space, SearchResult(space.before, pair if begin else first, [])
@@ -789,129 +786,6 @@ def test_a_pair_is_searched_from_where_it_leaves_less_than_half(
     monkeypatch.setattr(CauseSearch, "pairs", lambda *_: [pair])
     assert search_causes(comparison)[1].best is (pair if searches == 2 else first)
     assert begun == [(), pair.cause_values][:searches]
-
-
-@pytest.mark.usefixtures("no_pairs")
-@pytest.mark.parametrize(
-    ("place", "channel", "searches"),
-    [("floor3", "", 1), (ISOLATION_LAYER, "", 3), ("floor3", CHANNELS[3], 3)],
-)
-def test_no_others_are_searched_where_a_force_in_the_structure_is_missing(
-    isolated, monkeypatch, place, channel, searches
-):
-    record = _record(isolated)
-    comparison, listed = _compared(isolated, record)
-    first = comparison.evaluate(((listed["base_mass_error"], (0.1,)),))
-    made = []
-
-    def found(comparison, *arguments, **options):
-        made.append(options)
-        space = CauseSearch(comparison)
-        return space, SearchResult(space.before, first if len(made) == 1 else space.before, [])
-
-    force = UnknownForce(place, (), 0.0, 1.0, channel)
-    monkeypatch.setattr(cause_search, "_search_as_expected", found)
-    monkeypatch.setattr(cause_search, "_fitted_to_more", lambda *_: None)
-    monkeypatch.setattr(cause_search, "largest_excess", lambda *_: 1.0)
-    monkeypatch.setattr(cause_search, "unknown_force", lambda *_: force)
-    monkeypatch.setattr(
-        cause_search, "excess_error",
-        lambda _, one, held_out=True: (0.2 if held_out else 0.02) if one is first else 1.0,
-    )  # fmt: skip
-    assert search_causes(comparison)[1].best is first
-    assert len(made) == searches
-
-
-@pytest.mark.usefixtures("no_pairs")
-@pytest.mark.parametrize(("left", "rival"), [(0.05, True), (0.02, False)])
-def test_a_cause_named_instead_of_the_first_one_may_be_confused_with_it(
-    isolated, monkeypatch, left, rival
-):
-    """Where both leave more than a little, neither has the form of what acts there."""
-    record = _record(isolated)
-    comparison, listed = _compared(isolated, record)
-    first, instead = (
-        comparison.evaluate(((listed[name], listed[name].starts[0]),))
-        for name in ("base_mass_error", "isolator_force_error")
-    )
-
-    def found(comparison, most_causes, progress, choices, barred=None, to_beat=np.inf):
-        assert to_beat == (0.2 if barred else np.inf)
-        space, best = CauseSearch(comparison, choices=choices), instead if barred else first
-        space.rivals[best.causes[0]] = []
-        return space, SearchResult(space.before, best, [])
-
-    errors = {first: 0.2, instead: left}
-    monkeypatch.setattr(cause_search, "_search_as_expected", found)
-    monkeypatch.setattr(cause_search, "excess_error", lambda _, one, *part: errors.get(one, 1.0))
-    space, result = search_causes(comparison)
-    assert result.best is instead
-    assert space.rivals == {"isolator_force_error": [first] if rival else []}
-
-
-@pytest.mark.usefixtures("no_pairs")
-@pytest.mark.parametrize(("before", "again"), [(1.0, False), (0.5, True)])
-def test_no_others_are_searched_where_a_nearly_right_cause_leaves_so_much(
-    isolated, monkeypatch, before, again
-):
-    """Even the right cause leaves a tenth of the error: its form is not exact."""
-    record = _record(isolated)
-    comparison, listed = _compared(isolated, record)
-    first = comparison.evaluate(((listed["base_mass_error"], (0.1,)),))
-    searches = []
-
-    def found(comparison, most_causes, progress, choices, barred=None, to_beat=np.inf):
-        space = CauseSearch(comparison, choices=choices)
-        searches.append(barred)
-        return space, SearchResult(space.before, space.before if barred else first, [])
-
-    errors = {first: 0.08}
-    monkeypatch.setattr(cause_search, "_search_as_expected", found)
-    monkeypatch.setattr(cause_search, "excess_error", lambda _, one, *part: errors.get(one, before))
-    assert search_causes(comparison)[1].best is first
-    assert searches == [None, *[("base_mass_error", "")] * again]
-
-
-@pytest.mark.usefixtures("no_pairs")
-@pytest.mark.parametrize(("after", "searches"), [(0.05, 1), (0.19, 3)])
-def test_causes_are_fitted_to_more_of_a_record_before_others_are_searched(
-    isolated, monkeypatch, after, searches
-):
-    """The time that was fitted may not determine the numbers of the right causes."""
-    record = _record(isolated, _heavier(0.15), seed=7)
-    comparison, listed = _compared(isolated, record)
-    first = comparison.evaluate(((listed["base_mass_error"], (0.12,)),))
-    made = []
-
-    def found(comparison, most_causes, progress, choices, barred=None, to_beat=np.inf):
-        made.append(comparison)
-        space = CauseSearch(comparison, choices=choices)
-        space.rivals["base_mass_error"] = []
-        return space, SearchResult(space.before, first if len(made) == 1 else space.before, [])
-
-    def excess(_, one, held_out=True):
-        if one is first:
-            return 0.2 if held_out else 0.02
-        return after if one.cause_values else 1.0
-
-    monkeypatch.setattr(cause_search, "_search_as_expected", found)
-    monkeypatch.setattr(cause_search, "excess_error", excess)
-    monkeypatch.setattr(cause_search, "largest_excess", excess)
-    space, result = search_causes(comparison)
-    assert len(made) == searches
-    if searches == 1:
-        assert space.comparison.middle > comparison.middle
-        assert result.best.cause_values[0][1][0] == pytest.approx(0.15, abs=0.01)
-        assert space.rivals == {"base_mass_error": []}
-
-
-def test_causes_that_leave_more_than_others_are_not_finished(isolated):
-    record = _record(isolated, _heavier(0.15), seed=7)
-    comparison, listed = _compared(isolated, record)
-    fitted = comparison.fit((), ((listed["isolator_force_error"], (0.1,)),))
-    others = excess_error(comparison, fitted)
-    space = CauseSearch(comparison, to_beat=others)
-    assert space.finish(fitted) is space.before
 
 
 def test_a_number_that_starts_from_zero_has_its_own_size(isolated):
