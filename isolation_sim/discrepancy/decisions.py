@@ -244,13 +244,12 @@ MINOR_IN_BUILDING = 0.01
 left with it. Convention; seen on blind pairs.
 """
 NEARLY_RIGHT = 0.1
-"""Share of the error that even the right cause leaves, since its form is not exact: up to it, no
-causes are looked for in the place of the first one. Unknown forces
+"""Share of the error that even the right cause leaves, since its form is not exact. Unknown forces
 whose squared errors differ by less than the square of it are not told apart. Blind buildings."""
 INSTEAD = 0.5
-"""Error that a search without the first cause must leave, over that of the search with it, for its
-causes to be named instead; and causes that are tried last, over the best of the others. A fit in
-the place of a cause that begins far from it is not brought to its end. Convention.
+"""Error that another search must leave, over that of the first one, for its causes to be named
+instead; and causes that are tried last, over the best of the others. A fit in the place of a cause
+that begins far from it is not brought to its end. Convention.
 """
 NOT_WORSE = 1.02
 """Largest factor by which a cause may raise the mean square in a half of the held-out time. Blind
