@@ -177,8 +177,11 @@ def _sampling(runs: Sequence[TestRun]) -> Iterator[str]:
     if len(gaps) > 1:
         listed = ", ".join(gaps)
         yield f"sampling intervals differ: {listed} ms"
-    slow = [(fast_part(run.displacement), run) for run in runs]
-    if fast := [one for one in slow if one[0] > _FAST_PART]:
+
+
+def _slow_sampling(runs: Sequence[TestRun]) -> Iterator[str]:
+    parts = [(fast_part(run.displacement), run) for run in runs]
+    if fast := [one for one in parts if one[0] > _FAST_PART]:
         most, run = max(fast, key=lambda one: one[0])
         yield (
             f"{_names([one for _, one in fast], runs)}: the motion reaches the highest frequencies "
@@ -379,7 +382,7 @@ def _repeated(runs: Sequence[TestRun]) -> Iterator[tuple[TestRun, TestRun, int]]
 _CHECKS: tuple[Callable[[Sequence[TestRun]], Iterator[str]], ...] = (
     _reversed_loops, noisy_channels, clipped_channels, coarse_channels, _implausible_sizes,
     drifting_channels, _differing_offsets, _unit_of_force, _velocity_channel, _repeated_runs,
-    _transient_ends, _sampling,
+    _transient_ends, _sampling, _slow_sampling,
 )  # fmt: skip
 
 

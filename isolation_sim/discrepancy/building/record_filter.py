@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import takewhile
 from pathlib import Path
 from typing import Annotated, Self
 
@@ -128,15 +129,15 @@ def _response(
 
 def read_filter(path: str | Path) -> RecordFilter | None:
     """Read the filter that a line ``# filter = { ... }`` of a record's file states."""
-    for line in Path(path).read_text(encoding="utf-8", errors="replace").splitlines():
-        if not line.startswith("#"):
-            break
+    with Path(path).open(encoding="utf-8", errors="replace") as lines:
+        comments = list(takewhile(lambda line: line.startswith("#"), lines))
+    for line in comments:
         if stated := _LINE.match(line):
             try:
                 return RecordFilter(**tomllib.loads(stated[1])["filter"])
             except (tomllib.TOMLDecodeError, TypeError, InputError) as error:
                 raise InputError(
-                    f"{path}: {line.strip('# ')}: {error}; expected: such as "
+                    f"{path}: {line.strip().strip('# ')}: {error}; expected: such as "
                     "filter = { high_pass_Hz = 0.1 }"
                 ) from None
     return None
