@@ -127,37 +127,124 @@ def outputs_now(
     observe(on_modes, on_force, z, dz, force, dforce, y, dz, 0)
 
 
+def begin(z: NDArray, s: NDArray, i: NDArray, values: tuple, derivatives: tuple) -> None:
+    """Put the first instant where a step begins."""
+    # element by element: the compiler takes seconds for an array assigned to an array
+    for m in range(len(z)):
+        values[0][m] = z[m]
+    for e in range(s.shape[0]):
+        for q in range(s.shape[1]):
+            values[2][e, q] = s[e, q]
+    for c in range(len(i)):
+        values[4][c] = i[c]
+    # at both ends of a step: a new block must not use values of the last call
+    derivatives[0][:] = 0.0
+    derivatives[1][:] = 0.0
+    derivatives[2][:] = 0.0
+    derivatives[3][:] = 0.0
+    derivatives[4][:] = 0.0
+    derivatives[5][:] = 0.0
+
+
+def keep_currents(i: NDArray, di: NDArray, past: NDArray) -> None:
+    """Keep the currents at a step's start, behind their derivatives."""
+    everything = past.shape[1] - 1
+    for c in range(len(i)):
+        for j in range(everything):
+            past[c, j] = di[c, j]
+        past[c, everything] = i[c]
+
+
+def obey(
+    i: NDArray, di: NDArray, command: NDArray, coil_decay: NDArray, now: int, width: int
+) -> None:
+    """Set the currents of coils without lag to their command."""
+    n_channels = len(i)
+    for c in range(n_channels):
+        if coil_decay[c, 0] == 0.0:
+            i[c] = command[c]
+            for j in range(width):
+                di[c, j] = 0.0
+            if width > 0:
+                di[c, now * n_channels + c] = 1.0
+
+
+def hold(
+    ground: NDArray, at: int, command: NDArray, now: int, width: int, plant: tuple, values: tuple,
+    derivatives: tuple,
+) -> None:  # fmt: skip
+    """Advance a substep with the forces and state rates of its start."""
+    decay, held, _, moved, _, _, _, _, _, coil_decay, _, _ = plant
+    za, zb, sa, sb, ia, ib, f, _, r, _ = values
+    dza, dzb, dsa, dsb, dia, dib, df, _, dr, _ = derivatives
+    n_modes, n_channels, h = decay.shape[1], len(ia), coil_decay[0, 2]
+    carry(decay, za, zb, n_modes)
+    carry_all(decay, dza, dzb, n_modes, width)
+    for m in range(2 * n_modes):
+        for e in range(held.shape[0]):
+            weight = held[e, m]
+            zb[m] += weight * f[e]
+            for j in range(width):
+                dzb[m, j] += weight * df[e, j]
+        for d in range(ground.shape[0]):
+            zb[m] += moved[d, 0, m] * ground[d, at]
+            zb[m] += moved[d, 1, m] * ground[d, at + 1]
+    for c in range(n_channels):
+        factor = coil_decay[c, 0]
+        ib[c] = command[c] + factor * (ia[c] - command[c])
+        for j in range(width):
+            dib[c, j] = factor * dia[c, j]
+        if width > 0:
+            dib[c, now * n_channels + c] += 1.0 - factor
+    for e in range(sa.shape[0]):
+        for q in range(sa.shape[1]):
+            sb[e, q] = sa[e, q] + h * r[e, q]
+            for j in range(width):
+                dsb[e, q, j] = dsa[e, q, j] + h * dr[e, q, j]
+
+
+def correct(width: int, plant: tuple, values: tuple, derivatives: tuple) -> None:
+    """Correct a substep by the forces and rates at its end, and begin the next one there."""
+    sloped, h = plant[2], plant[9][0, 2]
+    za, zb, sa, sb, ia, ib, f0, f1, r0, r1 = values
+    dza, dzb, dsa, dsb, dia, dib, df0, df1, dr0, dr1 = derivatives
+    n_states = sa.shape[1]
+    for e in range(sa.shape[0]):
+        f1[e] -= f0[e]
+        for j in range(width):
+            df1[e, j] -= df0[e, j]
+        for m in range(len(za)):
+            weight = sloped[e, m]
+            zb[m] += weight * f1[e]
+            for j in range(width):
+                dzb[m, j] += weight * df1[e, j]
+        for q in range(n_states):
+            sa[e, q] = sb[e, q] + 0.5 * h * (r1[e, q] - r0[e, q])
+            for j in range(width):
+                dsa[e, q, j] = dsb[e, q, j] + 0.5 * h * (dr1[e, q, j] - dr0[e, q, j])
+    for m in range(len(za)):
+        za[m] = zb[m]
+        for j in range(width):
+            dza[m, j] = dzb[m, j]
+    for c in range(len(ia)):
+        ia[c] = ib[c]
+        for j in range(width):
+            dia[c, j] = dib[c, j]
+
+
 def predict(
     n_steps: int, z: NDArray, s: NDArray, i: NDArray, commands: NDArray, block: NDArray,
     ground: NDArray, first: int, plant: tuple, work: tuple, results: tuple, device_side: Callable,
 ) -> None:  # fmt: skip
     """Predict outputs over the horizon and differentiate them by the blocks of commands, if any."""
     # ground: (n_directions, more than first + n_steps * n_sub), at the substeps' ends
-    decay, held, sloped, moved, _, _, _, _, _, coil_decay, on_modes, on_force = plant
+    coil_decay, on_modes, on_force = plant[9:]
     y, dy, past, y_before, dy_before = results
     values, derivatives, side = work
     za, zb, sa, sb, ia, ib, f0, f1, r0, r1 = values
     dza, dzb, dsa, dsb, dia, dib, df0, df1, dr0, dr1 = derivatives
-    n_modes, n_channels = decay.shape[1], len(i)
-    n_devices, n_states = held.shape[0], s.shape[1]
-    everything = dy.shape[2]
-    n_sub = int(coil_decay[0, 1])
-    h = coil_decay[0, 2]
-    # element by element: the compiler takes seconds for an array assigned to an array
-    for m in range(2 * n_modes):
-        za[m] = z[m]
-    for e in range(n_devices):
-        for q in range(n_states):
-            sa[e, q] = s[e, q]
-    for c in range(n_channels):
-        ia[c] = i[c]
-    # at both ends of a step: a new block must not use values of the last call
-    dza[:] = 0.0
-    dsa[:] = 0.0
-    dia[:] = 0.0
-    dzb[:] = 0.0
-    dsb[:] = 0.0
-    dib[:] = 0.0
+    n_channels, n_sub = len(i), int(coil_decay[0, 1])
+    begin(z, s, i, values, derivatives)
     for k in range(n_steps + 1):
         last = min(k, n_steps - 1)
         # later blocks have no effect yet
@@ -166,71 +253,16 @@ def predict(
         if y_before.shape[0] > 0:
             devices(za, dza, sa, dsa, ia, dia, plant, f0, df0, r0, dr0, side, width, device_side)
             observe(on_modes, on_force, za, dza, f0, df0, y_before[k], dy_before[k], width)
-        for c in range(n_channels):
-            coil_factor = coil_decay[c, 0]
-            if k < n_steps and past.shape[0] > 0:
-                for j in range(everything):
-                    past[k, c, j] = dia[c, j]
-                past[k, c, everything] = ia[c]
-            if coil_factor == 0.0:
-                ia[c] = commands[last, c]
-                for j in range(width):
-                    dia[c, j] = 0.0
-                if width > 0:
-                    dia[c, now * n_channels + c] = 1.0
+        if k < n_steps and past.shape[0] > 0:
+            keep_currents(ia, dia, past[k])
+        obey(ia, dia, commands[last], coil_decay, now, width)
         for sub in range(n_sub):
             devices(za, dza, sa, dsa, ia, dia, plant, f0, df0, r0, dr0, side, width, device_side)
             if sub == 0:
                 observe(on_modes, on_force, za, dza, f0, df0, y[k], dy[k], width)
                 if k == n_steps:
                     return
-            carry(decay, za, zb, n_modes)
-            carry_all(decay, dza, dzb, n_modes, width)
-            for m in range(2 * n_modes):
-                for e in range(n_devices):
-                    weight = held[e, m]
-                    zb[m] += weight * f0[e]
-                    for j in range(width):
-                        dzb[m, j] += weight * df0[e, j]
-                for d in range(ground.shape[0]):
-                    zb[m] += moved[d, 0, m] * ground[d, first + k * n_sub + sub]
-                    zb[m] += moved[d, 1, m] * ground[d, first + k * n_sub + sub + 1]
-            for c in range(n_channels):
-                coil_factor = coil_decay[c, 0]
-                ib[c] = commands[k, c] + coil_factor * (ia[c] - commands[k, c])
-                for j in range(width):
-                    dib[c, j] = coil_factor * dia[c, j]
-                if width > 0:
-                    dib[c, now * n_channels + c] += 1.0 - coil_factor
-            for e in range(n_devices):
-                for q in range(n_states):
-                    sb[e, q] = sa[e, q] + h * r0[e, q]
-                    for j in range(width):
-                        dsb[e, q, j] = dsa[e, q, j] + h * dr0[e, q, j]
+            at = first + k * n_sub + sub
+            hold(ground, at, commands[k], now, width, plant, values, derivatives)
             devices(zb, dzb, sb, dsb, ib, dib, plant, f1, df1, r1, dr1, side, width, device_side)
-            for e in range(n_devices):
-                f1[e] -= f0[e]
-                for j in range(width):
-                    df1[e, j] -= df0[e, j]
-                for m in range(2 * n_modes):
-                    weight = sloped[e, m]
-                    zb[m] += weight * f1[e]
-                    for j in range(width):
-                        dzb[m, j] += weight * df1[e, j]
-                for q in range(n_states):
-                    sb[e, q] += 0.5 * h * (r1[e, q] - r0[e, q])
-                    for j in range(width):
-                        dsb[e, q, j] += 0.5 * h * (dr1[e, q, j] - dr0[e, q, j])
-            for m in range(2 * n_modes):
-                za[m] = zb[m]
-                for j in range(width):
-                    dza[m, j] = dzb[m, j]
-            for e in range(n_devices):
-                for q in range(n_states):
-                    sa[e, q] = sb[e, q]
-                    for j in range(width):
-                        dsa[e, q, j] = dsb[e, q, j]
-            for c in range(n_channels):
-                ia[c] = ib[c]
-                for j in range(width):
-                    dia[c, j] = dib[c, j]
+            correct(width, plant, values, derivatives)
