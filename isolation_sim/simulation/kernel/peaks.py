@@ -45,122 +45,40 @@ def find_peaks(sizes, intervals, quantities, history, modes, candidates, scratch
 
     The groups are described in ``arguments.py``. track: peak and mean square of each quantity.
     """
-    n_modes, n_pad, n_elements, n_ground = sizes[:4]
-    rows, n_quantities, n_directions, fast = quantities[:4]
-    lengths, ground = intervals.lengths, intervals.ground
-    z, forces = history.z, history.forces
-    points, present, values, changed, near, bulges, margins, bounds = scratch[:8]
-    swings, loudness, unrest = scratch[8:]
-    per_block = 8 // n_directions
-    n_blocks = -(-n_quantities // per_block)
-    size = 8 * (2 * n_modes + n_elements + n_ground)
-    n_points = lengths.shape[0] + 1
+    n_points = intervals.lengths.shape[0] + 1
     duration = 0.0
     for k in range(n_points - 1):
-        duration += lengths[k]
+        duration += intervals.lengths[k]
     for start in range(0, n_points, POINTS * FIRST_LOOK):
-        gather(points, present, forces, n_elements, start, FIRST_LOOK, n_points)
-        for block in range(n_blocks):
-            to = block * 2 * SLOTS + PAST
-            quantities_at(
-                values, to * 8, rows, block * size, z, points, 2 * n_pad, n_modes, n_pad, present,
-                n_elements, n_elements, ground, n_ground,
-            )  # fmt: skip
-            n_items = min(per_block, n_quantities - block * per_block)
-            for p in range(POINTS):
-                at = (to + p) * ROWS
-                take_norms(values, at, n_items, n_directions)
-                look(track, block * KINDS * ROWS, values, at, at, 0.0, 0.0)
-    find_loudness(loudness, quantities, track)
+        first_look(start, sizes, intervals, quantities, history, scratch, track)
+    find_loudness(scratch.loudness, quantities, track)
     # one point more: the motion is mirrored at its end, where nothing is known of the next slope
     for start in range(0, n_points + 1, CHUNK):
         for first in range(0, CHUNK, POINTS):
-            gather(points, present, forces, n_elements, start + first, 1, n_points)
-            for p in range(POINTS):
-                point = start + first + p
-                changed[PAST + first + p] = 0 < point < n_points and changes(
-                    forces, n_elements, point
-                )
-            for block in range(n_blocks):
-                to = block * 2 * SLOTS + PAST + first
-                quantities_at(
-                    values, to * 8, rows, block * size, z, points, 2 * n_pad, n_modes, n_pad,
-                    present, n_elements, n_elements, ground, n_ground,
-                )  # fmt: skip
-                n_items = min(per_block, n_quantities - block * per_block)
-                for p in range(POINTS):
-                    after = (to + p) * ROWS
-                    if changed[PAST + first + p]:
-                        before = after + SLOTS * ROWS
-                        undo_changes(
-                            values, after, before, rows, block * size, sizes, forces, points[p],
-                        )  # fmt: skip
-                        take_norms(values, before, n_items, n_directions)
-                    take_norms(values, after, n_items, n_directions)
-        if fast.shape[0] > 0:
+            evaluate_points(start, first, sizes, intervals, quantities, history, scratch)
+        if quantities.fast.shape[0] > 0:
             for slot in range(PAST, PAST + min(CHUNK, n_points + 1 - start)):
                 interval = start + slot - PAST - 2
                 if interval >= 0:
                     find_swings(
-                        swings[slot], unrest[slot], loudness, interval, sizes, intervals,
-                        quantities, history,
+                        scratch.swings[slot], scratch.unrest[slot], scratch.loudness, interval,
+                        sizes, intervals, quantities, history,
                     )  # fmt: skip
-        for block in range(n_blocks):
-            at = block * KINDS * ROWS
-            to = block * 2 * SLOTS
-            n_items = min(per_block, n_quantities - block * per_block)
+        for block in range(blocks_of(quantities)):
             for slot in range(PAST, PAST + min(CHUNK, n_points + 1 - start)):
-                point = start + slot - PAST
-                if point < n_points:
-                    left = 0.5 * lengths[point - 1] / duration if point > 0 else 0.0
-                    right = 0.5 * lengths[point] / duration if point + 1 < n_points else 0.0
-                    after = (to + slot) * ROWS
-                    before = after + SLOTS * ROWS * changed[slot]
-                    near[block, slot] = look(track, at, values, before, after, left, right)
-                if point < 2:
-                    continue
-                if near[block, slot - 2] + near[block, slot - 1] + restless(unrest[slot]) > 0:
-                    interval = point - 2
-                    begun = (to + slot - 2) * ROWS
-                    ended = (to + slot - 1 + SLOTS * changed[slot - 1]) * ROWS
-                    find_bulges(
-                        bulges, interval, intervals, history, sizes, values, begun, ended, track, at
-                    )
-                    find_margins(margins, block, n_items, sizes, quantities, bulges, swings[slot])
-                    next_length = lengths[min(point, n_points - 1) - 1]
-                    exceeded = bound_inside(
-                        bounds, values, (to + slot - 3) * ROWS, (to + slot - 2) * ROWS,
-                        (to + slot - 1) * ROWS, (to + slot) * ROWS,
-                        SLOTS * ROWS * changed[slot - 2], SLOTS * ROWS * changed[slot - 1],
-                        SLOTS * ROWS * changed[slot], 1.0 / lengths[max(interval, 1) - 1],
-                        1.0 / lengths[interval], 1.0 / next_length, BEND * lengths[interval],
-                        margins, track, at,
+                count_point(
+                    block, slot, start + slot - PAST, n_points, duration, intervals.lengths,
+                    scratch, track,
+                )  # fmt: skip
+                interval = start + slot - PAST - 2
+                if interval >= 0:
+                    find_candidates(
+                        block, slot, interval, sizes, intervals, quantities, history, modes,
+                        candidates, scratch, dense, track,
                     )  # fmt: skip
-                    if exceeded > 0:
-                        for k in range(n_items * LANES):
-                            lane = k % LANES
-                            peak = track[at + PEAK * ROWS + k]
-                            top = max(abs(values[begun + k]), abs(values[ended + k]))
-                            high = top > NEAR * peak or unrest[slot, lane] > UNREST
-                            if high and bounds[k] > peak:
-                                if candidates.number[lane] == CANDIDATES:
-                                    look_inside(
-                                        lane, sizes, intervals, quantities, history, modes,
-                                        candidates, dense, track,
-                                    )  # fmt: skip
-                                add_candidate(
-                                    candidates, lane, interval, block * per_block + k // LANES,
-                                    bounds[k],
-                                )  # fmt: skip
-            for slot in range(PAST):
-                for side in range(2):
-                    if side == 0 or changed[slot + CHUNK]:
-                        first = (to + slot + SLOTS * side) * ROWS
-                        for k in range(ROWS):
-                            values[first + k] = values[first + CHUNK * ROWS + k]
-                near[block, slot] = near[block, slot + CHUNK]
+            keep_last(block, scratch)
         for slot in range(PAST):
-            changed[slot] = changed[slot + CHUNK]
+            scratch.changed[slot] = scratch.changed[slot + CHUNK]
     # Numba compiles a function once more for an argument that is, or begins as, a constant
     for lane in range(LANES):
         look_inside(
@@ -169,12 +87,152 @@ def find_peaks(sizes, intervals, quantities, history, modes, candidates, scratch
     for interval in range(n_points - 1):
         for lane in range(LANES):
             if strongly_cut(interval, lane, intervals, history):
-                for item in range(n_quantities):
+                for item in range(quantities.n_quantities):
                     candidates.chosen[item] = item
                 raise_peaks(
-                    np.int64(lane), interval, n_quantities, candidates.chosen, sizes, intervals,
-                    quantities, history, modes, dense, track,
+                    np.int64(lane), interval, quantities.n_quantities, candidates.chosen, sizes,
+                    intervals, quantities, history, modes, dense, track,
                 )  # fmt: skip
+
+
+@inline
+def blocks_of(quantities):
+    """Number of blocks of eight rows that all quantities take."""
+    return -(-quantities.n_quantities // (8 // quantities.n_directions))
+
+
+@inline
+def items_of(block, quantities):
+    """Number of quantities in a block."""
+    per_block = 8 // quantities.n_directions
+    return min(per_block, quantities.n_quantities - block * per_block)
+
+
+@inline
+def rows_of(block, sizes):
+    """Where a block's rows begin in the table of rows."""
+    return block * 8 * (2 * sizes.n_modes + sizes.n_elements + sizes.n_ground)
+
+
+@inline
+def evaluate_block(block, slot, sizes, intervals, quantities, history, scratch):
+    """A block's rows at the gathered points, from a slot on."""
+    n_pad, n_elements = sizes.n_pad, sizes.n_elements
+    quantities_at(
+        scratch.values, slot * 8, quantities.rows, rows_of(block, sizes), history.z,
+        scratch.points, 2 * n_pad, sizes.n_modes, n_pad, scratch.present, n_elements, n_elements,
+        intervals.ground, sizes.n_ground,
+    )  # fmt: skip
+
+
+@inline
+def first_look(start, sizes, intervals, quantities, history, scratch, track):
+    """Raise the peaks to the values at some points far apart."""
+    n_points = intervals.lengths.shape[0] + 1
+    gather(
+        scratch.points, scratch.present, history.forces, sizes.n_elements, start, FIRST_LOOK,
+        n_points,
+    )  # fmt: skip
+    for block in range(blocks_of(quantities)):
+        to = block * 2 * SLOTS + PAST
+        evaluate_block(block, to, sizes, intervals, quantities, history, scratch)
+        for p in range(POINTS):
+            at = (to + p) * ROWS
+            take_norms(scratch.values, at, items_of(block, quantities), quantities.n_directions)
+            look(track, block * KINDS * ROWS, scratch.values, at, at, 0.0, 0.0)
+
+
+@inline
+def evaluate_points(start, first, sizes, intervals, quantities, history, scratch):
+    """All quantities at the next points of a chunk, on both sides of a change of current."""
+    n_points, n_elements = intervals.lengths.shape[0] + 1, sizes.n_elements
+    forces, values, changed = history.forces, scratch.values, scratch.changed
+    points = scratch.points
+    gather(points, scratch.present, forces, n_elements, start + first, 1, n_points)
+    for p in range(POINTS):
+        point = start + first + p
+        changed[PAST + first + p] = 0 < point < n_points and changes(forces, n_elements, point)
+    for block in range(blocks_of(quantities)):
+        n_items = items_of(block, quantities)
+        to = block * 2 * SLOTS + PAST + first
+        evaluate_block(block, to, sizes, intervals, quantities, history, scratch)
+        for p in range(POINTS):
+            after = (to + p) * ROWS
+            if changed[PAST + first + p]:
+                before = after + SLOTS * ROWS
+                undo_changes(
+                    values, after, before, quantities.rows, rows_of(block, sizes), sizes, forces,
+                    points[p],
+                )  # fmt: skip
+                take_norms(values, before, n_items, quantities.n_directions)
+            take_norms(values, after, n_items, quantities.n_directions)
+
+
+@inline
+def count_point(block, slot, point, n_points, duration, lengths, scratch, track):
+    """Count a block's values at a grid point, and keep how many are near their peaks."""
+    if point < n_points:
+        left = 0.5 * lengths[point - 1] / duration if point > 0 else 0.0
+        right = 0.5 * lengths[point] / duration if point + 1 < n_points else 0.0
+        after = (block * 2 * SLOTS + slot) * ROWS
+        before = after + SLOTS * ROWS * scratch.changed[slot]
+        at = block * KINDS * ROWS
+        scratch.near[block, slot] = look(track, at, scratch.values, before, after, left, right)
+
+
+@inline
+def find_candidates(
+    block, slot, interval, sizes, intervals, quantities, history, modes, candidates, scratch,
+    dense, track,
+):  # fmt: skip
+    """Keep the quantities of a block that may exceed their peaks between two slots back and one."""
+    values, changed, near, unrest = scratch.values, scratch.changed, scratch.near, scratch.unrest
+    if near[block, slot - 2] + near[block, slot - 1] + restless(unrest[slot]) == 0:
+        return
+    lengths, n_items = intervals.lengths, items_of(block, quantities)
+    at, to = block * KINDS * ROWS, block * 2 * SLOTS + slot
+    begun, ended = (to - 2) * ROWS, (to - 1 + SLOTS * changed[slot - 1]) * ROWS
+    find_bulges(
+        scratch.bulges, interval, intervals, history, sizes, values, begun, ended, track, at
+    )
+    find_margins(
+        scratch.margins, block, n_items, sizes, quantities, scratch.bulges, scratch.swings[slot]
+    )
+    next_length = lengths[min(interval + 2, lengths.shape[0]) - 1]
+    exceeded = bound_inside(
+        scratch.bounds, values, (to - 3) * ROWS, (to - 2) * ROWS, (to - 1) * ROWS, to * ROWS,
+        SLOTS * ROWS * changed[slot - 2], SLOTS * ROWS * changed[slot - 1],
+        SLOTS * ROWS * changed[slot], 1.0 / lengths[max(interval, 1) - 1],
+        1.0 / lengths[interval], 1.0 / next_length, BEND * lengths[interval], scratch.margins,
+        track, at,
+    )  # fmt: skip
+    if exceeded == 0:
+        return
+    for k in range(n_items * LANES):
+        lane = k % LANES
+        peak = track[at + PEAK * ROWS + k]
+        top = max(abs(values[begun + k]), abs(values[ended + k]))
+        high = top > NEAR * peak or unrest[slot, lane] > UNREST
+        if high and scratch.bounds[k] > peak:
+            if candidates.number[lane] == CANDIDATES:
+                look_inside(
+                    lane, sizes, intervals, quantities, history, modes, candidates, dense, track
+                )
+            item = block * (8 // quantities.n_directions) + k // LANES
+            add_candidate(candidates, lane, interval, item, scratch.bounds[k])
+
+
+@inline
+def keep_last(block, scratch):
+    """Move a block's last grid points before those of the next chunk."""
+    values, changed, near = scratch.values, scratch.changed, scratch.near
+    for slot in range(PAST):
+        for side in range(2):
+            if side == 0 or changed[slot + CHUNK]:
+                first = (block * 2 * SLOTS + slot + SLOTS * side) * ROWS
+                for k in range(ROWS):
+                    values[first + k] = values[first + CHUNK * ROWS + k]
+        near[block, slot] = near[block, slot + CHUNK]
 
 
 @inline
@@ -486,36 +544,31 @@ def raise_peaks(
     lane, interval, n_chosen, chosen, sizes, intervals, quantities, history, modes, dense, track
 ):
     """Update the peaks of some quantities inside a grid interval, in one lane."""
-    n_modes, n_pad, n_elements, n_ground = sizes[:4]
-    segments, segment_of, lengths, ground = intervals
-    n_quantities, n_directions = quantities.n_quantities, quantities.n_directions
-    z, _, forces, steps, _, cuts, first_step, _ = history
-    state, polynomials = dense.state, dense.polynomials
-    per_block = 8 // n_directions
-    n_blocks = -(-n_quantities // per_block)
-    segment = segment_of[interval]
-    n_intervals = segments[segment, 2]
+    steps, cuts = history.steps, history.cuts
+    segment = intervals.segment_of[interval]
+    n_intervals = intervals.segments[segment, 2]
     n_steps = max(cuts[interval, lane], 1)
     n_sub = max(-cuts[interval, lane], 1)
-    within = interval - segments[segment, 0]
+    within = interval - intervals.segments[segment, 0]
     fastest = 0.0
-    for m in range(n_modes):
+    for m in range(sizes.n_modes):
         value = modes[m, lane % TABLE_LANES]
         fastest = max(fastest, value.real * value.real + value.imag * value.imag)
     fastest = np.sqrt(fastest)
-    width, own = record_layout(steps, n_pad, n_elements)
-    number, following = first_step[interval, lane], 0
+    _, own = record_layout(steps, sizes.n_pad, sizes.n_elements)
+    number, following = history.first_step[interval, lane], 0
     begun_at, part = 0.0, 1.0  # where the step begins in the interval, and its share of it
     past = 1.0  # distance between the instants before this step
     counted = np.int64(0)
     for step in range(n_steps):
+        is_last = step + 1 == n_steps
         begin = interval - within % n_sub  # where the step begins
         if n_steps > 1:
             begun_at = steps[number, (own + BEGIN) * LANES + lane] * n_intervals - within
             part = steps[number, (own + LENGTH) * LANES + lane] * n_intervals
-            if step + 1 < n_steps:
+            if not is_last:
                 following = int(steps[number, (own + NEXT) * LANES + lane])
-        length = lengths[interval] * part
+        length = intervals.lengths[interval] * part
         n_dense = max(int(np.ceil(FEWEST_DENSE * part)), int(PER_RADIAN * fastest * length) + 1)
         resolved = n_dense <= MOST_DENSE
         n_dense = min(n_dense, MOST_DENSE)
@@ -523,87 +576,134 @@ def raise_peaks(
         set_weights(length, lane % TABLE_LANES, sizes, modes, dense)
         share = 1.0 / (n_sub * n_dense)
         tau = (within % n_sub) / n_sub
-        for m in range(n_modes):
-            if n_steps == 1:
-                at = (interval * 2 * n_pad + m) * LANES + lane
-                state[m] = complex(z[at], z[at + n_pad * LANES])
-            else:
-                at = m * LANES + lane
-                state[m] = complex(steps[number, at], steps[number, at + n_pad * LANES])
-        for e in range(n_elements):
-            at = (begin * n_elements + e) * FORCES * LANES + lane
-            end = ((begin + n_sub) * n_elements + e) * FORCES * LANES + lane
-            ending = forces[end + BEFORE * LANES]
-            for k in range(8):
-                polynomials[e, k] = 0.0
-            for k in range(5):
-                if n_steps > 1:
-                    to = (2 * n_pad + e * width) * LANES + lane
-                    if k < 4:
-                        force = steps[number, to + k * LANES]
-                    else:
-                        force = ending if step + 1 == n_steps else steps[following, to]
-                elif k < 4:
-                    force = forces[at + (AFTER + k) * LANES]
-                else:
-                    force = ending
-                for power in range(3):
-                    if 0 < k < 4:
-                        polynomials[e, power] += LAGRANGE[k - 1][power] * force
-                for power in range(5):
-                    polynomials[e, 3 + power] += THROUGH_ENDS[k][power] * force
+        if n_steps == 1:
+            begin_step(lane, interval, begin, n_sub, sizes, history, dense)
+        else:
+            begin_cut(lane, begin, n_sub, number, following, is_last, sizes, history, dense)
         for first in range(0, n_dense + 1, DENSE):
             n_here = min(DENSE, n_dense + 1 - first)
             for p in range(n_here):
                 a = tau + (first + p) * share
                 b = begun_at + part * (first + p) / n_dense
-                for m in range(n_modes):
-                    dense.z[p * 2 * n_modes + m] = state[m].real
-                    dense.z[p * 2 * n_modes + n_modes + m] = state[m].imag
-                for e in range(n_elements):
-                    force = 0.0
-                    for power in range(4, -1, -1):
-                        force = force * a + polynomials[e, 3 + power]
-                    dense.forces[p * n_elements + e] = force
-                for i in range(n_ground):
-                    low = ground[(interval * n_ground + i) * LANES + lane]
-                    high = ground[((interval + 1) * n_ground + i) * LANES + lane]
-                    dense.ground[p * n_ground + i] = low + (high - low) * b
+                put_instant(lane, p, interval, a, b, sizes, intervals, dense)
                 if first + p < n_dense:
-                    for m in range(n_modes):
-                        state[m] *= dense.weights[0, m]
-                    for e in range(n_elements):
-                        c1, c2 = polynomials[e, 1], polynomials[e, 2]
-                        push0 = polynomials[e, 0] + a * (c1 + a * c2)
-                        push1 = share * (c1 + 2.0 * a * c2)
-                        push2 = share * share * c2
-                        to = 1 + 2 * n_ground + 3 * e
-                        add_input(state, dense.weights, to, push0)
-                        add_input(state, dense.weights, to + 1, push1)
-                        add_input(state, dense.weights, to + 2, push2)
-                    for i in range(n_ground):
-                        low = ground[(interval * n_ground + i) * LANES + lane]
-                        high = ground[((interval + 1) * n_ground + i) * LANES + lane]
-                        add_input(state, dense.weights, 1 + 2 * i, low + (high - low) * b)
-                        rise = (high - low) * part / n_dense
-                        add_input(state, dense.weights, 2 + 2 * i, rise)
-            for block in range(n_blocks):
-                evaluated = False
-                for k in range(n_chosen):
-                    item = chosen[k]
-                    if item // per_block == block:
-                        if not evaluated:
-                            evaluate(block, lane, sizes, quantities, dense)
-                            evaluated = True
-                        follow(
-                            item % per_block * n_directions, n_directions, first, n_here, counted,
-                            n_dense if step + 1 == n_steps else n_dense + 1, length,
-                            past if resolved else 0.0, item,
-                            row_of(item, per_block) * LANES + PEAK * ROWS + lane, dense, track,
-                        )  # fmt: skip
+                    rise = part / n_dense
+                    advance(lane, interval, a, share, b, rise, sizes, intervals, dense)
+            raise_by_instants(
+                lane, n_chosen, chosen, first, n_here, counted,
+                n_dense if is_last else n_dense + 1, length, past if resolved else 0.0, sizes,
+                quantities, dense, track,
+            )  # fmt: skip
         past = length
         counted += n_dense
         number = following
+
+
+@exact_inline
+def begin_step(lane, interval, begin, n_sub, sizes, history, dense):
+    """Modes at an interval's start, and the force polynomials of the step that spans it."""
+    n_pad, n_elements, z, forces = sizes.n_pad, sizes.n_elements, history.z, history.forces
+    for m in range(sizes.n_modes):
+        at = (interval * 2 * n_pad + m) * LANES + lane
+        dense.state[m] = complex(z[at], z[at + n_pad * LANES])
+    for e in range(n_elements):
+        at = (begin * n_elements + e) * FORCES * LANES + lane
+        end = ((begin + n_sub) * n_elements + e) * FORCES * LANES + lane
+        for k in range(5):
+            own = at + (AFTER + k) * LANES if k < 4 else end + BEFORE * LANES
+            add_force(dense.polynomials, e, k, forces[own])
+
+
+@exact_inline
+def begin_cut(lane, begin, n_sub, number, following, is_last, sizes, history, dense):
+    """The same at the start of one of several steps in the interval."""
+    n_pad, n_elements = sizes.n_pad, sizes.n_elements
+    steps, forces = history.steps, history.forces
+    width, _ = record_layout(steps, n_pad, n_elements)
+    for m in range(sizes.n_modes):
+        at = m * LANES + lane
+        dense.state[m] = complex(steps[number, at], steps[number, at + n_pad * LANES])
+    for e in range(n_elements):
+        to = (2 * n_pad + e * width) * LANES + lane
+        end = ((begin + n_sub) * n_elements + e) * FORCES * LANES + lane
+        ending = forces[end + BEFORE * LANES] if is_last else steps[following, to]
+        for k in range(5):
+            force = steps[number, to + k * LANES] if k < 4 else ending
+            add_force(dense.polynomials, e, k, force)
+
+
+@exact_inline
+def add_force(polynomials, e, k, force):
+    """Add the force at a step's start, at one of its nodes or at its end to both polynomials."""
+    if k == 0:
+        for power in range(8):
+            polynomials[e, power] = 0.0
+    if 0 < k < 4:
+        for power in range(3):
+            polynomials[e, power] += LAGRANGE[k - 1][power] * force
+    for power in range(5):
+        polynomials[e, 3 + power] += THROUGH_ENDS[k][power] * force
+
+
+@exact_inline
+def put_instant(lane, p, interval, a, b, sizes, intervals, dense):
+    """Modes, forces and ground motion of an instant, by its place in the step and interval."""
+    n_modes, _, n_elements, n_ground = sizes[:4]
+    for m in range(n_modes):
+        dense.z[p * 2 * n_modes + m] = dense.state[m].real
+        dense.z[p * 2 * n_modes + n_modes + m] = dense.state[m].imag
+    for e in range(n_elements):
+        force = 0.0
+        for power in range(4, -1, -1):
+            force = force * a + dense.polynomials[e, 3 + power]
+        dense.forces[p * n_elements + e] = force
+    for i in range(n_ground):
+        low = intervals.ground[(interval * n_ground + i) * LANES + lane]
+        high = intervals.ground[((interval + 1) * n_ground + i) * LANES + lane]
+        dense.ground[p * n_ground + i] = low + (high - low) * b
+
+
+@exact_inline
+def advance(lane, interval, a, share, b, part, sizes, intervals, dense):
+    """Carry the modes to the next instant, ``share`` of the step or ``part`` of the interval on."""
+    state, weights, polynomials = dense.state, dense.weights, dense.polynomials
+    n_modes, _, n_elements, n_ground = sizes[:4]
+    for m in range(n_modes):
+        state[m] *= weights[0, m]
+    for e in range(n_elements):
+        c1, c2 = polynomials[e, 1], polynomials[e, 2]
+        to = 1 + 2 * n_ground + 3 * e
+        add_input(state, weights, to, polynomials[e, 0] + a * (c1 + a * c2))
+        add_input(state, weights, to + 1, share * (c1 + 2.0 * a * c2))
+        add_input(state, weights, to + 2, share * share * c2)
+    for i in range(n_ground):
+        low = intervals.ground[(interval * n_ground + i) * LANES + lane]
+        high = intervals.ground[((interval + 1) * n_ground + i) * LANES + lane]
+        add_input(state, weights, 1 + 2 * i, low + (high - low) * b)
+        add_input(state, weights, 2 + 2 * i, (high - low) * part)
+
+
+@exact_inline
+def raise_by_instants(
+    lane, n_chosen, chosen, first, n_here, counted, inside, length, past, sizes, quantities, dense,
+    track,
+):  # fmt: skip
+    """Evaluate the chosen quantities at some instants and raise their peaks."""
+    n_directions = quantities.n_directions
+    per_block = 8 // n_directions
+    for block in range(blocks_of(quantities)):
+        evaluated = False
+        for k in range(n_chosen):
+            item = chosen[k]
+            if item // per_block == block:
+                if not evaluated:
+                    evaluate(block, lane, sizes, quantities, dense)
+                    evaluated = True
+                follow(
+                    item % per_block * n_directions, n_directions, first, n_here, counted, inside,
+                    length, past, item, row_of(item, per_block) * LANES + PEAK * ROWS + lane,
+                    dense, track,
+                )  # fmt: skip
 
 
 @exact_inline
