@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 _UPPER_BAND = 0.6
 """Part of the Nyquist frequency above which a device's response is taken to be negligible."""
@@ -53,6 +54,13 @@ _FEWEST_CYCLES, _SINUSOIDAL = 4, 0.995
 its force are distinguished from noise: they look like a plateau where lines are few."""
 _WIDTH = 1.6
 """Lines on each side of a harmonic that belong to it, behind the window."""
+_MOVING, _FEWEST_BANDS = 0.98, 4
+"""Share of the power of the velocity up to whose frequency a device moves; bands above twice this
+frequency that noise needs."""
+_UNEVEN_LEVELS = 0.85
+"""Deviation of the logarithm of a spectrum from that of noise with a 1/f part, from which it is
+another. Convention, seen on two generators: noise 0.1 to 0.8, a ripple or a bump along the stroke
+0.9 to 1.7."""
 _ORDER = 4
 """Order of the low-pass of noise that is drawn."""
 _NEAR_STEPS, _WHOLE = 5.5, 0.05
@@ -184,6 +192,35 @@ def sensor_noise(
     if result.deviation < rounding:
         return SensorNoise(rounding, 1.0, rounded=True)
     return result
+
+
+def slow_noise(residual: NDArray, displacement: NDArray) -> float:
+    """Standard deviation of noise whose power is constant, or grows as 1/f towards low frequencies.
+
+    It is that of a residual above the frequencies of the motion. What a law misses grows faster
+    towards them. Zero where too little of the spectrum lies above them, or it is not that of noise.
+    """
+    power, size = _spectrum(residual)
+    moving = _spectrum(displacement)[0] * np.arange(power.size) ** 2
+    top = int(np.searchsorted(np.cumsum(moving), _MOVING * np.sum(moving)))
+    ratio, least = _BAND
+    ends = [2 * (top + 2)]
+    while ends[-1] + least <= power.size:
+        ends.append(min(int(max(ends[-1] * ratio, ends[-1] + least)), power.size))
+    if len(ends) <= _FEWEST_BANDS:
+        return 0.0
+    levels = np.array([np.median(power[a:b]) / np.log(2) for a, b in pairwise(ends)])
+    if not levels.all():
+        return 0.0
+    of_levels = np.stack([np.ones(len(levels)), 1 / np.sqrt(np.multiply(ends[1:], ends[:-1]))], 1)
+    fitted = levels
+    for _ in range(3):  # the levels scatter in proportion to the noise
+        white, slow = nnls(of_levels / fitted[:, np.newaxis], levels / fitted)[0]
+        fitted = of_levels @ (white, slow)
+    if np.std(np.log(levels / fitted)) > _UNEVEN_LEVELS:
+        return 0.0
+    lines = np.arange(1, power.size)
+    return float(np.sqrt(2 * np.sum(white + slow / lines) / len(residual) / size))
 
 
 def steady_noise(signal: NDArray) -> float:

@@ -24,7 +24,18 @@ N, NOISE = 400, 0.005
 DURATION = 4.0
 
 
-def campaign(offset=0.0, unrelated=0.0, friction=0.0, drift=0.0, held_out_size=6e-3, n=N):
+def pink_noise(random, n):
+    """Noise of unit variance whose power is 1 over the frequency."""
+    lines = np.arange(n // 2 + 1)
+    spectrum = random.standard_normal((2, len(lines))).T @ (1, 1j) / np.sqrt(np.maximum(lines, 1))
+    spectrum[0] = 0.0
+    noise = np.fft.irfft(spectrum, n)
+    return noise / np.std(noise)
+
+
+def campaign(
+    offset=0.0, unrelated=0.0, friction=0.0, drift=0.0, pink=0.0, held_out_size=6e-3, n=N
+):
     """A spring and a dashpot with noise, and shares of the force that they do not have."""
     random = np.random.default_rng(5)
     slow = butter(4, [0.5, 3.0], "bandpass", fs=n / DURATION, output="sos")
@@ -39,6 +50,7 @@ def campaign(offset=0.0, unrelated=0.0, friction=0.0, drift=0.0, held_out_size=6
         force += rms * (offset + unrelated * wandering / np.std(wandering))
         force += rms * (friction * np.tanh(v / 2e-3) + drift * (time / DURATION - 0.5))
         force += NOISE * rms * random.standard_normal(n)
+        force += pink * rms * pink_noise(np.random.default_rng(k), n)
         runs.append(TestRun(f"run{k}", time, x, v, force, np.zeros(n), hold_out=k == 2))
     return Campaign("made", "made", tuple(runs))
 
@@ -285,6 +297,17 @@ def test_what_nothing_measured_predicts_is_not_said_to_be_an_error(
     assert diagnosis.verdict == "unexplained" and diagnosis.depends_on == depends_on
     assert ("slow noise" in diagnosis.meaning) == unpredicted
     assert diagnosis.meaning in diagnosis.steps[-1].text
+
+
+@pytest.mark.usefixtures("few_effects")
+def test_noise_that_grows_towards_low_frequencies_is_noise():
+    clean = diagnosis_with(pink=0.01)
+    assert clean.verdict == "adequate" and not clean.causes
+    assert clean.noise_floor == pytest.approx(np.hypot(NOISE, 0.01), rel=0.3)
+    assert "grows towards low frequencies" in " ".join(step.text for step in clean.steps)
+    hidden = diagnosis_with(pink=0.01, friction=0.05)
+    assert hidden.verdict == "explained"
+    assert [(c.name, c.is_named) for c in hidden.causes] == [("coulomb_friction", True)]
 
 
 @pytest.mark.slow

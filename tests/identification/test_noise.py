@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.signal import butter, sosfilt
+from scipy.signal import butter, sosfilt, sosfiltfilt
 
 from isolation_sim.identification.noise import (
     channel_noise,
@@ -12,6 +12,7 @@ from isolation_sim.identification.noise import (
     noise_beside_steps,
     rounding_step,
     sensor_noise,
+    slow_noise,
     steady_noise,
     white_noise,
 )
@@ -255,3 +256,30 @@ def test_harmonics_of_few_cycles_are_no_noise():
 def test_cycles_of_a_sinusoid_are_counted(cycles, frequency):
     time = np.arange(1280) / 256
     assert cycles_of(3 * np.sin(2 * np.pi * frequency * time)) == pytest.approx(cycles, abs=0.05)
+
+
+def moved(random, n, period):
+    """A random motion of such a mean period, in samples."""
+    x = sosfiltfilt(butter(4, 2 / period, output="sos"), random.standard_normal(n))
+    return x / np.std(x)
+
+
+@pytest.mark.parametrize("pink", [0.0, 0.5, 2.0])
+def test_slow_noise_is_told_by_the_frequencies_above_the_motion(pink):
+    random, n = np.random.default_rng(8), 4096
+    lines = np.arange(n // 2 + 1)
+    spectrum = random.standard_normal((2, len(lines))).T @ (1, 1j) / np.sqrt(np.maximum(lines, 1))
+    slow = np.fft.irfft(spectrum, n)
+    noise = random.standard_normal(n) + pink * slow / np.std(slow)
+    x = moved(random, n, 80)
+    assert slow_noise(noise, x) == pytest.approx(np.std(noise), rel=0.25)
+    # what a law misses is far more than that
+    missed = np.sign(np.gradient(x))
+    assert slow_noise(noise + 6 * missed, x) < 0.8 * np.std(noise + 6 * missed)
+    ripple = np.sin(12 * x)
+    assert slow_noise(0.1 * noise + ripple, x) == 0.0
+
+
+def test_a_motion_near_the_highest_frequencies_tells_no_slow_noise():
+    random = np.random.default_rng(9)
+    assert slow_noise(random.standard_normal(512), moved(random, 512, 5)) == 0.0

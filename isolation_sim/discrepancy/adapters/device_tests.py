@@ -255,15 +255,16 @@ class DeviceTests(Problem[FittedModel]):
 
     def evaluate(self, result: SearchResult[FittedModel]) -> Evaluation:
         """Compare the forces before and after on fitted and on held-out samples."""
-        data, errors, left = self.data, self.errors, self.validated.left()
+        data, errors = self.data, self.errors.beside_slow_noise(self.after)
+        self.has_slow_noise = errors is not self.errors
+        self.errors = self.validated.errors = errors
+        left = self.validated.left()
         residuals = self.before - data.force, self.after - data.force
         before, after = (
             Errors(data.relative(r, data.fitted), data.relative(r, ~data.fitted)) for r in residuals
         )
-        noise = Errors(
-            min(errors.noise_floor(data.fitted), after.fit),
-            min(errors.noise_floor(~data.fitted), after.held_out),
-        )
+        floors = (errors.noise_floor(chosen) for chosen in (data.fitted, ~data.fitted))
+        noise = Errors(*map(min, floors, (after.fit, after.held_out)))
         # on the samples that judge, and without a large error on those that were fitted
         explained = errors.is_noise(self.after, errors.validation_samples)
         explained = explained and not errors.is_large(self.after, data.fitted)
@@ -448,6 +449,11 @@ class DeviceTests(Problem[FittedModel]):
             f"residual is {cost * len(space.noise) / space.noise_cost:.3g} times that of noise, "
             f"and a residual resembles its neighbours over {memory:.0f} samples."
         )
+        if self.has_slow_noise:
+            text += (
+                " The noise grows towards low frequencies: its strength is that of what remains "
+                "above the frequencies of the motion."
+            )
         if self.disturbance is not None:
             text += (
                 f" A line at {self.disturbance.frequency:.2f} Hz that all runs share was removed "

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...identification.measured_runs import MeasuredRuns
+from ...identification.noise import slow_noise
 from ..decisions import ADEQUATE, CHANCE_OF_FEW, LOST, REMAINS, WORSE
 from .conditions import conditions
 
@@ -86,6 +87,23 @@ class ForceErrors:
         # a variance of n samples has a relative deviation of sqrt(2 / n), that of the noise too
         ratio = max(most, 1 + CHANCE_OF_FEW * np.sqrt(4 / max(len(noise), 1)))
         return bool(data.cost(force, chosen) < ratio * max(np.sum(noise), np.sum(least)))
+
+    def beside_slow_noise(self, force: NDArray) -> ForceErrors:
+        """These, with noise that grows as 1/f, if that is all by which a force misses the samples.
+
+        The noise of every run is that of the force's residual above the frequencies of the motion.
+        """
+        data, residual, every = self.data, force - self.data.force, np.ones(len(force), bool)
+        if data.relative(residual, every) > REMAINS:
+            return self
+        slow = np.array([slow_noise(residual[run], data.x[run]) for run in data.runs])
+        squares = (np.repeat(slow, data.lengths) * data.weight) ** 2
+        if data.cost(force, every) >= ADEQUATE * float(np.sum(squares)):
+            return self
+        own = np.mean(self.noise**2, axis=1)
+        ratio = [np.sum(squares[run]) / max(float(np.sum(own[run])), 1e-300) for run in data.runs]
+        factor = np.repeat(np.sqrt(np.maximum(ratio, 1.0)), data.lengths)
+        return replace(self, noise=self.noise * factor[:, np.newaxis])
 
     def is_large(self, force: NDArray, chosen: NDArray) -> bool:
         """Whether a force has an error on the chosen samples that another law may explain."""
