@@ -585,7 +585,8 @@ def files(tmp_path_factory):
     (folder / "own.py").write_text(
         "from isolation_sim.laws.law import Law, Quantity\n\n"
         "NUMBER = 3\n\n\n"
-        "def force(x, v, states, parameters):\n    if x > abs(x) / 2:\n        return parameters[0] * x\n"
+        "def force(x, v, states, parameters):\n    if x > abs(x) / 2:\n"
+        "        return parameters[0] * x\n"
         "    return 0.0\n\n\n"
         "BRANCH = Law('branch', 'Branch', (Quantity('k', 'N/m', 'stiffness'),), force)\n"
         "def unknown(x, v, s, p):\n    return p[0] * abs(y)\n"
