@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from glob import escape
 from importlib import import_module
-from importlib.metadata import entry_points
+from importlib.metadata import distributions, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from types import FunctionType, ModuleType
@@ -238,6 +238,29 @@ def code_files(names: Iterable[str]) -> dict[str, str]:
         elif file is not None:
             there = file.is_file()
             result[str(file)] = _digest(file.read_bytes()) if there else "not found"
+    return result
+
+
+def package_code(names: Iterable[str]) -> dict[str, str]:
+    """Return the further packages whose parts are named, with a digest of their Python files."""
+    # an entry point's value, or the name itself if it is a place in a module
+    others = {
+        point.name: point.value
+        for package in distributions()
+        for point in package.entry_points
+        if point.group.partition(".")[0] in PACKAGES and package.name != PROJECT
+    }
+    places = (others.get(name, name if ":" in name else "") for name in names)
+    tops = {place.partition(":")[0].partition(".")[0] for place in places if not _split(place)[0]}
+    result = {}
+    for top in sorted(tops - {"", *PACKAGES}):
+        spec = find_spec(top)
+        folders = list(spec.submodule_search_locations or []) if spec else []
+        files = [file for folder in folders for file in sorted(Path(folder).rglob("*.py"))]
+        if not files and spec and spec.origin:
+            files = [Path(spec.origin)]
+        digests = "".join(_digest(file.read_bytes()) for file in files if file.is_file())
+        result[f"package {top}"] = _digest(digests.encode())
     return result
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ground_motions import STANDARD_GRAVITY
 
 from .errors import InputError
+from .simulation.contact import stops
 from .simulation.pieces import refined_outputs
 from .structures import IsolatedStructure
 from .structures.element import isolation_elements
@@ -66,6 +67,10 @@ class EffectiveProperties(NamedTuple):
     # Force at D_M minus force at 0.5 D_M in a slow cycle, over the weight, dimensionless
     restoring: float
     softening: float  # k_M over the effective stiffness at a fifth of D_M, dimensionless
+
+
+DESIGN = "17.6.4.1"
+"""Clause of the design values, from memory."""
 
 
 class CheckRow(NamedTuple):
@@ -231,11 +236,13 @@ def _history_rows(
         for what, key in (("displacement", "displacement"), ("shear", "shear"))
     }
     for label, controller in controllers.items():
-        peaks, shears = [], []
+        peaks, shears, beyond, contacts = [], [], 0.0, 0
         for name, plant in bounds.items():
             run = simulate(plant, controller, settings.quiet)
             case = f"{name}, {label}"
             peaks.append(peak_displacement(run))
+            beyond = max(beyond, run.test_comparison.deformation_ratio)
+            contacts += sum(run.contacts.values())
             shears.append(run.criteria["peak_base_shear_N"])
             yield CheckRow(
                 group, "largest isolator displacement", case, "17.6.4", f"{1e3 * peaks[-1]:.4g} mm"
@@ -247,13 +254,22 @@ def _history_rows(
             )  # fmt: skip
         needed = max(*peaks, least["displacement"])
         yield _against_capacity(
-            group, "design displacement: the largest, at least 0.8 D_M", label, "17.6.4.1",
+            group, "design displacement: the largest, at least 0.8 D_M", label, DESIGN,
             needed, settings.capacity,
         )  # fmt: skip
         yield CheckRow(
-            group, "design shear: the largest, at least 0.9 V_b", label, "17.6.4.1",
+            group, "design shear: the largest, at least 0.9 V_b", label, DESIGN,
             _force_text(max(*shears, least["shear"])),
         )  # fmt: skip
+        if beyond > 0:
+            yield CheckRow(
+                group, "deformation over that of the tests", label, "", _beside(beyond, 1.0),
+                "at most 1", beyond <= 1,
+            )  # fmt: skip
+        if any(stops(plant) for plant in bounds.values()):
+            yield CheckRow(
+                group, "contacts with walls and stops", label, "", f"{contacts}", "0", not contacts
+            )
 
 
 def _failure_rows(

@@ -172,9 +172,11 @@ class Comparison(Printed):
         Returns
         -------
         list of str
-            Two sentences, then such as the current that ``best_constant`` found.
+            Two sentences, then laws of unknown field work, and such as the current that
+            ``best_constant`` found.
         """
-        return [*render("verdict:verdict", self), *decisions_of(self.runs)]
+        unknown = render("verdict:unknown_energies", self.runs)
+        return [*render("verdict:verdict", self), *unknown, *decisions_of(self.runs)]
 
     def table(self) -> RenderableType:
         """Build the table of criteria and energies in engineering units.

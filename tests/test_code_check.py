@@ -11,6 +11,7 @@ import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.cli import main
 from isolation_sim.code_check import (
+    DESIGN,
     CheckRow,
     _beside,
     commands_until,
@@ -21,7 +22,7 @@ from isolation_sim.code_check import (
 )
 from isolation_sim.errors import InputError
 from isolation_sim.laws import law
-from isolation_sim.reports.code_check import console_table
+from isolation_sim.reports.code_check import console_table, verdict
 from isolation_sim.reports.tables import as_text
 from isolation_sim.structures import shear_building, with_p_delta
 from isolation_sim.structures.isolation_loop import isolation_loop
@@ -108,6 +109,10 @@ stop_s = 6.0
 [[controller]]
 name = "on_off"
 
+[moat_wall]
+gap_m = 0.04
+stiffness_N_per_m = 1e7
+
 [check]
 S_M1_g = 0.5
 displacement_capacity_m = 0.25
@@ -132,6 +137,11 @@ def test_the_command_lists_failures_of_the_control(tmp_path, monkeypatch, capsys
     # until the power is lost the run is the same: it cannot do better than before
     assert amount(by_case[lost]) >= 0.5 * amount(nominal)
     assert all(row["limit"] == "at most 250 mm" for row in by_case.values())
+    (beyond,) = (row for row in rows if row["subject"] == "deformation over that of the tests")
+    assert beyond["case"] == "on_off" and beyond["passes"] == (float(beyond["value"]) <= 1)
+    (touched,) = (row for row in rows if row["subject"] == "contacts with walls and stops")
+    assert max(map(amount, history)) > 40
+    assert int(touched["value"]) > 0 and not touched["passes"]
     page = (tmp_path / "check.html").read_text()
     assert "no certification" in page and "from memory" in page
 
@@ -182,6 +192,21 @@ def test_without_the_section_it_says_so(tmp_path, capsys):
 )
 def test_a_value_beside_its_limit_shows_on_which_side_it_is(value, limit, text):
     assert _beside(value, limit) == text
+
+
+def test_the_verdict_names_what_fails_and_the_design_values():
+    rows = [
+        CheckRow("Group", "effective period T_M", "nominal", "17.4.1", "2 s", "at most 5 s", True),
+        CheckRow("Group", "design displacement: the largest", "on_off", DESIGN, "397 mm",
+                 "at most 380 mm", False),
+        CheckRow("Group", "design shear: the largest", "on_off", DESIGN, "2674 kN"),
+    ]  # fmt: skip
+    assert verdict(rows) == [
+        "1 of 2 checks with a limit pass, 1 do not.",
+        "Not passed: design displacement (on-off), 397 mm; expected: at most 380 mm.",
+        "Design displacement (on-off): 397 mm.",
+        "Design shear (on-off): 2674 kN.",
+    ]
 
 
 def test_the_table_keeps_values_and_limits_in_one_line():

@@ -31,6 +31,8 @@ from isolation_sim.identification.raw_tests.files import TEST_READERS
 from isolation_sim.laws import LAWS, CurrentDependence
 from isolation_sim.registry import CONTROLLERS
 from isolation_sim.scenario import main_job
+from isolation_sim.sweeps.design import Design
+from isolation_sim.sweeps.plan import SweepPlan
 from studies.papers.study import PAPERS
 from studies.study import perform
 
@@ -137,6 +139,13 @@ def test_the_commands_of_a_page_run(page, desk, capsys, monkeypatch):
         assert code == 0, f"{line}: {shown.err}"
         if file is not None:
             assert json.loads(shown.out), line
+
+
+def test_every_case_of_the_sweep_s_page_can_be_built(tmp_path):
+    (tmp_path / "my_plan.toml").write_text(_blocks(TEXTS["docs/sweeps.md"], "toml")[0])
+    design = Design(SweepPlan.read(tmp_path / "my_plan.toml"))
+    for number in range(design.n_cases):
+        design.case(number).scenario(design.base).build()
 
 
 def test_only_the_cluster_s_command_is_not_run():

@@ -24,9 +24,9 @@ from scipy.io import loadmat
 
 import ground_motions.registry as mechanism
 import isolation_sim as iso
-from ground_motions import Record, read
+from ground_motions import Record, read, ricker_pulse
 from ground_motions.readers import READERS
-from ground_motions.registry import Registry
+from ground_motions.registry import Registry, package_code
 from isolation_sim.cli import main
 from isolation_sim.criterion import CRITERIA
 from isolation_sim.effects import EFFECTS
@@ -381,6 +381,23 @@ def loops() -> Campaign:
         runs.append(TestRun(f"{amplitude}m", time, x, v, force, np.ones(time.size),
                             velocity_measured=True))  # fmt: skip
     return Campaign("made-up device", "test_registry", tuple(runs))
+
+
+def test_a_tuning_is_not_continued_with_other_code_of_a_package(package, desk):
+    """A change of any of its files counts, as the named one may import it."""
+    given = {"motions": ricker_pulse(0.3, 1.0), "unseen": {}, "evaluations": 9, "out": desk / "own"}
+    iso.tune("outwards", **given)
+    (package / "guide_parts" / "__init__.py").write_text("SCALE = 2.0\n")
+    with pytest.raises(iso.InputError, match="code differs from the tuning begun there"):
+        iso.tune("outwards", **given, resume=True)
+
+
+def test_the_code_of_packages_is_known_by_names_and_places(package):
+    """Names of this project and files have no package of their own."""
+    one = package_code(["outwards", "mpc", "parts/outwards.py:Outwards"])
+    assert list(one) == ["package guide_parts"]
+    assert package_code(["guide_parts.outwards:Outwards"]) == one
+    assert package_code(["mpc", "bouc_wen"]) == {}
 
 
 def test_fit_diagnose_and_evaluate_take_a_law_of_one_s_own(way, desk, loops, capsys):

@@ -120,7 +120,15 @@ SCENARIOS = [
     (
         "[isolator]\nlaw = 'own.py:BRANCH'\nparameters = { k = 1e6 }\nlength_scale = 1.0\n"
         "force_scale = 1.0",
-        "own.py:7: 'if x > 0:' cannot be traced in force",
+        "own.py:7: 'if x > abs(x) / 2:' cannot be traced in force; expected: a comparison",
+    ),
+    (
+        "[isolator]\nlaw = 'own.py:BRANCH'\nparameters = { k = 1e6 }\ntarget_period_s = 2.0",
+        "own.py:7: 'if x > abs(x) / 2:' cannot be traced in force; expected: a comparison",
+    ),
+    (
+        "[isolator]\nlaw = 'own.py:UNKNOWN'\nparameters = { k = 1e6 }\ntarget_period_s = 2.0",
+        "'return p[0] * abs(y)' in force: NameError: name 'y' is not defined",
     ),
     ("[isolator]\nparameters = 'genralised'", "unknown parameter set of strain_stiffening"),
     ("[isolator]\nparameters = { q = 1.0 }", "q"),
@@ -577,9 +585,12 @@ def files(tmp_path_factory):
     (folder / "own.py").write_text(
         "from isolation_sim.laws.law import Law, Quantity\n\n"
         "NUMBER = 3\n\n\n"
-        "def force(x, v, states, parameters):\n    if x > 0:\n        return parameters[0] * x\n"
+        "def force(x, v, states, parameters):\n    if x > abs(x) / 2:\n"
+        "        return parameters[0] * x\n"
         "    return 0.0\n\n\n"
         "BRANCH = Law('branch', 'Branch', (Quantity('k', 'N/m', 'stiffness'),), force)\n"
+        "def unknown(x, v, s, p):\n    return p[0] * abs(y)\n"
+        "UNKNOWN = Law('unknown', 'Unknown', (Quantity('k', 'N/m', 'stiffness'),), unknown)\n"
     )
     np.savez(folder / "lacking.npz", M=eye, C=eye)
     np.savez(folder / "uneven.npz", M=eye, C=np.ones((2, 3)), K=eye)

@@ -168,7 +168,10 @@ def _export(results: Path, form: str, out: Path | None, units: str, force: bool)
 )
 def export_opensees(
     law: Annotated[Path, typer.Argument(help="Scenario, or file or folder of fit --out.")],
-    current: Annotated[float, typer.Option(help="Coil current, A.")],
+    current: Annotated[
+        float | None,
+        typer.Option(help="Coil current, A; not needed if the law does not depend on it."),
+    ] = None,
     amplitude: Annotated[
         float | None, typer.Option(help="Largest deformation, m; the tested one by default.")
     ] = None,
@@ -196,6 +199,9 @@ def export_opensees(
     scenario = Scenario.read(law)
     isolated = scenario.build().isolated
     device = isolated.elements[0].device
+    if current is None and device.depends_on_current:
+        raise InputError("--current is missing; expected: a coil current in A, such as --current 1")
+    current = 0.0 if current is None else current
     if frequency is None:
         # as fit --out writes it: of a device in its own scale, without a building
         alone = scenario.model_fields_set <= {"name", "isolator"}

@@ -13,6 +13,7 @@ from ..errors import InputError, check_name
 from .current_dependence import CurrentDependence
 from .device import Device
 from .law import Law
+from .trace_check import check_traceable
 
 LAWS: Registry[Law] = Registry(
     "isolation_sim.laws",
@@ -124,6 +125,7 @@ def law(
         If a name is unknown, a parameter is missing, or a number is not usable.
     """
     result = name if isinstance(name, Law) else LAWS[name]
+    check_traceable(result)
     if parameters is None or isinstance(parameters, str):
         return _published_device(result, parameters).with_parameters(current_range=current_range)
     if result.sets:

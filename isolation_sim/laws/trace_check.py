@@ -6,11 +6,13 @@ import ast
 import inspect
 import linecache
 import textwrap
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ground_motions.python_source import parse
 
@@ -23,15 +25,14 @@ _INSTEAD = {
     "and, or, not": "products of comparisons, such as (x > 0) * (v > 0)",
     "max": "np.fmax(a, b), or (a + b + np.fabs(a - b)) / 2",
     "min": "np.fmin(a, b), or (a + b - np.fabs(a - b)) / 2",
-    "abs": "np.fabs(x)",
     "math": "the NumPy function of the same name",
     "where": "a comparison as a multiplier, such as (x > 0) * a + (x <= 0) * b",
     "list": "one expression, or several in round brackets",
     "clip": "np.fmin(np.fmax(x, low), high)",
 }
 _CALLS = {
-    "max": "max", "maximum": "max", "min": "min", "minimum": "min", "abs": "abs",
-    "absolute": "abs", "where": "where", "clip": "clip",
+    "max": "max", "maximum": "max", "min": "min", "minimum": "min", "where": "where",
+    "clip": "clip",
 }  # fmt: skip
 _POINTS = 5
 
@@ -75,6 +76,18 @@ def _check(
         own = [pair[0] for pair in motion] if each == 1 else motion
         return *own, tuple(values[n : n + len(states)]), tuple(values[n + len(states) :])
 
+    random = np.random.default_rng(0)
+
+    def numbers() -> NDArray:
+        point = random.uniform(-1, 1, len(variables))
+        point[n + len(states) :] = [_inside(q, random) for q in law.parameters]
+        return point
+
+    try:
+        with np.errstate(all="ignore"):
+            function(*arguments([*numbers()]))
+    except Exception as error:
+        raise _own_error(law, name, error) from None
     try:
         value = function(*arguments(variables))
         if isinstance(value, list):
@@ -83,10 +96,8 @@ def _check(
         compiled = casadi.Function("law", variables, [traced])
     except Exception as error:
         raise _error(law, name, suspects, error) from None
-    random = np.random.default_rng(0)
     for _ in range(_POINTS):
-        point = random.uniform(-1, 1, len(variables))
-        point[n + len(states) :] = [_inside(q, random) for q in law.parameters]
+        point = numbers()
         with np.errstate(all="ignore"):
             direct = np.array(_as_list(function(*arguments([*point]))), float).ravel()
         result = np.array(compiled(*point)).ravel()
@@ -127,6 +138,15 @@ def _inside(quantity: Any, random: np.random.Generator) -> float:
 
 def _as_list(value: Any) -> list[Any]:
     return list(value) if isinstance(value, tuple) else [value]
+
+
+def _own_error(law: Law, name: str, error: Exception) -> InputError:
+    """The error that a function raises with numbers, and its line."""
+    at = traceback.extract_tb(error.__traceback__)[-1]
+    return InputError(
+        f"law {law.name!r}: {at.filename}:{at.lineno}: {at.line!r} in {name}: "
+        f"{type(error).__name__}: {error}"
+    )
 
 
 def _error(

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from ..code_check import MEMORY, CheckRow
-from ..written_names import as_written
+from ..code_check import DESIGN, MEMORY, CheckRow
+from ..written_names import as_written, capital
 from .html.page import Cell, Page, Picture, Prose, Row, Section, Table
 from .style import svg_text
 
@@ -28,11 +28,23 @@ def passes_text(row: CheckRow) -> str:
     return {True: "yes", False: "NO", None: "-"}[row.passes]
 
 
-def verdict(rows: Sequence[CheckRow]) -> str:
-    """Numbers of checks with a limit, passed and failed."""
+def verdict(rows: Sequence[CheckRow]) -> list[str]:
+    """Sentences with the numbers of passed checks, the failed checks, and the design values."""
     limited = [row for row in rows if row.passes is not None]
-    failed = sum(not row.passes for row in limited)
-    return f"{len(limited) - failed} of {len(limited)} checks with a limit pass, {failed} do not"
+    failed = [row for row in limited if not row.passes]
+    passed = len(limited) - len(failed)
+    result = [f"{passed} of {len(limited)} checks with a limit pass, {len(failed)} do not."]
+    result += [
+        f"Not passed: {_of_case(row)}, {row.value}; expected: {row.limit}." for row in failed
+    ]
+    return result + [
+        f"{capital(_of_case(row))}: {row.value}." for row in rows if row.clause == DESIGN
+    ]
+
+
+def _of_case(row: CheckRow) -> str:
+    case = f" ({as_written(row.case)})" if row.case else ""
+    return f"{row.subject.partition(':')[0]}{case}"
 
 
 def console_table(rows: Sequence[CheckRow], title: str) -> ConsoleTable:
@@ -40,7 +52,9 @@ def console_table(rows: Sequence[CheckRow], title: str) -> ConsoleTable:
     from rich.padding import Padding
     from rich.table import Table as ConsoleTable
 
-    table = ConsoleTable(title=title, caption=f"{verdict(rows)}. {STATEMENT}", box=None)
+    table = ConsoleTable(
+        title=title, caption=" ".join([*verdict(rows), STATEMENT]), box=None, caption_justify="left"
+    )
     subject, case, *others = HEADINGS
     table.add_column(subject, overflow="fold", ratio=1)
     table.add_column(case, overflow="fold")
@@ -73,7 +87,7 @@ def check_page(rows: Sequence[CheckRow], isolated: IsolatedStructure, name: str)
     )  # fmt: skip
     sections = [
         Section(
-            "Verdict", [Prose((f"{verdict(rows)}.",), "verdict"), Prose((STATEMENT,), "warning")]
+            "Verdict", [Prose(tuple(verdict(rows)), "verdict"), Prose((STATEMENT,), "warning")]
         ),
         Section("Checks", [checks]),
         Section("Structure", [Picture("The structure", svg=svg_text(structure_drawing(isolated)))]),

@@ -64,7 +64,8 @@ def statistics_table(suite: Suite, controller: str, brief: bool = False) -> Text
         if (without_ratios and name in RATIOS) or (brief and str(name).startswith("rms_")):
             continue
         unit, factor = unit_of(str(name))
-        governing = "" if pd.isna(row["governing"]) else str(row["governing"])
+        none = pd.isna(row["governing"]) or row["maximum"] == 0
+        governing = "" if none else str(row["governing"])
         numbers = [
             _number(row[key], factor) for key in ("mean", "median", "percentile_84", "maximum")
         ]

@@ -131,6 +131,13 @@ def heat_map(sweep: Sweep, x: str | None, y: str | None, criterion: str) -> Figu
         label_outer(panels, across)
         assert image is not None
         title = f"{title_of(criterion)} ({unit})" if unit else title_of(criterion)
+        further = [
+            name for name in sweep.parameters
+            if name not in (x, y, "seed") and sweep.table[name].nunique() > 1
+        ]  # fmt: skip
+        if further:
+            others = ", ".join(further) if len(further) <= 3 else f"{len(further)} quantities"
+            title += f"\nmedian over {others}"
         bar = figure.colorbar(image, ax=panels, label=title, ticks=levels, format="%g")
         bar.ax.minorticks_off()
         # a line too short for its number is found here

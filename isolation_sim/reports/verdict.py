@@ -8,7 +8,10 @@ from ..written_names import as_written, capital
 from .units import unit_of
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from ..comparison import Comparison
+    from ..simulation.result import Run
 
 _BASE, _FLOOR, _DRIFT = "peak_base_displacement_m", "peak_floor_acceleration_m_s2", "peak_drift_m"
 _NOTICED = 0.005
@@ -25,6 +28,25 @@ def verdict(comparison: Comparison) -> tuple[str, str]:
     if reference is None or not others:
         return _peaks(comparison, best)
     return _together(values, reference, others), _gain(values, reference, others)
+
+
+def unknown_energies(runs: Mapping[str, Run]) -> list[str]:
+    """Name the laws whose field work is not known, as they declare no stored energy."""
+    laws = {
+        element.device.law.title: None
+        for run in runs.values()
+        for element in run.isolated.elements
+        if element.channel is not None
+        and element.device.depends_on_current
+        and not element.device.stores_energy
+    }
+    if not laws:
+        return []
+    return [
+        f"The field work of {_join_names(list(laws))} is not known and counts as 0: "
+        f"{'the law declares' if len(laws) == 1 else 'the laws declare'} no stored energy, so that "
+        "all work of the isolators counts as dissipated."
+    ]
 
 
 def _gain(values: dict[str, dict[str, float]], reference: str, others: list[str]) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ground_motions.registry import code_files
+from ground_motions.registry import code_files, package_code
 
 from ..errors import InputError, several
 from ..scenario import Scenario
@@ -130,7 +130,8 @@ class Design:
             for each in content["vary"]
         ]
         files = {path: _digest(path) for path in sorted(set(_files(content)))}
-        files |= code_files(self.names())
+        names = list(self.names())
+        files |= code_files(names) | package_code(names)
         return {"plan": content, "files": files, "software": f"isolation-sim {__version__}"}
 
     def names(self) -> Iterator[str]:

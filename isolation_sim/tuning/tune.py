@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions.argument_types import checked
-from ground_motions.registry import code_files
+from ground_motions.registry import code_files, package_code
 
 from ..errors import InputError, check_name
 from ..io.results_folder import write_contents
@@ -19,6 +19,7 @@ from ..registry import CONTROLLERS, controller
 from ..scenario import Scenario
 from ..scenario.job import Job
 from ..search_range import SearchRange
+from ..validation import names_in
 from ..version import __version__
 from ..workers import Processes, processors
 from .candidate_runs import Candidate
@@ -124,6 +125,7 @@ def tune(
     groups = unseen if isinstance(unseen, Mapping) else {"": unseen}
     sets = _motion_sets(motions, groups, job, seed, pga_g)
     tuned_on = next(iter(sets.values()))
+    used = [name, *names_in(scenario.model_dump(mode="json"))]
     declared = CONTROLLERS[name].settings  # type: ignore[attr-defined]
     tuning = begin(out, {
         "isolation_sim": __version__,
@@ -136,7 +138,7 @@ def tune(
                                 "meaning": declared[key].meaning}
             for key, one in ranges.items()
         },
-        "code": code_files([name]),
+        "code": code_files([name]) | package_code(used),
     }, resume)  # fmt: skip
     progress("constant currents", 0)
     with Processes(processors(workers)) as processes:

@@ -133,3 +133,18 @@ def test_a_building_without_a_period_has_the_usual_loops():
 def test_what_cannot_be_used_is_said(value, message):
     with pytest.raises(iso.InputError, match=message):
         iso.opensees_material(device_of("strain_stiffening"), **{"current": 1.0, **value})
+
+
+def test_only_a_law_of_the_current_needs_one(tmp_path, capsys):
+    (tmp_path / "spring.toml").write_text(
+        '[isolator]\nlaw = "kelvin_voigt"\nparameters = { k = 1e5, c = 1e3 }\n'
+        "length_scale = 1.0\nforce_scale = 1.0\ntested_deformation_m = 0.01\n"
+    )
+    (tmp_path / "main.toml").write_text("")
+    for name, code in (("spring", 0), ("main", 2)):
+        with pytest.raises(SystemExit) as stop:
+            main(["export", "opensees", str(tmp_path / f"{name}.toml")])
+        assert (stop.value.code or 0) == code
+    shown = capsys.readouterr()
+    assert "'Viscous'" in shown.out
+    assert "--current is missing; expected: a coil current in A" in shown.err

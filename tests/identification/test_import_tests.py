@@ -387,6 +387,23 @@ def test_several_sensors_of_a_quantity(tmp_path):
     assert "different columns" in refused(path, columns={**columns, "force": [4, "Cell left"]})
 
 
+@pytest.mark.parametrize(
+    ("names", "options", "noted"),
+    [
+        (("4mm_0A", "4mm_2A"), {}, True),
+        (("4mm_0A", "4mm_2A"), {"current_from_name": True}, False),
+        (("4mm_0A", "4mm_2A"), {"columns": {"current": "none"}}, False),
+        (("4mm_2A", "8mm_2A"), {}, False),
+        (("4mm_2A", "8mm"), {}, False),
+    ],
+)
+def test_currents_in_the_names_are_noted_if_no_column_has_them(tmp_path, names, options, noted):
+    for name in names:
+        (tmp_path / f"{name}.csv").write_text(HEADING + PLAIN)
+    summary = iso.import_tests(tmp_path, **options).summary()
+    assert ("--current-from-name reads them" in " ".join(summary.split())) == noted
+
+
 def test_several_tables_of_a_file(tmp_path):
     table = "Data Acquisition: cycle %d\nTime,Disp,Force,Current\ns,mm,N,A\n"
     numbers = rows("%.4f,%.6f,%.6f,%.2f", TIME, 1e3 * X, FORCE, CURRENT)
@@ -449,6 +466,9 @@ def test_a_reader_of_ones_own(tmp_path, monkeypatch):
         ("F_N", "N", ("force",)),
         ("f [Hz]", "Hz", ()),
         ("T [°C]", "°C", ("temperature",)),
+        ('Geschwindigkeit "mm/s"', "mm/s", ("velocity",)),
+        ("Weg 'mm'", "mm", ("displacement",)),
+        ('Sensor "left"', "", ()),
         ("Force (mN)", "mN", ()),
         ("Force setpoint (N)", "N", ()),
         ("Temp [deg_C]", "deg_C", ("temperature",)),

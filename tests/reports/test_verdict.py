@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from isolation_sim.reports.verdict import verdict
+import isolation_sim as iso
+from isolation_sim.reports.verdict import unknown_energies, verdict
 
 
 def comparison(values, reference="off", energy=None):
@@ -85,3 +86,19 @@ def test_an_optimum_is_no_controller_that_wins():
     off, best, bound = (0.2, 1.0, 0.01), (0.15, 0.9, 0.009), (0.05, 0.5, 0.004)
     both = comparison({"off": off, "mpc": best, "clairvoyant": bound})
     assert verdict(both) == verdict(comparison({"off": off, "mpc": best}))
+
+
+def test_a_field_work_that_is_not_known_is_said():
+    numbers = {"k": [1e5, 4e4], "c": 1e3, "alpha": 2e5, "A": 1.0, "beta": 800.0, "gamma": 800.0,
+               "n": 1.0, "F0": 0.0}  # fmt: skip
+    without = iso.law("bouc_wen", numbers)
+    of_one_current = iso.law("bouc_wen", numbers | {"k": 1e5})
+
+    def runs(device):
+        elements = (SimpleNamespace(device=device, channel=0),)
+        return {"off": SimpleNamespace(isolated=SimpleNamespace(elements=elements))}
+
+    (sentence,) = unknown_energies(runs(without))
+    assert sentence.startswith("The field work of Bouc-Wen is not known and counts as 0")
+    assert not unknown_energies(runs(of_one_current))
+    assert not unknown_energies(runs(iso.law("strain_stiffening")))

@@ -209,7 +209,7 @@ def test_the_map_shows_medians_over_what_else_is_varied(mixed):
     assert [panel.get_title() for panel in panels] == [
         as_written(name) for name in mixed.controllers
     ]
-    assert bar.get_ylabel() == "peak base shear (kN)"
+    assert bar.get_ylabel() == "peak base shear (kN)\nmedian over ground.scale_factor"
     rows = mixed.table[mixed.table["controller"] == "constant"]
     expected = rows.groupby(["isolators", "current"])["peak_base_shear_N"].median() / 1e3
     (mesh,) = panels[2].collections

@@ -29,6 +29,7 @@ _SPELLINGS = {"²": "2", "^": "", "°": "deg", "µ": "u", "μ": "u", "/sec": "/s
 _MULTIPLE = re.compile(r"(?P<factor>[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?)\s*(?P<unit>\D.*)", re.I)
 # "[mm]", "(mm)", "{mm}", "<mm>" at the end; what may stand before a unit without brackets
 _BRACKETS = re.compile(r"(?P<name>.*?)\s*[\[({<]\s*(?P<unit>[^\[\](){}<>]*?)\s*[\])}>]\s*")
+_QUOTES = re.compile(r"(?P<name>.*\S)\s*(?P<quote>[\"'])(?P<unit>[^\"']+)(?P=quote)\s*")
 _BEFORE_UNIT = re.compile(r"\s+in\s+|\s*[,_/:]\s*|\s+")
 
 # quantity -> whole words, and ends or beginnings of compound words
@@ -225,6 +226,9 @@ def _split(text: str, unit_below: str) -> tuple[str, str]:
     brackets = _BRACKETS.fullmatch(text)
     if brackets:
         return brackets["name"], brackets["unit"]
+    quotes = _QUOTES.fullmatch(text)
+    if quotes and is_unit(quotes["unit"].strip()):
+        return quotes["name"].rstrip(" ,_/:"), quotes["unit"].strip()
     if unit_below.strip("[](){}<> -"):
         return text, unit_below.strip("[](){}<> ")
     for before in _BEFORE_UNIT.finditer(text):

@@ -190,6 +190,8 @@ def import_tests(
         for pattern in (key.rpartition(":")[0] for key in chosen if ":" in key):
             _check_fits(option, pattern, runs)
     _refuse_some_without_current(runs, list(tables.values()))
+    if current is None and not any("current" in key for key in choices.columns):
+        notes += _named_currents(runs)
     title = Path(out).name if out is not None else Path(places[0]).resolve().stem
     source = f"imported from {', '.join(map(str, places[:3]))}{' ...' if len(places) > 3 else ''}"
     campaign = Campaign(title, source, tuple(_held_out(runs, hold_out)))
@@ -265,6 +267,19 @@ def _current_in(name: str, place: str) -> float:
         written = f"{len(currents)} currents" if currents else "no current"
         raise InputError(place, f"{written} in the name {name!r}", "one, such as 2A, 0.5A or 500mA")
     return currents.pop()
+
+
+def _named_currents(runs: Sequence[TestRun]) -> Iterator[str]:
+    """Say so if no test has a current, and their names have different ones."""
+    if any(run.current_measured for run in runs):
+        return
+    found = [_CURRENT_IN_NAME.search(run.name) for run in runs]
+    texts = list(dict.fromkeys(each[0] for each in found if each))
+    if len(texts) > 1 and all(found):
+        yield (
+            f"the names of the tests have currents ({', '.join(texts)}), their columns have none: "
+            "--current-from-name reads them"
+        )
 
 
 def _held_out(runs: Sequence[TestRun], hold_out: int | Sequence[str]) -> list[TestRun]:

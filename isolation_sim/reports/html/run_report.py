@@ -18,7 +18,7 @@ from ..drawing import drawing_title, structure_drawing
 from ..references import of_runs
 from ..style import svg_text
 from ..tables import best_note, criteria_lines, ratios_note
-from ..verdict import verdict
+from ..verdict import unknown_energies, verdict
 from .animation import animation
 from .charts import looks
 from .page import (
@@ -57,7 +57,7 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
     sections = [
         Section("Verdict", [
             *(trade_off(points, look, comparison.optima, beside) if len(points) > 1 else ()),
-            Prose(verdict(comparison), "verdict"),
+            Prose((*verdict(comparison), *unknown_energies(comparison.runs)), "verdict"),
             *([Prose(tuple(f"Warning: {each}." for each in warnings), "warning")]
               if warnings else []),
         ]),
