@@ -6,7 +6,8 @@ Forms:
     two_arms    k ((1 - share) q1 + share q2),     with a time each
     by_current  k (1 + m |I|) q,                   q' = v - q / time
     eyring      k q,                               q' = v - (length / time) sinh(q / length)
-    power       k q,                               q' = v - 0.1 m/s |q / length|^(1 / exponent) sgn q
+    power       k q,                               q' = v - w |q / length|^(1 / exponent) sgn q,
+                                                   w = 0.1 m/s
 """
 
 from typing import Any
