@@ -462,6 +462,59 @@ def test_an_equation_that_is_not_offered_replaces_no_causes(diagnosis, equation,
     assert ("The equation stands in place of the causes." in notes) == replaces
 
 
+@pytest.mark.parametrize(
+    ("doubtful", "simpler", "named"),
+    [(True, True, False), (False, True, True), (True, False, True)],
+)
+def test_a_simpler_equation_stands_in_place_of_what_only_acts_like_a_cause(
+    diagnosis, doubtful, simpler, named
+):
+    from isolation_sim.discrepancy.diagnosis import Cause
+    from isolation_sim.discrepancy.tiers.ladder import Tiers, climb
+    from isolation_sim.discrepancy.tiers.result import Rung
+
+    term = SimpleNamespace(term=SimpleNamespace(cause=""))
+
+    class Made(Tiers):
+        law = causes = SimpleNamespace(chosen=(), text="")
+        equation = staticmethod(lambda: SimpleNamespace(chosen=(term,), text=""))
+        progress = learned = staticmethod(lambda *any: None)
+        terms = staticmethod(lambda rung: ())
+        replaced_causes = staticmethod(lambda rung: ("end_stop",))
+        noise_floor = staticmethod(lambda diagnosis: 0.004)
+        verdict = staticmethod(lambda *any: "explained")
+        extend = staticmethod(lambda diagnosis, rung, errors: diagnosis)
+        is_simpler = staticmethod(lambda one, other: simpler)
+        negligible = 0.002
+
+        def errors(self, name, rung, below=()):
+            error = {"law": 0.03, "causes": 0.006, "equation": 0.0055}[name]
+            return Rung(name, error, error, error)
+
+    stop = Cause("end_stop", 0.9, 0.0, {}, "", doubtful=doubtful)
+    result = climb(Made(), replace(diagnosis, causes=(stop,)), "equation")
+    assert [one.name for one in result.causes] == ["end_stop"] * named
+    assert result.ladder.offered == ("causes" if named else "equation")
+
+
+def test_a_negligible_gain_of_a_learned_term_explains_nothing(diagnosis):
+    from isolation_sim.discrepancy.tiers.ladder import climb
+    from isolation_sim.discrepancy.tiers.result import Rung
+
+    rungs = {name: Rung(name, e, e, e) for name, e in (("law", 0.0112), ("causes", 0.0112))}
+    rung = SimpleNamespace(chosen=(), text="")
+    tiers = SimpleNamespace(
+        law=rung, causes=rung, superseded=(), negligible=0.002, NO_EQUATION="None.", WORSE_THAN="",
+        QUANTITY="force", progress=lambda text: None, equation=lambda: None,
+        learned=lambda below: (rung, 1.0), has_generic_terms=lambda: False,
+        errors=lambda name, rung, good: rungs.get(name, Rung(name, 0.011, 0.011, 0.011)),
+        better_law=lambda: None, noise_floor=lambda diagnosis: 0.0105,
+    )  # fmt: skip
+    clean = replace(diagnosis, causes=(), verdict="unexplained")
+    result = climb(tiers, clean, "learned")
+    assert result.ladder.explainable == 0.0 and result.ladder.inexplicable == pytest.approx(1.0)
+
+
 def test_a_note_names_the_causes_that_an_equation_replaces():
     from isolation_sim.discrepancy.diagnosis import Cause
     from isolation_sim.discrepancy.tiers.ladder import _replaced_note
