@@ -478,7 +478,8 @@ def test_a_simpler_equation_stands_in_place_of_what_only_acts_like_a_cause(
     class Made(Tiers):
         law = causes = SimpleNamespace(chosen=(), text="")
         equation = staticmethod(lambda: SimpleNamespace(chosen=(term,), text=""))
-        progress = learned = staticmethod(lambda *any: None)
+        progress = staticmethod(lambda *any: None)
+        learned = staticmethod(lambda below: (below, 1.0))
         terms = staticmethod(lambda rung: ())
         replaced_causes = staticmethod(lambda rung: ("end_stop",))
         noise_floor = staticmethod(lambda diagnosis: 0.004)
@@ -488,12 +489,14 @@ def test_a_simpler_equation_stands_in_place_of_what_only_acts_like_a_cause(
         negligible = 0.002
 
         def errors(self, name, rung, below=()):
-            error = {"law": 0.03, "causes": 0.006, "equation": 0.0055}[name]
+            error = {"law": 0.03, "causes": 0.006, "equation": 0.0055, "learned": 0.006}[name]
             return Rung(name, error, error, error)
 
     stop = Cause("end_stop", 0.9, 0.0, {}, "", doubtful=doubtful)
-    result = climb(Made(), replace(diagnosis, causes=(stop,)), "equation")
+    result = climb(Made(), replace(diagnosis, causes=(stop,)), "learned")
     assert [one.name for one in result.causes] == ["end_stop"] * named
+    # what only acts like a cause explains a part
+    assert result.verdict == ("partly_explained" if doubtful and named else "explained")
     assert result.ladder.offered == ("causes" if named else "equation")
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from ..decisions import DISSIPATIVE_GAIN, EQUATION_GAIN, EQUATION_PREFERRED, IMITATION, MUCH_LEFT
 from ..device.generic_terms import OUTSIDE
 from ..diagnosis import Cause, Diagnosis
+from ..inference import verdict
 from ..verdict import Verdict
 from .law_file import Chosen
 from .result import EquationTerm, Ladder, Rung, Tier
@@ -191,6 +192,10 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     least = max(attainable, floor)
     new_verdict = ladder.verdict(diagnosis, best, named, least, deciding["law"])
     if offered == "causes":
+        # what only acts like causes explains a part at most
+        if new_verdict == "explained":
+            every = verdict(diagnosis.causes, adequate=False, explained=True) == "explained"
+            new_verdict = "explained" if every else "partly_explained"
         return replace(diagnosis, ladder=result, verdict=new_verdict)
     # the last step is about the causes, which are no longer what the verdict is about
     *steps, last = diagnosis.steps
