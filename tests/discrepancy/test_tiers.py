@@ -840,6 +840,27 @@ def test_a_ripple_of_many_short_waves_is_found():
     assert "displacement in short waves" in str(analysis)
 
 
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_effects")
+def test_friction_at_one_place_is_found():
+    runs = []
+    for k, motion in enumerate(MOTIONS):
+        run = _run(*motion, k, k == 4)
+        at_place = np.exp(-0.5 * ((run.displacement - 0.004) / 0.0015) ** 2)
+        force = K * run.displacement + C * run.velocity
+        force += 20.0 * at_place * np.tanh(run.velocity / 0.004)
+        force += 0.003 * np.std(force) * np.random.default_rng(k).standard_normal(N)
+        runs.append(replace(run, force=force))
+    diagnosis = diagnose(Campaign("worn", "made", tuple(runs)), "kelvin_voigt", tiers="equation")
+    (term,) = diagnosis.ladder.terms
+    assert (
+        term.text.startswith("exp(-u^2/2) tanh(v/w_1)") and diagnosis.ladder.offered == "equation"
+    )
+    values = {name: number.value for name, number in term.numbers.items()}
+    expected = {"c_1_0": 20.0, "b_1": 0.004, "r_1": 0.0015, "w_1": 0.004}
+    assert values == pytest.approx(expected, rel=0.1)
+
+
 def test_the_search_of_a_number_ends_where_it_no_longer_changes(monkeypatch):
     v = np.linspace(-1, 1, 400)
     asked = []
