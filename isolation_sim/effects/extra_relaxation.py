@@ -179,7 +179,7 @@ FORMS = (
             ),
             EffectParameter(
                 "exponent", "1", "power of the velocity in the dashpot's force", lower=0.25,
-                upper=2.0, divides=True, starts=(0.5, 1.8), plain=(1.0,),
+                upper=2.0, divides=True, starts=(0.5, 1.8), plain=(2.0,),
             ),
         ),
         states=(Quantity("extension", "m", "of the arm's spring"),),
