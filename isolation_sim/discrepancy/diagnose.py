@@ -25,7 +25,7 @@ from ..laws import law as published
 from ..laws.law import Law
 from ..laws.registry import LAWS
 from ..workers import Task, run_beside, workers
-from .decisions import MOST_BUILDING_CAUSES, SIGNIFICANCE
+from .decisions import COMPLETES, MOST_BUILDING_CAUSES, SIGNIFICANCE
 from .diagnosis import BuildingDiagnosis, Diagnosis
 from .inference import gain_interval, verdict
 from .loops.table import LoopTable, read_loop_table
@@ -139,11 +139,12 @@ def _diagnose_tests(
         law = LAWS[chosen.best.law]
     problem = tests(law, degree, chosen)
     diagnosis = diagnose_problem(problem)[0]
-    simpler = problem.law_with_a_cause_less() if chosen is not None else None
-    if chosen is not None and simpler is not None:
-        other = tests(LAWS[simpler.law], degree, chosen.with_best(simpler))
+    better = problem.law_beside_causes() if chosen is not None else None
+    if chosen is not None and better is not None:
+        other = tests(LAWS[better.law], degree, chosen.with_best(better))
         again = diagnose_problem(other)[0]
-        if len(again.causes) < len(diagnosis.causes):
+        far_less = again.unexplained_share < COMPLETES * diagnosis.unexplained_share
+        if len(again.causes) < len(diagnosis.causes) or far_less:
             problem, diagnosis = other, again
     if problem.saturates_alike():
         law = problem.law.model.parameterisation.law

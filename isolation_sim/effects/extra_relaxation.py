@@ -6,6 +6,8 @@ Forms:
     two_arms    k ((1 - share) q1 + share q2),     with a time each
     by_current  k (1 + m |I|) q,                   q' = v - q / time
     eyring      k q,                               q' = v - (length / time) sinh(q / length)
+    power       k q,                               q' = v - w |q / length|^(1 / exponent) sgn q,
+                                                   w = 0.1 m/s
 """
 
 from typing import Any
@@ -18,6 +20,10 @@ from .followers import beyond
 
 _MOST = 30.0
 """Extension over the length beyond which the dashpot flows no more easily."""
+_FLOW = 0.1
+"""m/s: of the dashpot under the force that extends the spring by the length."""
+_LINEAR = 0.02
+"""Extension over the length below which the dashpot is linear."""
 
 
 def force(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -65,6 +71,15 @@ def rates_eyring(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     stretched = states[0] / length
     # beyond _MOST the spring is let go within less than a step
     return (signals.v - length / time * np.sinh(stretched - beyond(stretched, _MOST)),)
+
+
+def rates_power(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """The dashpot's force is a power of its velocity."""
+    _, length, exponent = parameters
+    stretched = states[0] / length
+    stretched = stretched - beyond(stretched, _MOST)
+    size = np.sqrt(stretched**2 + _LINEAR**2)
+    return (signals.v - _FLOW * stretched * size ** (1 / exponent - 1),)
 
 
 STIFFNESS = EffectParameter(
@@ -151,5 +166,26 @@ FORMS = (
         rates=rates_eyring,
         stored_energy=stored_energy,
         source="Eyring (1936), flow activated by the stress",
+    ),
+    Effect(
+        cause="extra_relaxation",
+        form="power",
+        title="Extra relaxation, power of the velocity",
+        parameters=(
+            STIFFNESS,
+            EffectParameter(
+                "length", "m", "extension of the spring at 0.1 m/s", lower=1e-6, upper=1.0,
+                divides=True, starts=(0.1, 0.3),
+            ),
+            EffectParameter(
+                "exponent", "1", "power of the velocity in the dashpot's force", lower=0.25,
+                upper=2.0, divides=True, starts=(0.5, 1.8), plain=(2.0,),
+            ),
+        ),
+        states=(Quantity("extension", "m", "of the arm's spring"),),
+        force=force,
+        rates=rates_power,
+        stored_energy=stored_energy,
+        source="Makris and Constantinou (1991), fluid damper with a flexible brace",
     ),
 )  # fmt: skip

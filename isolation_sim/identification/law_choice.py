@@ -99,8 +99,8 @@ class LawChoice:
         """The choice in words."""
         best, near = self.best, [one.law for one in self.near if one is not self.best]
         how = (
-            " needs the fewest causes: alone, and fitted to short data, it misses what was left "
-            "out of the fit" if self.beside_causes
+            " fits best beside the causes: alone, and fitted to short data, it misses what was "
+            "left out of the fit" if self.beside_causes
             else " as given fits best: it misses short data" if best.prescribed
             else " fits best: fitted to short data, it misses what was left out of the fit"
         )  # fmt: skip
@@ -116,7 +116,7 @@ class LawChoice:
         return text
 
     def with_best(self, best: LawRank) -> LawChoice:
-        """Choose another law, since it needs a cause less."""
+        """Choose another law, since it needs a cause less or leaves far less beside them."""
         others = (one for one in self.ranks if one is not best)
         return LawChoice((best, *others), beside_causes=True)
 

@@ -1,5 +1,7 @@
 """A saturation that quadratic parameters follow, each by a curve of its own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -59,3 +61,18 @@ def test_a_degree_that_is_given_is_kept():
     data = campaign(lambda i: 1 + 0.5 * saturated(i), lambda i: 1 + 0.6 * saturated(i))
     diagnosis = iso.diagnose(data, law="kelvin_voigt", current_degree=2, tiers="causes")
     assert diagnosis.verdict == "adequate"
+
+
+def test_slow_noise_beside_a_cause_does_not_hide_a_saturation():
+    from scipy.signal import lfilter
+
+    data = campaign(lambda i: 1 + 0.5 * saturated(i), lambda i: 1 + 0.6 * saturated(i))
+    rng = np.random.default_rng(1)
+    runs = []
+    for run in data.runs:
+        slow = lfilter([0.2], [1, -0.95], rng.standard_normal(run.force.size))
+        force = run.force + np.std(run.force) * 0.012 * slow / np.std(slow) + 400.0
+        runs.append(replace(run, force=force))
+    diagnosis = iso.diagnose(replace(data, runs=tuple(runs)), law="kelvin_voigt", tiers="causes")
+    assert {one.name for one in diagnosis.causes} == {"force_offset", "field_saturation"}
+    assert diagnosis.error_after.fit > 1.2 * diagnosis.noise_floor

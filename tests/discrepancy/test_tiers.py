@@ -462,6 +462,62 @@ def test_an_equation_that_is_not_offered_replaces_no_causes(diagnosis, equation,
     assert ("The equation stands in place of the causes." in notes) == replaces
 
 
+@pytest.mark.parametrize(
+    ("doubtful", "simpler", "named"),
+    [(True, True, False), (False, True, True), (True, False, True)],
+)
+def test_a_simpler_equation_stands_in_place_of_what_only_acts_like_a_cause(
+    diagnosis, doubtful, simpler, named
+):
+    from isolation_sim.discrepancy.diagnosis import Cause
+    from isolation_sim.discrepancy.tiers.ladder import Tiers, climb
+    from isolation_sim.discrepancy.tiers.result import Rung
+
+    term = SimpleNamespace(term=SimpleNamespace(cause=""))
+
+    class Made(Tiers):
+        law = causes = SimpleNamespace(chosen=(), text="")
+        equation = staticmethod(lambda: SimpleNamespace(chosen=(term,), text=""))
+        progress = staticmethod(lambda *any: None)
+        learned = staticmethod(lambda below: (below, 1.0))
+        terms = staticmethod(lambda rung: ())
+        replaced_causes = staticmethod(lambda rung: ("end_stop",))
+        noise_floor = staticmethod(lambda diagnosis: 0.004)
+        verdict = staticmethod(lambda *any: "explained")
+        extend = staticmethod(lambda diagnosis, rung, errors: diagnosis)
+        is_simpler = staticmethod(lambda one, other: simpler)
+        negligible = 0.002
+
+        def errors(self, name, rung, below=()):
+            error = {"law": 0.03, "causes": 0.006, "equation": 0.0055, "learned": 0.006}[name]
+            return Rung(name, error, error, error)
+
+    stop = Cause("end_stop", 0.9, 0.0, {}, "", doubtful=doubtful)
+    result = climb(Made(), replace(diagnosis, causes=(stop,)), "learned")
+    assert [one.name for one in result.causes] == ["end_stop"] * named
+    # what only acts like a cause explains a part
+    assert result.verdict == ("partly_explained" if doubtful and named else "explained")
+    assert result.ladder.offered == ("causes" if named else "equation")
+
+
+def test_a_negligible_gain_of_a_learned_term_explains_nothing(diagnosis):
+    from isolation_sim.discrepancy.tiers.ladder import climb
+    from isolation_sim.discrepancy.tiers.result import Rung
+
+    rungs = {name: Rung(name, e, e, e) for name, e in (("law", 0.0112), ("causes", 0.0112))}
+    rung = SimpleNamespace(chosen=(), text="")
+    tiers = SimpleNamespace(
+        law=rung, causes=rung, superseded=(), negligible=0.002, NO_EQUATION="None.", WORSE_THAN="",
+        QUANTITY="force", progress=lambda text: None, equation=lambda: None,
+        learned=lambda below: (rung, 1.0), has_generic_terms=lambda: False,
+        errors=lambda name, rung, good: rungs.get(name, Rung(name, 0.011, 0.011, 0.011)),
+        better_law=lambda: None, noise_floor=lambda diagnosis: 0.0105,
+    )  # fmt: skip
+    clean = replace(diagnosis, causes=(), verdict="unexplained")
+    result = climb(tiers, clean, "learned")
+    assert result.ladder.explainable == 0.0 and result.ladder.inexplicable == pytest.approx(1.0)
+
+
 def test_a_note_names_the_causes_that_an_equation_replaces():
     from isolation_sim.discrepancy.diagnosis import Cause
     from isolation_sim.discrepancy.tiers.ladder import _replaced_note
@@ -782,6 +838,27 @@ def test_a_ripple_of_many_short_waves_is_found():
     assert values == pytest.approx({"c_1_0": 9.0, "r_1": wave}, rel=0.02)
     (analysis,) = [step for step in diagnosis.steps if step.title == DEPENDENCE]
     assert "displacement in short waves" in str(analysis)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_effects")
+def test_friction_at_one_place_is_found():
+    runs = []
+    for k, motion in enumerate(MOTIONS):
+        run = _run(*motion, k, k == 4)
+        at_place = np.exp(-0.5 * ((run.displacement - 0.004) / 0.0015) ** 2)
+        force = K * run.displacement + C * run.velocity
+        force += 20.0 * at_place * np.tanh(run.velocity / 0.004)
+        force += 0.003 * np.std(force) * np.random.default_rng(k).standard_normal(N)
+        runs.append(replace(run, force=force))
+    diagnosis = diagnose(Campaign("worn", "made", tuple(runs)), "kelvin_voigt", tiers="equation")
+    (term,) = diagnosis.ladder.terms
+    assert (
+        term.text.startswith("exp(-u^2/2) tanh(v/w_1)") and diagnosis.ladder.offered == "equation"
+    )
+    values = {name: number.value for name, number in term.numbers.items()}
+    expected = {"c_1_0": 20.0, "b_1": 0.004, "r_1": 0.0015, "w_1": 0.004}
+    assert values == pytest.approx(expected, rel=0.1)
 
 
 def test_the_search_of_a_number_ends_where_it_no_longer_changes(monkeypatch):

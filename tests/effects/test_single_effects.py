@@ -151,6 +151,21 @@ def test_an_arm_relaxes_quickly_from_a_large_force():
     np.testing.assert_allclose(force, k * left, atol=1e-4)
 
 
+def test_an_orifice_holds_a_spring_by_a_power_of_the_velocity():
+    k, length, first = 1e4, 0.02, 0.008
+    t, x, v = still(1.0)
+    left = {
+        # of q' = -0.1 m/s (q / length)^n, n = 2 and 1
+        0.5: first / (1 + first * 0.1 * t / length**2),
+        1.0: first * np.exp(-0.1 * t / length),
+    }
+    for exponent, expected in left.items():
+        numbers = {"stiffness": k, "length": length, "exponent": exponent}
+        device = spring(("extra_relaxation.power", numbers), k=0.0)
+        force, _ = respond(device, t, x, v, 0 * t, np.array([first]), 1e-9)
+        np.testing.assert_allclose(force, k * expected, atol=0.2)
+
+
 def test_a_supply_ramps_to_the_commanded_current():
     device = spring(("current_lag.slew", {"per_ampere": 0.2}), k=(0.0, 1e4))
     t, x, v = still(0.8)

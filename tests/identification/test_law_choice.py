@@ -104,8 +104,34 @@ def test_a_law_that_needs_a_cause_less_is_diagnosed(monkeypatch):
     assert diagnosis.verdict == "adequate" and not diagnosis.causes
     text = diagnosis.details["law_choice"]["text"]
     assert text.startswith(
-        "Of 2 laws dahl needs the fewest causes: alone, and fitted to short data"
+        "Of 2 laws dahl fits best beside the causes: alone, and fitted to short data"
     )
+
+
+def bouc_wen_element(k):
+    """A Bouc-Wen element that leaves its bound at once, with a mass; steps of Euler."""
+    run, z = dahl_element(k), [0.0]
+    w = 2 * np.pi * (0.5 + 0.3 * k)
+    for step in np.repeat(np.diff(run.displacement) / 20, 20):
+        full = 0.2 * abs(step) * z[-1] * abs(z[-1]) + 0.8 * step * z[-1] ** 2
+        z.append(z[-1] + step - full / 1e-6)
+    force = (2e4 - 50 * w**2) * run.displacement + 300.0 * run.velocity + 4e4 * np.array(z[::20])
+    return replace(run, force=force + np.random.default_rng(k).standard_normal(force.size))
+
+
+def test_a_law_that_leaves_far_less_beside_the_same_causes_is_diagnosed(monkeypatch):
+    campaign = Campaign("damper", "made", tuple(map(bouc_wen_element, range(5))))
+    data = hold_out_some(measured_runs(campaign.runs), campaign.runs)
+    with workers(1) as pool:
+        choice = choose_law(campaign, data, None, pool, laws=("dahl", "bouc_wen"))
+    taken = LawChoice(tuple(sorted(choice.ranks, key=lambda one: one.law, reverse=True)))
+    assert taken.best.law == "dahl" and len(taken.near) == 2
+    monkeypatch.setattr(diagnose_module, "choose_law", lambda *_, **__: taken)
+    few = {"inertia_force": EFFECTS["inertia_force"]}
+    monkeypatch.setattr(observable_effects, "EFFECTS", few)
+    diagnosis = diagnose(campaign, "auto", threads=1, tiers="causes")
+    assert diagnosis.model == "Bouc-Wen" and diagnosis.verdict == "explained"
+    assert [cause.name for cause in diagnosis.causes] == ["inertia_force"]
 
 
 def pendulum(seed):

@@ -27,7 +27,9 @@ from ...laws.law import Law
 from ...laws.registry import LAWS
 from ..decisions import (
     COARSEST_STEPS,
+    COMPLETES,
     FAR_BETTER,
+    FORM_LEAVES,
     MANY_EFFECTS,
     NOISE_EXAMPLES,
     REMAINS,
@@ -185,44 +187,60 @@ class DeviceTests(Problem[FittedModel]):
         """Force with all selected effects, N."""
         return self.validated.after
 
-    def law_with_a_cause_less(self) -> LawRank | None:
-        """Another law that leaves as little with one of the effects less, and no more numbers."""
-        # The law that alone is nearest may have imitated a cause by what a further one mends.
+    def law_beside_causes(self) -> LawRank | None:
+        """Another law that needs a cause less, or leaves far less beside the same causes."""
+        # The law that alone is nearest may have imitated a cause by what a further one mends, and
+        # a simple law may be as near as the right one while causes are missing.
         final = self.final
         if self.choice is None or not final.effects:
             return None
-        most = WITH_A_CAUSE_LESS * self._errors_of(final)
+        errors, fitted = self._errors_of(final), self.data.fitted
+        floor = np.nan_to_num([self.errors.noise_floor(one) for one in (fitted, ~fitted)])
+        far_less = np.sqrt(floor**2 + COMPLETES * np.maximum(errors**2 - floor**2, 0.0))
+        limits: dict[int | None, NDArray] = {}
+        if not self.errors.is_noise(self.after, fitted):
+            limits[None] = far_less
+        limits |= dict.fromkeys(range(len(final.effects)), WITH_A_CAUSE_LESS * errors)
         found: list[tuple[int, LawRank]] = []
         for rank in self.choice.near:
             p = parameterise(self.campaign, LAWS[rank.law], self.data, self.degree)
             more = len(p.scale) - final.model.n_law
-            fewer = [k for k, effect in enumerate(final.effects) if more <= len(effect.parameters)]
-            if rank is self.choice.best or not fewer:
+            places = [
+                k for k in limits if k is None or more <= len(final.effects[k].parameters)
+            ]  # fmt: skip
+            if rank is self.choice.best or not places:
                 continue
             model, alone = refine_law(Model(self.data, p), rank.values)
-            for place in fewer:
-                effects = final.model.without(place).effects
-                own = final.values_without(place)[final.model.n_law :]
+            for place in places:
+                effects = final.effects if place is None else final.model.without(place).effects
+                values = final.values if place is None else final.values_without(place)
+                own = values[final.model.n_law :]
                 one = fit_model(model.with_effects(*effects), np.concatenate([alone.x, own]))
-                if (self._errors_of(one) <= most).all():
+                if (self._errors_of(one) <= limits[place]).all():
                     found.append((len(one.values), rank))
         return min(found, key=lambda one: one[0])[1] if found else None
 
     def saturates_alike(self) -> bool:
         """Whether a saturation follows the currents where each parameter has its own curve."""
         final, fitted, errors = self.final, self.data.fitted, self.errors
+
+        def follows(force: NDArray) -> bool:
+            # beside a cause, what slow noise leaves is little
+            left = errors.share_left(self.before, force, fitted)
+            return errors.is_noise(force, fitted) or left < FORM_LEAVES
+
         p = final.model.parameterisation
         chosen = self.degree is not None or self.prescribed is not None
         if chosen or p.n_powers != 3 or "field_saturation" in final.causes:
             return False
-        if not errors.is_noise(self.after, fitted) or not several_curves(final):
+        if not follows(self.after) or not several_curves(final):
             return False
         linear = linear_in_current(final)
         saturated = with_saturation(linear)
         if saturated is None or saturated.criterion >= final.criterion:
             return False
         corrected = self._errors_of(linear)[0] ** 2 - self._errors_of(saturated)[0] ** 2
-        return corrected > self.significance**2 and errors.is_noise(saturated.force, fitted)
+        return corrected > self.significance**2 and follows(saturated.force)
 
     def _errors_of(self, model: FittedModel) -> NDArray:
         """Relative errors of a model on fitted and on held-out samples."""

@@ -389,6 +389,10 @@ class DeviceTiers(Tiers[_Rung]):
         """Whether causes include a term that no law file can hold."""
         return OUTSIDE in self.causes.final.causes
 
+    def is_simpler(self, one: _Rung, other: _Rung) -> bool:
+        """Whether a rung has fewer numbers than another one."""
+        return len(one.final.values) < len(other.final.values)
+
     def better_law(self) -> tuple[LawRank, LawRank] | None:
         """The best of the other laws compared, and the law itself; None if none is better."""
         choice = self.problem.choice

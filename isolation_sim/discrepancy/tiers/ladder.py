@@ -18,6 +18,7 @@ import numpy as np
 from ..decisions import DISSIPATIVE_GAIN, EQUATION_GAIN, EQUATION_PREFERRED, IMITATION, MUCH_LEFT
 from ..device.generic_terms import OUTSIDE
 from ..diagnosis import Cause, Diagnosis
+from ..inference import verdict
 from ..verdict import Verdict
 from .law_file import Chosen
 from .result import EquationTerm, Ladder, Rung, Tier
@@ -99,6 +100,10 @@ class Tiers(ABC, Generic[R]):
         """Whether causes include a term that no law file can hold."""
         return False
 
+    def is_simpler(self, one: R, other: R) -> bool:
+        """Whether a rung has fewer numbers than another one."""
+        return False
+
     def better_law(self) -> tuple[LawRank, LawRank] | None:
         """The best of the other laws compared, and the law itself; None if none is better."""
         return None
@@ -132,6 +137,16 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     shown_rungs = list(errors.values())
     allowed = {name: one for name, one in errors.items() if name not in ladder.superseded}
     offered = _offered(allowed, ladder.has_generic_terms(), ladder.negligible)
+    # what only acts like a cause gives way to a simpler equation that predicts more
+    gives_way = (
+        equation is not None
+        and {offered, *(c.name for c in diagnosis.causes if c.is_named)} == {"causes"}
+        and ladder.is_simpler(equation, rungs["causes"])
+        and not errors["equation"].loses
+        and _deciding_error(errors["equation"]) < _deciding_error(errors["causes"])
+    )
+    if gives_way:
+        offered = "equation"
     deciding = {name: _deciding_error(one) for name, one in errors.items()}
     named = min(value for name, value in deciding.items() if name != "learned")
     attainable, better_law = _attainable(deciding, ladder.better_law())
@@ -139,6 +154,8 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     floor = min(noise, attainable) if noise > 0 else 0.0
     misfit = max(deciding["law"] ** 2 - floor**2, 1e-300)
     has_learned = "learned" in deciding
+    # a negligible gain explains nothing
+    model = attainable if named - attainable > ladder.negligible else named
     notes = _refusals(shown_rungs, ladder.WORSE_THAN)
     blamed = bool(diagnosis.causes)
     if errors["causes"].worse and deciding["causes"] ** 2 - floor**2 > MUCH_LEFT * misfit:
@@ -148,7 +165,7 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     replaced = ladder.replaced_causes(best) if best.chosen else ()
     if replaced:
         notes += _replaced_note(diagnosis, replaced)
-        if _only_imitated(deciding, floor):
+        if gives_way or _only_imitated(deciding, floor):
             terms = {one.term.cause for one in best.chosen}
             diagnosis, said = _without_imitations(diagnosis, set(replaced) - terms)
             notes += said
@@ -162,8 +179,8 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
         law_text=best.text,
         offered=offered,
         attainable=attainable,
-        explainable=(named**2 - attainable**2) / misfit if has_learned else float("nan"),
-        inexplicable=(attainable**2 - floor**2) / misfit if has_learned else float("nan"),
+        explainable=(named**2 - model**2) / misfit if has_learned else float("nan"),
+        inexplicable=(model**2 - floor**2) / misfit if has_learned else float("nan"),
         notes=tuple(notes),
         better_law=better_law,
         quantity=ladder.QUANTITY,
@@ -175,6 +192,10 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     least = max(attainable, floor)
     new_verdict = ladder.verdict(diagnosis, best, named, least, deciding["law"])
     if offered == "causes":
+        # what only acts like causes explains a part at most
+        if new_verdict == "explained":
+            every = verdict(diagnosis.causes, adequate=False, explained=True) == "explained"
+            new_verdict = "explained" if every else "partly_explained"
         return replace(diagnosis, ladder=result, verdict=new_verdict)
     # the last step is about the causes, which are no longer what the verdict is about
     *steps, last = diagnosis.steps

@@ -188,6 +188,10 @@ def _library(x: float, v: float) -> Iterator[Term]:
             _numbers(b=share * x, r=_BUMP_WIDTH * x),
         )  # fmt: skip
         yield Term(
+            "exp(-u^2/2) tanh(v/w), u = (x - b)/r", f"np.exp(-0.5 * ({u})**2) * np.tanh(v / w)",
+            "N", _numbers(b=share * x, r=_BUMP_WIDTH * x, w=_SPEEDS[1] * v),
+        )  # fmt: skip
+        yield Term(
             "tanh((x - b)/r)", "np.tanh((x - b) / r)", "N",
             _numbers(b=share * x, r=_BUMP_WIDTH * x),
         )  # fmt: skip
