@@ -33,9 +33,7 @@ def pink_noise(random, n):
     return noise / np.std(noise)
 
 
-def campaign(
-    offset=0.0, unrelated=0.0, friction=0.0, drift=0.0, pink=0.0, held_out_size=6e-3, n=N
-):
+def campaign(offset=0.0, unrelated=0.0, friction=0.0, drift=0.0, pink=0.0, held_out_size=6e-3, n=N):
     """A spring and a dashpot with noise, and shares of the force that they do not have."""
     random = np.random.default_rng(5)
     slow = butter(4, [0.5, 3.0], "bandpass", fs=n / DURATION, output="sos")

@@ -29,7 +29,6 @@ from ..decisions import (
     COARSEST_STEPS,
     COMPLETES,
     FAR_BETTER,
-    FORM_LEAVES,
     MANY_EFFECTS,
     NOISE_EXAMPLES,
     REMAINS,
@@ -223,24 +222,18 @@ class DeviceTests(Problem[FittedModel]):
     def saturates_alike(self) -> bool:
         """Whether a saturation follows the currents where each parameter has its own curve."""
         final, fitted, errors = self.final, self.data.fitted, self.errors
-
-        def follows(force: NDArray) -> bool:
-            # beside a cause, what slow noise leaves is little
-            left = errors.share_left(self.before, force, fitted)
-            return errors.is_noise(force, fitted) or left < FORM_LEAVES
-
         p = final.model.parameterisation
         chosen = self.degree is not None or self.prescribed is not None
         if chosen or p.n_powers != 3 or "field_saturation" in final.causes:
             return False
-        if not follows(self.after) or not several_curves(final):
+        if not errors.is_noise(self.after, fitted) or not several_curves(final):
             return False
         linear = linear_in_current(final)
         saturated = with_saturation(linear)
         if saturated is None or saturated.criterion >= final.criterion:
             return False
         corrected = self._errors_of(linear)[0] ** 2 - self._errors_of(saturated)[0] ** 2
-        return corrected > self.significance**2 and follows(saturated.force)
+        return corrected > self.significance**2 and errors.is_noise(saturated.force, fitted)
 
     def _errors_of(self, model: FittedModel) -> NDArray:
         """Relative errors of a model on fitted and on held-out samples."""
