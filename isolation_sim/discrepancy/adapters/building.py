@@ -89,7 +89,9 @@ class BuildingRecords(Problem[FittedBuilding]):
         self.engineers = self.first.evaluate(())
         if not is_quiet(self.first, self.engineers):
             self._take_if_much_better(with_likeliest_filter(self.first))
-        self._take_if_much_better(self.first.with_best_sampling()[0])
+        self._take_if_much_better(self.first.with_best_ground()[0])
+        # a held current may be half a sample late: it only counts if it leaves noise alone
+        self._take_if_quiet(self.first.with_best_sampling()[0])
         self.records = self.first.records
         return self.engineers
 
@@ -103,7 +105,15 @@ class BuildingRecords(Problem[FittedBuilding]):
         under_it = other.as_assumed_by(self.first)
         left = sum(other.above_noise(nominal))
         left_by_first = sum(under_it.above_noise(under_it.evaluate(())))
-        if is_quiet(other, nominal) or left < INSTEAD**2 * left_by_first:
+        if left < INSTEAD**2 * left_by_first:
+            self.first, self.engineers = other, nominal
+        else:
+            self._take_if_quiet(other)
+
+    def _take_if_quiet(self, other: BuildingComparison) -> None:
+        """Compare under another assumption that leaves noise alone."""
+        nominal = other.evaluate(())
+        if is_quiet(other, nominal):
             self.first, self.engineers = other, nominal
 
     def search(self, base: FittedBuilding) -> SearchResult[FittedBuilding]:
