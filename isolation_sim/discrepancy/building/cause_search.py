@@ -595,7 +595,7 @@ class CauseSearch:
             rest = self.comparison.fit((), (*before, *after)).cause_values
             fits = [
                 self._fit_effect_instead(rest, k, one, current)
-                for one, *_ in proposed_effects(self.comparison, rest, others, 0.0, of_parts=True)
+                for one, *_ in proposed_effects(self.comparison, rest, others, 0.0, True)
             ]
             fits = sorted([current, *fits], key=lambda one: _evidence(current, one))
             nearest = {one.causes[k]: one for one in reversed(fits)}

@@ -185,9 +185,9 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     shaking = np.column_stack([motion.acceleration for motion in record.ground])
     of_motion = record.filter if record.filter and record.filter.ground else None
     most = white_noise(shaking, dt, band, 0.1, of_motion)
-    # accelerometers of the ground are as those of the building
+    # accelerometers of the ground are as most of the building
     of_ground = colour._replace(
-        factors=colour.factors[:, ~displacements][:, :1],
+        factors=colour.factors[:, ~displacements].min(axis=1, keepdims=True),
         corners=colour.corners[~displacements][:1],
         most=colour.most[~displacements][:1],
     )

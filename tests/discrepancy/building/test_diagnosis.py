@@ -204,6 +204,18 @@ def test_noise_of_any_colour_is_noise(isolated, shape):
     assert is_quiet(comparison, comparison.evaluate(()))
 
 
+def test_one_sensor_whose_noise_has_another_colour_is_no_fault(isolated):
+    record = _record(isolated)
+    name = "floor2_acceleration_m_s2"
+    slow = np.fft.rfft(np.random.default_rng(5).standard_normal(len(record)))
+    slow /= np.sqrt(np.maximum(np.fft.rfftfreq(len(record), record.dt), 0.5))
+    own = np.fft.irfft(slow, len(record))
+    own *= NOISE * record.response[name].std() / own.std()
+    record = replace(record, response={**record.response, name: record.response[name] + own})
+    comparison, _ = _compared(isolated, record)
+    assert is_quiet(comparison, comparison.evaluate(()))
+
+
 @pytest.mark.parametrize(("smooth", "faulty"), [(True, 0.004), (False, 0.0), (False, 0.1)])
 def test_the_ground_is_smooth_between_samples_where_that_explains_most(isolated, smooth, faulty):
     def change(model):
