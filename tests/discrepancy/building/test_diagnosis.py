@@ -1227,6 +1227,20 @@ def test_a_filter_of_the_file_shapes_simulated_channels_too(isolated):
     assert found.filter.line in found.notes[-1]
 
 
+@pytest.mark.usefixtures("few_causes")
+def test_a_filter_is_found_beside_a_cause(isolated):
+    unstated = RecordFilter(high_pass_Hz=0.1, ground=False)
+    record = _record(isolated, _heavier(0.5), seed=3, noise=0.003)
+    response = {c: unstated.apply(v, record.dt) for c, v in record.response.items()}
+    problem = BuildingRecords([replace(record, response=response)], isolated, 1, lambda text: None)
+    nominal = problem.nominal()
+    assert problem.records[0].filter is None
+    best = problem.search(nominal).best
+    assert best.causes == ("base_mass_error",)
+    assert best.cause_values[0][1] == pytest.approx((0.5,), abs=0.02)
+    assert problem.records[0].filter.slow == pytest.approx(0.1, rel=0.1)
+
+
 def test_a_record_that_lacks_no_slow_motion_gets_no_filter(isolated):
     record = _record(isolated, _heavier(0.15), seed=3)
     comparison = compare_building(building_model(isolated, [record]), [record])
