@@ -115,7 +115,10 @@ class BuildingRecords(Problem[FittedBuilding]):
     def search(self, base: FittedBuilding) -> SearchResult[FittedBuilding]:
         """Search for causes, and fit the model again without each of them."""
         result, explained = self._searched()
-        first, causes = self.first, result.best.cause_values
+        first, nearest = self.first, result.best
+        if not nearest.cause_values and result.rounds and result.rounds[-1].tried:
+            nearest = result.rounds[-1].tried[0]
+        causes = nearest.cause_values
         if causes and not explained:
             # beside a cause, what a filter removed is little of the misfit
             self._take_if_much_better(with_likeliest_filter(first, causes), causes)
