@@ -52,14 +52,14 @@ def layer_effect(
     names = {one.cause: name for name, one in ISOLATOR_EFFECTS.items()}
     name = names.get(effect.cause, effect.cause)
     scales = _scales_of(model, records)
+    cause = _effect(name, effect, scales, (start,))
+    (first,) = cause.starts
     # at the end of its range a number may have no slope that leads away from it
     inside = tuple(
-        _begun(q, -1, scales) if v in {q.lower, q.upper}.difference(q.plain) else v
-        for q, v in zip(effect.parameters, start, strict=True)
+        _begun(q, -1, scales) if v in {p.lower, p.upper}.difference(p.plain) else v
+        for p, q, v in zip(cause.parameters, effect.parameters, first, strict=True)
     )
-    return replace(
-        _effect(name, effect, scales, (start, inside)[: 1 + (inside != start)]), last=True
-    )
+    return replace(cause, starts=(first,) if inside == first else (first, inside), last=True)
 
 
 def current_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
