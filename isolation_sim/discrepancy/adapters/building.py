@@ -16,6 +16,7 @@ from ..building.candidate import TYPICAL_PERIOD
 from ..building.cause_search import search_at, search_causes
 from ..building.comparison import (
     BuildingComparison,
+    CauseValues,
     FittedBuilding,
     compare_building,
     coordinates,
@@ -89,30 +90,42 @@ class BuildingRecords(Problem[FittedBuilding]):
         self.engineers = self.first.evaluate(())
         if not is_quiet(self.first, self.engineers):
             self._take_if_much_better(with_likeliest_filter(self.first))
-        self._take_if_much_better(self.first.with_best_sampling()[0])
+        self._take_if_much_better(self.first.with_best_ground()[0])
+        # a late current is nearer if held: that only counts if it leaves noise alone
+        held = self.first.with_best_sampling()[0]
+        nominal = held.evaluate(())
+        if is_quiet(held, nominal):
+            self.first, self.engineers = held, nominal
         self.records = self.first.records
         return self.engineers
 
-    def _take_if_much_better(self, other: BuildingComparison) -> None:
+    def _take_if_much_better(self, other: BuildingComparison, causes: CauseValues = ()) -> None:
         """Compare under another assumption that leaves noise alone, or far less of the misfit.
 
         Beside something that is wrong, a slightly better assumption is no evidence.
         """
-        nominal = other.evaluate(())
+        best = other.fit((), causes)
         # by the noise as it is seen with the better one: the other counts its error as noise
         under_it = other.as_assumed_by(self.first)
-        left = sum(other.above_noise(nominal))
-        left_by_first = sum(under_it.above_noise(under_it.evaluate(())))
-        if is_quiet(other, nominal) or left < INSTEAD**2 * left_by_first:
-            self.first, self.engineers = other, nominal
+        left = sum(other.above_noise(best))
+        left_by_first = sum(under_it.above_noise(under_it.fit((), causes)))
+        if is_quiet(other, best) or left < INSTEAD**2 * left_by_first:
+            self.first, self.engineers = other, other.evaluate(())
 
     def search(self, base: FittedBuilding) -> SearchResult[FittedBuilding]:
         """Search for causes, and fit the model again without each of them."""
-        self.space, result = search_causes(self.first, self.most_causes, self.progress)
+        result, explained = self._searched()
+        first, nearest = self.first, result.best
+        if not nearest.cause_values and result.rounds and result.rounds[-1].tried:
+            nearest = result.rounds[-1].tried[0]
+        causes = nearest.cause_values
+        if causes and not explained:
+            # beside a cause, what a filter removed is little of the misfit
+            self._take_if_much_better(with_likeliest_filter(first, causes), causes)
+        if self.first is not first:
+            self.records = self.first.records
+            result, explained = self._searched()
         self.imitations: tuple[str, ...] = ()
-        explained = self.space.explains(
-            result.best, noise_chance(self.space.comparison, result.best)
-        )
         self.switching = 0.0 if explained else self._switching()
         self.unknown: UnknownForce | None = None
         if self.switching > 0:
@@ -128,6 +141,12 @@ class BuildingRecords(Problem[FittedBuilding]):
             result = replace(result, best=best)
         self.without = self.space.without_each(result.best) if result.best.cause_values else []
         return result
+
+    def _searched(self) -> tuple[SearchResult[FittedBuilding], bool]:
+        """Search for causes; also whether they explain the records."""
+        self.space, result = search_causes(self.first, self.most_causes, self.progress)
+        chance = noise_chance(self.space.comparison, result.best)
+        return result, self.space.explains(result.best, chance)
 
     def _unknown_force(self, best: FittedBuilding) -> UnknownForce | None:
         """An unknown force that leaves far less than causes which leave more than noise."""

@@ -519,6 +519,16 @@ class CauseSearch:
         far = INSTEAD**2 * rough.cost > current.cost
         return rough if far else self.comparison.fit((), rough.cause_values)
 
+    def _fit_effect_instead(
+        self, rest: CauseValues, k: int, effect: Candidate, current: FittedBuilding
+    ) -> FittedBuilding:
+        """Fit an effect, before the k-th of other causes, in the place of the causes of a model."""
+        fits = [
+            self._fit_instead((*rest[:k], (effect, start), *rest[k:]), current)
+            for start in effect.starts
+        ]
+        return min(fits, key=lambda one: one.cost)
+
     def _exchange_causes(self, current: FittedBuilding) -> FittedBuilding:
         """Put others that were tried in the place of earlier causes, if they are nearer now."""
         for k in range(len(current.cause_values) - 1):
@@ -567,7 +577,7 @@ class CauseSearch:
         rest = tuple(one for one in current.cause_values if one not in several)
         rest = self.comparison.fit((), rest).cause_values
         for nearest, *simpler in proposed_effects(self.comparison, rest):
-            trial = self._fit_instead((*rest, (nearest, nearest.starts[0])), current)
+            trial = self._fit_effect_instead(rest, len(rest), nearest, current)
             no_worse = trial.held_out_cost <= current.held_out_cost
             if no_worse and _is_nearer(trial, current, STRONG_EVIDENCE):
                 current = trial
@@ -584,10 +594,11 @@ class CauseSearch:
             others = [one for one in HISTORIES if one != cause.name]
             rest = self.comparison.fit((), (*before, *after)).cause_values
             fits = [
-                self._fit_instead((*rest[:k], (one, one.starts[0]), *rest[k:]), current)
-                for one, *_ in proposed_effects(self.comparison, rest, others, 0.0)
+                self._fit_effect_instead(rest, k, one, current)
+                for one, *_ in proposed_effects(self.comparison, rest, others, 0.0, True)
             ]
             fits = sorted([current, *fits], key=lambda one: _evidence(current, one))
+            nearest = {one.causes[k]: one for one in reversed(fits)}
             current, listed = fits[0], self.rivals.setdefault(fits[0].causes[k], [])
             known = {one.causes[-1] for one in listed}
             # none need have the exact form
@@ -595,8 +606,8 @@ class CauseSearch:
             most = STRONG_EVIDENCE + current.n_independent * np.log1p(share)
             listed += [
                 replace(one, cause_values=(*before, *after, one.cause_values[k]))
-                for one in fits[1:]
-                if one.causes[k] not in known and _evidence(current, one) < most
+                for name, one in nearest.items()
+                if name not in (current.causes[k], *known) and _evidence(current, one) < most
             ]
         return current
 

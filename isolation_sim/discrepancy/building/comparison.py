@@ -185,11 +185,15 @@ class BuildingComparison:
 
         The causes then have the numbers that they have beside it.
         """
-        other = replace(self.model, band_limited=not self.model.band_limited)
-        best, result = self._best_of([other], result)
+        best, result = self.with_best_ground(result)
         # where the model is as it was, a delay may yet be one of whole samples
         same = [best.model] if any(_is_of_current(cause) for cause, _ in result) else []
         return best._best_of([*best._other_currents(), *same], result)
+
+    def with_best_ground(self, result: CauseValues = ()) -> tuple[BuildingComparison, CauseValues]:
+        """Compare again if the ground motion between the samples follows the other assumption."""
+        other = replace(self.model, band_limited=not self.model.band_limited)
+        return self._best_of([other], result)
 
     def _other_currents(self) -> list[BuildingModel]:
         if any(record.current is None for record in self.records):

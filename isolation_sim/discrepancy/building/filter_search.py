@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from ..decisions import INSTEAD
-from .comparison import BuildingComparison, compare_building, squared
+from .comparison import BuildingComparison, CauseValues, compare_building, squared
 from .record import BuildingRecord
 from .record_filter import RecordFilter
 
@@ -23,26 +23,31 @@ _LOW_PASSES = (15.0, 20.0, 25.0, 30.0, 35.0, 40.0, 50.0)
 """Hz: their other corner."""
 
 
-def with_likeliest_filter(comparison: BuildingComparison) -> BuildingComparison:
-    """Compare again as if the records without a stated filter had passed the one that fits best."""
+def with_likeliest_filter(
+    comparison: BuildingComparison, causes: CauseValues = ()
+) -> BuildingComparison:
+    """Compare again as if the records without a stated filter had passed the one that fits best.
+
+    Causes are in the model.
+    """
     if all(record.filter for record in comparison.records):
         return comparison
-    before = squared(comparison.fitted_residuals(()))
-    costs = {one: _cost(comparison, one) for one in _guesses()}
+    before = squared(comparison.fitted_residuals(causes))
+    costs = {one: _cost(comparison, causes, one) for one in _guesses()}
     shapes: dict[RecordFilter, RecordFilter] = {}
     for one in sorted(costs, key=lambda one: costs[one]):
         shapes.setdefault(_with_corner(one, 1.0), one)
     for best in list(shapes.values())[:_REFINED]:
         for step in _STEPS:
             near = [_with_corner(best, best.slow * factor) for factor in (step, 1 / step)]
-            costs |= {one: _cost(comparison, one) for one in near}
+            costs |= {one: _cost(comparison, causes, one) for one in near}
             best = min((best, *near), key=lambda one: costs[one])
     best = min(costs, key=lambda one: costs[one])
     noise = sum(segment.noise_cost for segment in comparison.fitted)
     if not costs[best] - noise < INSTEAD * (before - noise):
         return comparison
-    records = _filtered(comparison.records, _with_low_pass(comparison, best))
-    return compare_building(comparison.model, records)
+    records = _filtered(comparison.records, _with_low_pass(comparison, causes, best))
+    return compare_building(comparison.model, records, causes)
 
 
 def _guesses() -> Iterator[RecordFilter]:
@@ -60,9 +65,11 @@ def _with_corner(one: RecordFilter, corner: float) -> RecordFilter:
     return one.model_copy(update={"high_pass_Hz": (corner / 2, corner) if ramp else corner})
 
 
-def _with_low_pass(comparison: BuildingComparison, found: RecordFilter) -> RecordFilter:
+def _with_low_pass(
+    comparison: BuildingComparison, causes: CauseValues, found: RecordFilter
+) -> RecordFilter:
     """Add the low-pass filter that leaves white noise above the building's band, if any does."""
-    residual = comparison.residual((), comparison.records[0])
+    residual = comparison.residual(causes, comparison.records[0])
     dt, n = comparison.records[0].dt, len(residual)
     shaped = np.hanning(n)[:, np.newaxis] * residual
     power = (np.abs(np.fft.rfft(shaped, axis=0)) ** 2).T
@@ -91,7 +98,7 @@ def _filtered(
     )
 
 
-def _cost(comparison: BuildingComparison, assumed: RecordFilter) -> float:
+def _cost(comparison: BuildingComparison, causes: CauseValues, assumed: RecordFilter) -> float:
     """Squared weighted residuals where the records are fitted, as if they had passed a filter."""
     other = replace(comparison, records=_filtered(comparison.records, assumed))
-    return squared(comparison.as_assumed_by(other).fitted_residuals(()))
+    return squared(comparison.as_assumed_by(other).fitted_residuals(causes))

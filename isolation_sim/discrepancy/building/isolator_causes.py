@@ -51,7 +51,15 @@ def layer_effect(
     """An effect that is tried last, fitted from numbers in the device's scale."""
     names = {one.cause: name for name, one in ISOLATOR_EFFECTS.items()}
     name = names.get(effect.cause, effect.cause)
-    return replace(_effect(name, effect, _scales_of(model, records), (start,)), last=True)
+    scales = _scales_of(model, records)
+    cause = _effect(name, effect, scales, (start,))
+    (first,) = cause.starts
+    # at the end of its range a number may have no slope that leads away from it
+    inside = tuple(
+        _begun(q, -1, scales) if v in {p.lower, p.upper}.difference(p.plain) else v
+        for p, q, v in zip(cause.parameters, effect.parameters, first, strict=True)
+    )
+    return replace(cause, starts=(first,) if inside == first else (first, inside), last=True)
 
 
 def current_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
@@ -263,15 +271,18 @@ def _around_the_law(
     # an effect that does too much in full begins weakly
     starts = tuple(
         tuple(
-            q.starts[min(k, len(q.starts) - 1)]
-            * (1.0 if q.unit in ("s", "1") else scales.size(q.unit))
-            * (share if q.magnitude else 1.0)
+            _begun(q, min(k, len(q.starts) - 1), scales) * (share if q.magnitude else 1.0)
             for q in free
         )
         for share in (1.0, _WEAK)
         for k in range(max(len(q.starts) for q in free))
     )  # fmt: skip
     return _effect(name, effect, scales, starts, form, fixed)
+
+
+def _begun(q: EffectParameter, k: int, scales: _Scales) -> float:
+    """A number of an effect from which a fit may start, in the device's scale."""
+    return q.starts[k] * (1.0 if q.unit in ("s", "1") else scales.size(q.unit))
 
 
 def _effect(

@@ -11,6 +11,7 @@ from collections.abc import Collection
 import numpy as np
 
 from ...effects import Effect
+from ...effects.followers import FLUID, RUBBER
 from ..decisions import ALONG_MOTION, INSTEAD, LEAST_PART, PROPOSALS, PROPOSED_GAIN, SIGNIFICANT
 from ..device.model import FittedModel, fit_roughly
 from ..device.observable_effects import observable_effects
@@ -27,24 +28,27 @@ def proposed_effects(
     causes: CauseValues,
     names: Collection[str] = LAYER_CAUSES,
     least_gain: float = PROPOSED_GAIN,
+    of_parts: bool = False,
 ) -> list[list[Candidate]]:
     """Effects beside some causes, best first: each in the form nearest to the layer's force.
 
-    After it, its nearest form of fewer numbers, if it leaves little more.
+    After it, its nearest form of fewer numbers, if it leaves little more. With ``of_parts`` also
+    each in the nearest form that acts on a part of the force, such as that of a lead core.
     """
     base = _along_motion(comparison, causes)
     if base is None:
         return []
-    best: dict[str, list[FittedModel]] = {}
+    best: dict[tuple[str, bool], list[FittedModel]] = {}
     noise = _noise(comparison) * len(base.residual)
     for fit in _helpful(comparison, base, _forms(base, names), least_gain):
-        forms = best.setdefault(fit.causes[-1], [fit])
+        part = of_parts and not {RUBBER, FLUID}.isdisjoint(fit.effects[-1].parameters)
+        forms = best.setdefault((fit.causes[-1], part), [fit])
         nearest = forms[0]
         simpler = fit.n_parameters < nearest.n_parameters
         if len(forms) == 1 and simpler and INSTEAD**2 * (fit.cost - noise) < nearest.cost - noise:
             forms.append(fit)
     return [[_candidate(comparison, fit) for fit in forms]
-            for forms in list(best.values())[:PROPOSALS]]  # fmt: skip
+            for forms in list(best.values())[: PROPOSALS * (1 + of_parts)]]  # fmt: skip
 
 
 def helpful_effects(

@@ -35,6 +35,8 @@ _FEWEST = 8
 """Windows without which a record has no quiet parts."""
 _SLOWEST = 0.02
 """Hz: down to which slower noise is extrapolated."""
+_OWN_COLOUR = 4.0
+"""Standard deviations by which the noise of one sensor stands out."""
 _FEWEST_SLOW = 4
 """Slow frequencies of a record without which nothing is known of slow noise."""
 _RIGID = 0.25
@@ -183,9 +185,9 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     shaking = np.column_stack([motion.acceleration for motion in record.ground])
     of_motion = record.filter if record.filter and record.filter.ground else None
     most = white_noise(shaking, dt, band, 0.1, of_motion)
-    # accelerometers of the ground are as those of the building
+    # accelerometers of the ground are as most of the building
     of_ground = colour._replace(
-        factors=colour.factors[:, ~displacements][:, :1],
+        factors=colour.factors[:, ~displacements].min(axis=1, keepdims=True),
         corners=colour.corners[~displacements][:1],
         most=colour.most[~displacements][:1],
     )
@@ -313,6 +315,8 @@ def _colour(
                 # no more than stands out from chance
                 chance = 1 + 2 / np.sqrt(free * kind.sum())
                 sizes[kind] = np.sqrt(np.median(alone[kind]) / chance)
+        # a sensor of another colour than those of its kind stands out from chance alone
+        sizes = np.maximum(sizes, np.sqrt(alone / (1 + _OWN_COLOUR / np.sqrt(free))))
         centres.append(np.sqrt(one.start * one.stop) / (dt * _per_window(len(residual), dt)))
         factors.append(np.clip(sizes, 1.0, most))
     return Colour(

@@ -11,6 +11,7 @@ from scipy.signal import butter, sosfiltfilt
 
 import isolation_sim as iso
 from ground_motions import Record
+from isolation_sim.discrepancy.adapters.building import BuildingRecords
 from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.building.comparison import compare_building
 from isolation_sim.discrepancy.building.goodness_of_fit import is_quiet
@@ -238,6 +239,17 @@ def test_a_delay_does_not_keep_a_held_current_linear(isolated):
     held = again.fit((), causes)
     assert held.cause_values[0][1] == pytest.approx((0.06,), abs=1e-9)
     assert held.variance < 1.0
+
+
+def test_a_late_current_is_not_assumed_to_be_held(isolated):
+    """Held, it is half a sample late; the rest of a delay would be left to other causes."""
+    record = replace(_smooth(isolated, 0.0), current=1.5 + 1.5 * np.sin(9 * np.arange(N) * DT))
+    late = replace(building_model(isolated, [record]), delay=0.7 * DT).predict(record)
+    noise = 1e-4 * late.std(axis=0) * np.random.default_rng(1).standard_normal(late.shape)
+    record = replace(record, response=dict(zip(record.channels, (late + noise).T, strict=True)))
+    problem = BuildingRecords([record], isolated, 1, lambda text: None)
+    problem.nominal()
+    assert problem.first.model.jump is None
 
 
 def test_half_a_sample_of_delay_is_a_held_current_at_the_end(isolated):

@@ -204,6 +204,18 @@ def test_noise_of_any_colour_is_noise(isolated, shape):
     assert is_quiet(comparison, comparison.evaluate(()))
 
 
+def test_one_sensor_whose_noise_has_another_colour_is_no_fault(isolated):
+    record = _record(isolated)
+    name = "floor2_acceleration_m_s2"
+    slow = np.fft.rfft(np.random.default_rng(5).standard_normal(len(record)))
+    slow /= np.sqrt(np.maximum(np.fft.rfftfreq(len(record), record.dt), 0.5))
+    own = np.fft.irfft(slow, len(record))
+    own *= NOISE * record.response[name].std() / own.std()
+    record = replace(record, response={**record.response, name: record.response[name] + own})
+    comparison, _ = _compared(isolated, record)
+    assert is_quiet(comparison, comparison.evaluate(()))
+
+
 @pytest.mark.parametrize(("smooth", "faulty"), [(True, 0.004), (False, 0.0), (False, 0.1)])
 def test_the_ground_is_smooth_between_samples_where_that_explains_most(isolated, smooth, faulty):
     def change(model):
@@ -1213,6 +1225,20 @@ def test_a_filter_of_the_file_shapes_simulated_channels_too(isolated):
     assert not (found.filter.ground or found.filter.zero_phase)
     assert found.filter.slow == pytest.approx(0.3, rel=0.1)
     assert found.filter.line in found.notes[-1]
+
+
+@pytest.mark.usefixtures("few_causes")
+def test_a_filter_is_found_beside_a_cause(isolated):
+    unstated = RecordFilter(high_pass_Hz=0.1, ground=False)
+    record = _record(isolated, _heavier(0.5), seed=3, noise=0.003)
+    response = {c: unstated.apply(v, record.dt) for c, v in record.response.items()}
+    problem = BuildingRecords([replace(record, response=response)], isolated, 1, lambda text: None)
+    nominal = problem.nominal()
+    assert problem.records[0].filter is None
+    best = problem.search(nominal).best
+    assert best.causes == ("base_mass_error",)
+    assert best.cause_values[0][1] == pytest.approx((0.5,), abs=0.02)
+    assert problem.records[0].filter.slow == pytest.approx(0.1, rel=0.1)
 
 
 def test_a_record_that_lacks_no_slow_motion_gets_no_filter(isolated):

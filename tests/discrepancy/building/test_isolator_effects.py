@@ -105,6 +105,25 @@ def test_a_form_of_fewer_numbers_is_proposed_beside_the_nearest():
     assert [one.form for one in forms] == ["lugre", "dahl"]
 
 
+def test_a_number_at_the_end_of_its_range_is_fitted_from_inside_as_well():
+    isolated, record = _isolated(), _blank()
+    model = building_model(isolated, [record])
+    starts = layer_effect(model, [record], HEATING, (1e-7, 1e5)).starts
+    assert starts == ((1e-7, 1e5), (1e-7, 100.0))
+    assert layer_effect(model, [record], HEATING, (1e-7, 9.0)).starts == ((1e-7, 9.0),)
+
+
+def test_effects_of_a_part_of_the_force_are_proposed_beside_those_of_the_whole():
+    isolated = _isolated()
+    record = _recorded(isolated, effect("self_heating", "core"), (2e-6, 20.0, 1e7))
+    comparison = compare_building(building_model(isolated, [record]), [record])
+    names = "self_heating", "cyclic_degradation"
+    proposed = proposed_effects(comparison, (), names, 0.0, of_parts=True)
+    of_parts = [any(p.unit in ("N/m", "N s/m") for p in one.parameters) for one, *_ in proposed]
+    found = sorted(zip((one.name for one, *_ in proposed), of_parts, strict=True))
+    assert found == [(name, part) for name in sorted(names) for part in (False, True)]
+
+
 def test_nothing_is_proposed_for_what_other_numbers_of_an_effect_explain():
     isolated = _isolated()
     record = _recorded(isolated, DAHL, (3e5, 4e-3))
