@@ -205,7 +205,8 @@ def hold(
 
 def correct(width: int, plant: tuple, values: tuple, derivatives: tuple) -> None:
     """Correct a substep by the forces and rates at its end, and begin the next one there."""
-    sloped, h = plant[2], plant[9][0, 2]
+    sloped, coil_decay = plant[2], plant[9]
+    h = coil_decay[0, 2]
     za, zb, sa, sb, ia, ib, f0, f1, r0, r1 = values
     dza, dzb, dsa, dsb, dia, dib, df0, df1, dr0, dr1 = derivatives
     n_states = sa.shape[1]
@@ -238,7 +239,7 @@ def predict(
 ) -> None:  # fmt: skip
     """Predict outputs over the horizon and differentiate them by the blocks of commands, if any."""
     # ground: (n_directions, more than first + n_steps * n_sub), at the substeps' ends
-    coil_decay, on_modes, on_force = plant[9:]
+    _, _, _, _, _, _, _, _, _, coil_decay, on_modes, on_force = plant
     y, dy, past, y_before, dy_before = results
     values, derivatives, side = work
     za, zb, sa, sb, ia, ib, f0, f1, r0, r1 = values

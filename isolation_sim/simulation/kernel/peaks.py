@@ -45,40 +45,122 @@ def find_peaks(sizes, intervals, quantities, history, modes, candidates, scratch
 
     The groups are described in ``arguments.py``. track: peak and mean square of each quantity.
     """
-    n_points = intervals.lengths.shape[0] + 1
+    n_modes, n_pad, n_elements, n_ground = sizes[:4]
+    rows, n_quantities, n_directions, fast = quantities[:4]
+    lengths, ground = intervals.lengths, intervals.ground
+    z, forces = history.z, history.forces
+    points, present, values, changed, near, bulges, margins, bounds = scratch[:8]
+    swings, loudness, unrest = scratch[8:]
+    per_block = 8 // n_directions
+    n_blocks = -(-n_quantities // per_block)
+    size = 8 * (2 * n_modes + n_elements + n_ground)
+    n_points = lengths.shape[0] + 1
     duration = 0.0
     for k in range(n_points - 1):
-        duration += intervals.lengths[k]
+        duration += lengths[k]
     for start in range(0, n_points, POINTS * FIRST_LOOK):
-        first_look(start, sizes, intervals, quantities, history, scratch, track)
-    find_loudness(scratch.loudness, quantities, track)
+        gather(points, present, forces, n_elements, start, FIRST_LOOK, n_points)
+        for block in range(n_blocks):
+            to = block * 2 * SLOTS + PAST
+            quantities_at(
+                values, to * 8, rows, block * size, z, points, 2 * n_pad, n_modes, n_pad, present,
+                n_elements, n_elements, ground, n_ground,
+            )  # fmt: skip
+            n_items = min(per_block, n_quantities - block * per_block)
+            for p in range(POINTS):
+                at = (to + p) * ROWS
+                take_norms(values, at, n_items, n_directions)
+                look(track, block * KINDS * ROWS, values, at, at, 0.0, 0.0)
+    find_loudness(loudness, quantities, track)
     # one point more: the motion is mirrored at its end, where nothing is known of the next slope
     for start in range(0, n_points + 1, CHUNK):
         for first in range(0, CHUNK, POINTS):
-            evaluate_points(start, first, sizes, intervals, quantities, history, scratch)
-        if quantities.fast.shape[0] > 0:
+            gather(points, present, forces, n_elements, start + first, 1, n_points)
+            for p in range(POINTS):
+                point = start + first + p
+                changed[PAST + first + p] = 0 < point < n_points and changes(
+                    forces, n_elements, point
+                )
+            for block in range(n_blocks):
+                to = block * 2 * SLOTS + PAST + first
+                quantities_at(
+                    values, to * 8, rows, block * size, z, points, 2 * n_pad, n_modes, n_pad,
+                    present, n_elements, n_elements, ground, n_ground,
+                )  # fmt: skip
+                n_items = min(per_block, n_quantities - block * per_block)
+                for p in range(POINTS):
+                    after = (to + p) * ROWS
+                    if changed[PAST + first + p]:
+                        before = after + SLOTS * ROWS
+                        undo_changes(
+                            values, after, before, rows, block * size, sizes, forces, points[p],
+                        )  # fmt: skip
+                        take_norms(values, before, n_items, n_directions)
+                    take_norms(values, after, n_items, n_directions)
+        if fast.shape[0] > 0:
             for slot in range(PAST, PAST + min(CHUNK, n_points + 1 - start)):
                 interval = start + slot - PAST - 2
                 if interval >= 0:
                     find_swings(
-                        scratch.swings[slot], scratch.unrest[slot], scratch.loudness, interval,
-                        sizes, intervals, quantities, history,
+                        swings[slot], unrest[slot], loudness, interval, sizes, intervals,
+                        quantities, history,
                     )  # fmt: skip
-        for block in range(blocks_of(quantities)):
+        for block in range(n_blocks):
+            at = block * KINDS * ROWS
+            to = block * 2 * SLOTS
+            n_items = min(per_block, n_quantities - block * per_block)
             for slot in range(PAST, PAST + min(CHUNK, n_points + 1 - start)):
-                count_point(
-                    block, slot, start + slot - PAST, n_points, duration, intervals.lengths,
-                    scratch, track,
-                )  # fmt: skip
-                interval = start + slot - PAST - 2
-                if interval >= 0:
-                    find_candidates(
-                        block, slot, interval, sizes, intervals, quantities, history, modes,
-                        candidates, scratch, dense, track,
+                point = start + slot - PAST
+                if point < n_points:
+                    left = 0.5 * lengths[point - 1] / duration if point > 0 else 0.0
+                    right = 0.5 * lengths[point] / duration if point + 1 < n_points else 0.0
+                    after = (to + slot) * ROWS
+                    before = after + SLOTS * ROWS * changed[slot]
+                    near[block, slot] = look(track, at, values, before, after, left, right)
+                if point < 2:
+                    continue
+                if near[block, slot - 2] + near[block, slot - 1] + restless(unrest[slot]) > 0:
+                    interval = point - 2
+                    begun = (to + slot - 2) * ROWS
+                    ended = (to + slot - 1 + SLOTS * changed[slot - 1]) * ROWS
+                    find_bulges(
+                        bulges, interval, intervals, history, sizes, values, begun, ended, track, at
+                    )
+                    find_margins(margins, block, n_items, sizes, quantities, bulges, swings[slot])
+                    next_length = lengths[min(point, n_points - 1) - 1]
+                    exceeded = bound_inside(
+                        bounds, values, (to + slot - 3) * ROWS, (to + slot - 2) * ROWS,
+                        (to + slot - 1) * ROWS, (to + slot) * ROWS,
+                        SLOTS * ROWS * changed[slot - 2], SLOTS * ROWS * changed[slot - 1],
+                        SLOTS * ROWS * changed[slot], 1.0 / lengths[max(interval, 1) - 1],
+                        1.0 / lengths[interval], 1.0 / next_length, BEND * lengths[interval],
+                        margins, track, at,
                     )  # fmt: skip
-            keep_last(block, scratch)
+                    if exceeded > 0:
+                        for k in range(n_items * LANES):
+                            lane = k % LANES
+                            peak = track[at + PEAK * ROWS + k]
+                            top = max(abs(values[begun + k]), abs(values[ended + k]))
+                            high = top > NEAR * peak or unrest[slot, lane] > UNREST
+                            if high and bounds[k] > peak:
+                                if candidates.number[lane] == CANDIDATES:
+                                    look_inside(
+                                        lane, sizes, intervals, quantities, history, modes,
+                                        candidates, dense, track,
+                                    )  # fmt: skip
+                                add_candidate(
+                                    candidates, lane, interval, block * per_block + k // LANES,
+                                    bounds[k],
+                                )  # fmt: skip
+            for slot in range(PAST):
+                for side in range(2):
+                    if side == 0 or changed[slot + CHUNK]:
+                        first = (to + slot + SLOTS * side) * ROWS
+                        for k in range(ROWS):
+                            values[first + k] = values[first + CHUNK * ROWS + k]
+                near[block, slot] = near[block, slot + CHUNK]
         for slot in range(PAST):
-            scratch.changed[slot] = scratch.changed[slot + CHUNK]
+            changed[slot] = changed[slot + CHUNK]
     # Numba compiles a function once more for an argument that is, or begins as, a constant
     for lane in range(LANES):
         look_inside(
@@ -87,152 +169,12 @@ def find_peaks(sizes, intervals, quantities, history, modes, candidates, scratch
     for interval in range(n_points - 1):
         for lane in range(LANES):
             if strongly_cut(interval, lane, intervals, history):
-                for item in range(quantities.n_quantities):
+                for item in range(n_quantities):
                     candidates.chosen[item] = item
                 raise_peaks(
-                    np.int64(lane), interval, quantities.n_quantities, candidates.chosen, sizes,
-                    intervals, quantities, history, modes, dense, track,
+                    np.int64(lane), interval, n_quantities, candidates.chosen, sizes, intervals,
+                    quantities, history, modes, dense, track,
                 )  # fmt: skip
-
-
-@inline
-def blocks_of(quantities):
-    """Number of blocks of eight rows that all quantities take."""
-    return -(-quantities.n_quantities // (8 // quantities.n_directions))
-
-
-@inline
-def items_of(block, quantities):
-    """Number of quantities in a block."""
-    per_block = 8 // quantities.n_directions
-    return min(per_block, quantities.n_quantities - block * per_block)
-
-
-@inline
-def rows_of(block, sizes):
-    """Where a block's rows begin in the table of rows."""
-    return block * 8 * (2 * sizes.n_modes + sizes.n_elements + sizes.n_ground)
-
-
-@inline
-def evaluate_block(block, slot, sizes, intervals, quantities, history, scratch):
-    """A block's rows at the gathered points, from a slot on."""
-    n_pad, n_elements = sizes.n_pad, sizes.n_elements
-    quantities_at(
-        scratch.values, slot * 8, quantities.rows, rows_of(block, sizes), history.z,
-        scratch.points, 2 * n_pad, sizes.n_modes, n_pad, scratch.present, n_elements, n_elements,
-        intervals.ground, sizes.n_ground,
-    )  # fmt: skip
-
-
-@inline
-def first_look(start, sizes, intervals, quantities, history, scratch, track):
-    """Raise the peaks to the values at some points far apart."""
-    n_points = intervals.lengths.shape[0] + 1
-    gather(
-        scratch.points, scratch.present, history.forces, sizes.n_elements, start, FIRST_LOOK,
-        n_points,
-    )  # fmt: skip
-    for block in range(blocks_of(quantities)):
-        to = block * 2 * SLOTS + PAST
-        evaluate_block(block, to, sizes, intervals, quantities, history, scratch)
-        for p in range(POINTS):
-            at = (to + p) * ROWS
-            take_norms(scratch.values, at, items_of(block, quantities), quantities.n_directions)
-            look(track, block * KINDS * ROWS, scratch.values, at, at, 0.0, 0.0)
-
-
-@inline
-def evaluate_points(start, first, sizes, intervals, quantities, history, scratch):
-    """All quantities at the next points of a chunk, on both sides of a change of current."""
-    n_points, n_elements = intervals.lengths.shape[0] + 1, sizes.n_elements
-    forces, values, changed = history.forces, scratch.values, scratch.changed
-    points = scratch.points
-    gather(points, scratch.present, forces, n_elements, start + first, 1, n_points)
-    for p in range(POINTS):
-        point = start + first + p
-        changed[PAST + first + p] = 0 < point < n_points and changes(forces, n_elements, point)
-    for block in range(blocks_of(quantities)):
-        n_items = items_of(block, quantities)
-        to = block * 2 * SLOTS + PAST + first
-        evaluate_block(block, to, sizes, intervals, quantities, history, scratch)
-        for p in range(POINTS):
-            after = (to + p) * ROWS
-            if changed[PAST + first + p]:
-                before = after + SLOTS * ROWS
-                undo_changes(
-                    values, after, before, quantities.rows, rows_of(block, sizes), sizes, forces,
-                    points[p],
-                )  # fmt: skip
-                take_norms(values, before, n_items, quantities.n_directions)
-            take_norms(values, after, n_items, quantities.n_directions)
-
-
-@inline
-def count_point(block, slot, point, n_points, duration, lengths, scratch, track):
-    """Count a block's values at a grid point, and keep how many are near their peaks."""
-    if point < n_points:
-        left = 0.5 * lengths[point - 1] / duration if point > 0 else 0.0
-        right = 0.5 * lengths[point] / duration if point + 1 < n_points else 0.0
-        after = (block * 2 * SLOTS + slot) * ROWS
-        before = after + SLOTS * ROWS * scratch.changed[slot]
-        at = block * KINDS * ROWS
-        scratch.near[block, slot] = look(track, at, scratch.values, before, after, left, right)
-
-
-@inline
-def find_candidates(
-    block, slot, interval, sizes, intervals, quantities, history, modes, candidates, scratch,
-    dense, track,
-):  # fmt: skip
-    """Keep the quantities of a block that may exceed their peaks between two slots back and one."""
-    values, changed, near, unrest = scratch.values, scratch.changed, scratch.near, scratch.unrest
-    if near[block, slot - 2] + near[block, slot - 1] + restless(unrest[slot]) == 0:
-        return
-    lengths, n_items = intervals.lengths, items_of(block, quantities)
-    at, to = block * KINDS * ROWS, block * 2 * SLOTS + slot
-    begun, ended = (to - 2) * ROWS, (to - 1 + SLOTS * changed[slot - 1]) * ROWS
-    find_bulges(
-        scratch.bulges, interval, intervals, history, sizes, values, begun, ended, track, at
-    )
-    find_margins(
-        scratch.margins, block, n_items, sizes, quantities, scratch.bulges, scratch.swings[slot]
-    )
-    next_length = lengths[min(interval + 2, lengths.shape[0]) - 1]
-    exceeded = bound_inside(
-        scratch.bounds, values, (to - 3) * ROWS, (to - 2) * ROWS, (to - 1) * ROWS, to * ROWS,
-        SLOTS * ROWS * changed[slot - 2], SLOTS * ROWS * changed[slot - 1],
-        SLOTS * ROWS * changed[slot], 1.0 / lengths[max(interval, 1) - 1],
-        1.0 / lengths[interval], 1.0 / next_length, BEND * lengths[interval], scratch.margins,
-        track, at,
-    )  # fmt: skip
-    if exceeded == 0:
-        return
-    for k in range(n_items * LANES):
-        lane = k % LANES
-        peak = track[at + PEAK * ROWS + k]
-        top = max(abs(values[begun + k]), abs(values[ended + k]))
-        high = top > NEAR * peak or unrest[slot, lane] > UNREST
-        if high and scratch.bounds[k] > peak:
-            if candidates.number[lane] == CANDIDATES:
-                look_inside(
-                    lane, sizes, intervals, quantities, history, modes, candidates, dense, track
-                )
-            item = block * (8 // quantities.n_directions) + k // LANES
-            add_candidate(candidates, lane, interval, item, scratch.bounds[k])
-
-
-@inline
-def keep_last(block, scratch):
-    """Move a block's last grid points before those of the next chunk."""
-    values, changed, near = scratch.values, scratch.changed, scratch.near
-    for slot in range(PAST):
-        for side in range(2):
-            if side == 0 or changed[slot + CHUNK]:
-                first = (block * 2 * SLOTS + slot + SLOTS * side) * ROWS
-                for k in range(ROWS):
-                    values[first + k] = values[first + CHUNK * ROWS + k]
-        near[block, slot] = near[block, slot + CHUNK]
 
 
 @inline
@@ -537,6 +479,12 @@ def look_inside(lane, sizes, intervals, quantities, history, modes, candidates, 
 def row_of(item, per_block):
     """Place of a quantity's row in track, before its numbers."""
     return item // per_block * KINDS * 8 + item % per_block
+
+
+@inline
+def blocks_of(quantities):
+    """Number of blocks of eight rows that all quantities take."""
+    return -(-quantities.n_quantities // (8 // quantities.n_directions))
 
 
 @exact
