@@ -164,11 +164,7 @@ def sensor_noise(
     highest = _highest(power)
     part, fewest = _BEYOND
     beyond_corner = float(np.median(power[-max(int(part * n), fewest) :]) / np.log(2))
-    ratio, least = _BAND
-    ends = [max(motion, least)]
-    while ends[-1] + least <= n:
-        ends.append(min(int(max(ends[-1] * ratio, ends[-1] + least)), n))
-    levels = np.array([np.median(power[a:b]) / np.log(2) for a, b in pairwise(ends)])
+    ends, levels = _bands(power, max(motion, _BAND[1]))
     # rounding that recurs in every cycle has a spectrum of lines, which the median passes by
     rounding = rounding_step(signal) / np.sqrt(12)
     widest, result = 2.0, SensorNoise(np.sqrt(highest / size), 1.0)
@@ -194,6 +190,15 @@ def sensor_noise(
     return result
 
 
+def _bands(power: NDArray, first: int) -> tuple[list[int], NDArray]:
+    """Ends of the bands of a spectrum from a line on, and the mean power of each by its median."""
+    ratio, least = _BAND
+    ends = [first]
+    while ends[-1] + least <= power.size:
+        ends.append(min(int(max(ends[-1] * ratio, ends[-1] + least)), power.size))
+    return ends, np.array([np.median(power[a:b]) / np.log(2) for a, b in pairwise(ends)])
+
+
 def slow_noise(residual: NDArray, displacement: NDArray) -> float:
     """Standard deviation of noise whose power is constant, or grows as 1/f towards low frequencies.
 
@@ -203,14 +208,8 @@ def slow_noise(residual: NDArray, displacement: NDArray) -> float:
     power, size = _spectrum(residual)
     moving = _spectrum(displacement)[0] * np.arange(power.size) ** 2
     top = int(np.searchsorted(np.cumsum(moving), _MOVING * np.sum(moving)))
-    ratio, least = _BAND
-    ends = [2 * (top + 2)]
-    while ends[-1] + least <= power.size:
-        ends.append(min(int(max(ends[-1] * ratio, ends[-1] + least)), power.size))
-    if len(ends) <= _FEWEST_BANDS:
-        return 0.0
-    levels = np.array([np.median(power[a:b]) / np.log(2) for a, b in pairwise(ends)])
-    if not levels.all():
+    ends, levels = _bands(power, 2 * (top + 2))
+    if len(levels) < _FEWEST_BANDS or not levels.all():
         return 0.0
     of_levels = np.stack([np.ones(len(levels)), 1 / np.sqrt(np.multiply(ends[1:], ends[:-1]))], 1)
     fitted = levels

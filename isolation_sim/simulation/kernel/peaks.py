@@ -51,8 +51,7 @@ def find_peaks(sizes, intervals, quantities, history, modes, candidates, scratch
     z, forces = history.z, history.forces
     points, present, values, changed, near, bulges, margins, bounds = scratch[:8]
     swings, loudness, unrest = scratch[8:]
-    per_block = 8 // n_directions
-    n_blocks = -(-n_quantities // per_block)
+    per_block, n_blocks = 8 // n_directions, blocks_of(quantities)
     size = 8 * (2 * n_modes + n_elements + n_ground)
     n_points = lengths.shape[0] + 1
     duration = 0.0
