@@ -19,18 +19,11 @@ from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.run_table import TestRun
 
+from ..pink_noise import pink_noise
+
 pytestmark = pytest.mark.usefixtures("few_laws")
 N, NOISE = 400, 0.005
 DURATION = 4.0
-
-
-def pink_noise(random, n):
-    """Noise of unit variance whose power is 1 over the frequency."""
-    lines = np.arange(n // 2 + 1)
-    spectrum = random.standard_normal((2, len(lines))).T @ (1, 1j) / np.sqrt(np.maximum(lines, 1))
-    spectrum[0] = 0.0
-    noise = np.fft.irfft(spectrum, n)
-    return noise / np.std(noise)
 
 
 def campaign(offset=0.0, unrelated=0.0, friction=0.0, drift=0.0, pink=0.0, held_out_size=6e-3, n=N):

@@ -18,6 +18,8 @@ from isolation_sim.identification.noise import (
 )
 from isolation_sim.identification.velocity import smooth
 
+from ..pink_noise import pink_noise
+
 RATE, CORNER, SECONDS = 500.0, 25.0, 12.0
 TIME = np.arange(0, SECONDS, 1 / RATE)
 NOISE = 1e-3
@@ -267,10 +269,7 @@ def moved(random, n, period):
 @pytest.mark.parametrize("pink", [0.0, 0.5, 2.0])
 def test_slow_noise_is_told_by_the_frequencies_above_the_motion(pink):
     random, n = np.random.default_rng(8), 4096
-    lines = np.arange(n // 2 + 1)
-    spectrum = random.standard_normal((2, len(lines))).T @ (1, 1j) / np.sqrt(np.maximum(lines, 1))
-    slow = np.fft.irfft(spectrum, n)
-    noise = random.standard_normal(n) + pink * slow / np.std(slow)
+    noise = random.standard_normal(n) + pink * pink_noise(random, n)
     x = moved(random, n, 80)
     assert slow_noise(noise, x) == pytest.approx(np.std(noise), rel=0.25)
     # what a law misses is far more than that
