@@ -42,6 +42,7 @@ PLAN = """\
 
 #energy = true  # energy ledger of every run; about 20 ms more per run
 #histories = [0, 5]  # save the time histories of these cases; true for all cases
+#floors = true  # save peaks of each level and storey, and floor spectra; about 0.1 s per run
 
 # The scenario of every case: a file, scenario = "my_scenario.toml", or its sections here.
 # A section that is left out is that of the main job.

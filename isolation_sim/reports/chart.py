@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..criteria import columns
-from ..simulation.outputs import level_dofs, storey_rows
+from ..simulation.outputs import level_dofs, level_names, storey_names
 from ..structures.element import moat_walls
 from .style import Look
 
@@ -131,10 +131,8 @@ def envelopes(runs: Mapping[str, Run]) -> tuple[Panel, Panel]:
     isolated = {name: run for name, run in runs.items() if run.isolated.structure.base} or runs
     looks = {name: FIXED_BASE_LOOK for name in runs if name not in isolated}
     structure = next(iter(isolated.values())).isolated.structure
-    ends = tuple(f"_{direction}" for direction in structure.directions)
 
     def panel(title: str, x: str, unit: str, key: str, factor: float, names: list) -> Panel:
-        labels = [name.rsplit("_", 1)[0] if name.endswith(ends) else name for name in names]
         peaks = {}
         for name, run in runs.items():
             values = factor * run.peaks[key]
@@ -145,10 +143,9 @@ def envelopes(runs: Mapping[str, Run]) -> tuple[Panel, Panel]:
         if largest > _MOST_BEYOND * most:
             x = f"{x}; {', '.join(looks)} to {largest:.3g}"
         reach = 1.06 * min(largest, _MOST_BEYOND * most) or None
-        return Panel(f"{title} ({unit})", x, "", peaks, looks, unit, rows=labels, reach=reach)
+        return Panel(f"{title} ({unit})", x, "", peaks, looks, unit, rows=names, reach=reach)
 
-    levels = [structure.names[dof] for dof in level_dofs(structure)[:, 0]]
-    storeys = [structure.storeys[row] for row in storey_rows(structure)[:, 0]]
+    levels, storeys = level_names(structure), storey_names(structure)
     acceleration = "Peak absolute acceleration", "Peak abs. acceleration (m/s²)", "m/s²"
     return (
         panel(*acceleration, "floor_acceleration_m_s2", 1.0, levels),

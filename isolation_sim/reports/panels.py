@@ -85,6 +85,8 @@ def draw(axes: Axes, panel: Panel, width: float = 0.7) -> None:
         axes.tick_params(axis="y", labelsize=6)
     if panel.limits is not None:
         axes.set_ylim(*panel.limits)
+    if panel.reach is not None:
+        axes.set_xlim(0.0, panel.reach)
     axes.set_xlabel(panel.x)
     axes.set_ylabel(panel.y)
 

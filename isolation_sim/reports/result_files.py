@@ -26,6 +26,7 @@ from .html.diagnosis_report import diagnosis_report
 from .html.suite_report import suite_report
 from .style import save
 from .suite_figures import spectra
+from .suite_tables import over_motions
 
 if TYPE_CHECKING:
     from ..sweeps.suites.result import Suite
@@ -130,10 +131,17 @@ def write_suite(suite: Suite) -> None:
             | {f"{name}_psa_m_s2": row for name, row in plotted["psa_m_s2"].items()}
         ).set_index("period_s"),
     }
+    if suite.floors is not None:
+        tables |= {str(name): over_motions(values) for name, values in suite.floors.items()}
     for name, table in tables.items():
         with atomic_write(suite.folder / f"{name}.csv") as unfinished:
             table.to_csv(unfinished)
     save(spectra(suite), suite.folder / "figures", "spectra")
+    if suite.floors is not None:
+        save(suite.plot_floors(), suite.folder / "figures", "floors")
+        for direction in suite.floors.direction.to_numpy():
+            figure = suite.plot_floor_spectra(str(direction))
+            save(figure, suite.folder / "figures", f"floor_spectra_{direction}")
     if len(suite.controllers) > 1:
         save(suite.plot(), suite.folder / "figures", "comparison")
     suite_report(suite).write(suite.folder / "report.html")

@@ -1,16 +1,22 @@
-"""Spectra of a suite of records and their target."""
+"""Figures of a suite: spectra of the records and their target, peaks and spectra of the floors."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..errors import InputError, check_name
+from ..simulation.floors import SPECTRA
 from .chart import Panel
-from .panels import draw
-from .style import Look, legend, new_figure, style
+from .panels import draw, grid
+from .style import Look, legend, line_looks, new_figure, style
+from .suite_tables import floor_columns
+from .units import unit_of
 
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.figure import Figure
 
     from ..sweeps.suites.result import Suite
@@ -61,6 +67,69 @@ def spectra_panel(suite: Suite) -> Panel:
         groups=dict.fromkeys(records, "records"),
         band=(suite.rule.low * isolated, suite.rule.high * isolated),
     )  # fmt: skip
+
+
+def _floors(suite: Suite) -> xarray.Dataset:
+    """Floors of a suite that has them."""
+    if suite.floors is None:
+        raise InputError(
+            f"{suite.name}: the floors were not computed; expected: floors = true in [ground]"
+        )
+    return suite.floors
+
+
+def floor_panels(suite: Suite) -> list[Panel]:
+    """Peaks of each level and storey."""
+    floors = _floors(suite)
+    result = []
+    for name, title, x, unit, place in (
+        ("peak_floor_acceleration_m_s2", "Floor acceleration", "Peak abs. acceleration", "m/s²",
+         "level"),
+        ("peak_drift_m", "Storey drift", "Peak storey drift", "mm", "storey"),
+    ):  # fmt: skip
+        lines = floor_columns(floors[name], unit_of(name)[1])
+        rows = floors[place].to_numpy().tolist()
+        looks = dict(zip(lines, line_looks(len(lines), markers=True), strict=True))
+        of_rows = {line: (values, np.arange(len(rows))) for line, values in lines.items()}
+        most = max(np.nanmax(values, initial=0.0) for values in lines.values())
+        if len(suite.controllers) > 1:
+            title += ": mean over the motions"
+        result.append(Panel(
+            title, f"{x} ({unit})", "", of_rows, looks, unit, rows=rows,
+            reach=1.06 * most or None,
+        ))  # fmt: skip
+    return result
+
+
+def floor_spectra_panels(suite: Suite, direction: str | None = None) -> list[Panel]:
+    """Spectra of each level along a direction."""
+    floors = _floors(suite)
+    directions = floors.direction.to_numpy().tolist()
+    along = directions[0] if direction is None else direction
+    check_name("direction", along, directions)
+    behind = f" along {along}" if len(directions) > 1 else ""
+    periods = floors.period_s.to_numpy()
+    result = []
+    for level in floors.level.to_numpy().tolist():
+        lines = floor_columns(floors[SPECTRA].sel(direction=along, level=level))
+        looks = dict(zip(lines, line_looks(len(lines)), strict=True))
+        looks = {line: replace(look, marker="") for line, look in looks.items()}
+        of_periods = {line: (periods, values) for line, values in lines.items()}
+        result.append(Panel(
+            f"{level}{behind}", "Period (s)", "Sa, 5 % (m/s²)", of_periods, looks, "m/s²",
+            log_x=True,
+        ))  # fmt: skip
+    return result
+
+
+def floors(suite: Suite) -> Figure:
+    """Draw the peaks of each level and storey."""
+    return grid(floor_panels(suite), 2, 2.6)
+
+
+def floor_spectra(suite: Suite, direction: str | None = None) -> Figure:
+    """Draw the spectra of each level along a direction."""
+    return grid(floor_spectra_panels(suite, direction), 3, 2.0)
 
 
 def spectra_key(panel: Panel) -> dict[str, Look]:

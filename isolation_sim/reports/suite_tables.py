@@ -6,18 +6,24 @@ import math
 from typing import TYPE_CHECKING
 
 import pandas as pd
+from numpy.typing import NDArray
 
 from ..criteria import is_gain
 from ..errors import check_name
-from ..written_names import as_written, number_text
+from ..simulation.floors import SPECTRA
+from ..sweeps.suites.result import STATISTICS
+from ..written_names import as_written, capital, number_text
 from .sweep_tables import heading
 from .tables import RATIOS, TextTable, is_reference, mark_best, title_of
 from .units import unit_of
 
 if TYPE_CHECKING:
+    import xarray
+
     from ..sweeps.suites.result import Suite
 
 _NAMED = 8  # records in a sentence
+_NAMES = dict(zip(STATISTICS, ("mean", "median", "84 %", "maximum"), strict=True))
 
 
 def comparison_table(suite: Suite) -> TextTable:
@@ -81,6 +87,47 @@ def statistics_table(suite: Suite, controller: str, brief: bool = False) -> Text
 
 def _number(value: float, factor: float) -> str:
     return "" if pd.isna(value) else number_text(value * factor)
+
+
+def over_motions(values: xarray.DataArray) -> pd.DataFrame:
+    """Statistics over the motions; a row for each combination of the other coordinates."""
+    import xarray
+
+    upper = values.quantile(0.84, "motion").drop_vars("quantile")
+    columns = values.mean("motion"), values.median("motion"), upper, values.max("motion")
+    table = xarray.Dataset(dict(zip(STATISTICS, columns, strict=True)))
+    return table.to_dataframe(list(columns[0].dims))
+
+
+def floor_columns(values: xarray.DataArray, factor: float = 1.0) -> dict[str, NDArray]:
+    """Values at each place by heading: statistics of one controller, or the mean of each."""
+    values = factor * values
+    labels = values.controller.to_numpy().tolist()
+    if len(labels) == 1:
+        table = over_motions(values.isel(controller=0, drop=True))
+        return {_NAMES[name]: table[name].to_numpy() for name in STATISTICS}
+    means = values.mean("motion")
+    return {as_written(name): means.sel(controller=name).to_numpy() for name in labels}
+
+
+def floor_tables(suite: Suite) -> list[TextTable]:
+    """Peaks of each level and storey, from the top; none without floors."""
+    result = []
+    caption = "mean over the motions" if len(suite.controllers) > 1 else ""
+    for name, values in (suite.floors or {}).items():
+        if name == SPECTRA:
+            continue
+        unit, factor = unit_of(str(name))
+        (place,) = {*values.dims} - {"controller", "motion"}
+        columns = floor_columns(values, factor)
+        places = values[place].to_numpy().tolist()
+        rows = [
+            (each, *map(number_text, row))
+            for each, *row in zip(places, *columns.values(), strict=True)
+        ]
+        title = f"{capital(title_of(str(name)))}, {unit}"
+        result.append(TextTable(title, (str(place), *columns), rows[::-1], caption=caption))
+    return result
 
 
 def records_table(suite: Suite, criterion: str) -> TextTable:

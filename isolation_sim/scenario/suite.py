@@ -75,6 +75,9 @@ class RecordSuite(Section):
     match_tolerance: Annotated[
         float, Field(ge=1e-3, le=0.5, description="tolerance of matched, relative to the target")
     ] = 0.05
+    floors: Annotated[
+        bool, Field(description="peaks of each level and storey, and floor spectra")
+    ] = True
     quiet_after_s: Annotated[
         NonNegative, Field(description="duration of zeros after the record")
     ] = 0.0

@@ -155,6 +155,22 @@ def storey_rows(structure: Structure) -> NDArray:
     return _by_direction(np.abs(structure.drift_rows) @ np.abs(structure.influence))
 
 
+def level_names(structure: Structure) -> list[str]:
+    """Names of the levels, without the direction of their dofs."""
+    return _without_direction(structure, structure.names, level_dofs(structure))
+
+
+def storey_names(structure: Structure) -> list[str]:
+    """Names of the storeys, without the direction of their drifts."""
+    return _without_direction(structure, structure.storeys, storey_rows(structure))
+
+
+def _without_direction(structure: Structure, names: Sequence[str], rows: NDArray) -> list[str]:
+    ends = tuple(f"_{direction}" for direction in structure.directions)
+    first = (names[row] for row in rows[:, 0])
+    return [name.rsplit("_", 1)[0] if name.endswith(ends) else name for name in first]
+
+
 def _by_direction(moved: NDArray) -> NDArray:
     moving = moved[:, moved.any(axis=0)] if moved.any() else moved
     columns = [np.flatnonzero(column) for column in moving.T]

@@ -14,6 +14,7 @@ from ..io.columns import columns_bytes
 from ..io.results_folder import file_name
 from ..scenario import Scenario
 from ..simulation.batch import Case, run_cases
+from ..simulation.floors import floor_response
 from ..simulation.run import simulate
 from ..simulation.run_files import write_run
 from ..simulation.validity import Validity, validity_of
@@ -22,6 +23,9 @@ from .rows import Row, energy_record, table_columns
 
 if TYPE_CHECKING:
     from ..simulation.result import Run
+
+FLOORS = "_floors.npz"
+"""End of the names of the files of floors."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,7 @@ class Chunk:
     parameters: dict[str, type]  # Columns of the varied quantities
     energy: bool = False  # Whether to compute every run's energy ledger
     histories: bool | frozenset[int] = False  # Whether to save histories, or of which cases
+    floors: bool = False  # Whether to save peaks and spectra of the floors
 
     def __str__(self) -> str:
         return f"cases {self.cases[0].number} to {self.cases[-1].number}"
@@ -54,13 +59,16 @@ class Chunk:
         for row in rows:
             if row.job is None:
                 continue
-            if self.energy or self.saves_histories(row.case.number):
-                run = _alone(row)
+            saves_history = self.saves_histories(row.case.number)
+            if self.energy or self.floors or saves_history:
+                run = alone(row)
                 if run is not None and self.energy:
                     row.energy = energy_record(run)
-                if run is not None and self.saves_histories(row.case.number):
+                if run is not None and saves_history:
                     name = history_name(row.case.number, row.controller)
                     histories[name] = _history(run, self, row)
+                if run is not None and self.floors:
+                    histories |= floors_of(run, row)
             else:
                 options = {key: value for key, value in row.job.options.items() if key != "nominal"}
                 alike.setdefault(repr(options), []).append(row)
@@ -83,12 +91,18 @@ class Finished:
     # n_runs, n_failed: Numbers of runs and of failed runs
     n_runs: int
     n_failed: int
-    histories: dict[str, bytes] = field(default_factory=dict)  # netCDF by file name
+    histories: dict[str, bytes] = field(default_factory=dict)  # Files beside the table, by name
 
 
-def history_name(case: int, controller: str) -> str:
-    """Return the file name of a run's histories."""
-    return f"case_{case:07d}_{file_name(controller)}.nc"
+def history_name(case: int, controller: str, end: str = ".nc") -> str:
+    """Return the file name of a run's histories, or with ``FLOORS`` of its floors."""
+    return f"case_{case:07d}_{file_name(controller)}{end}"
+
+
+def floors_of(run: Run, row: Row) -> dict[str, bytes]:
+    """The floors of a run, by the name of their file."""
+    name = history_name(row.case.number, row.controller, FLOORS)
+    return {name: columns_bytes(floor_response(run))}
 
 
 def _rows(chunk: Chunk, case: CaseSpec, cache: dict[tuple[str, ...], Any]) -> list[Row]:
@@ -115,7 +129,7 @@ def _rows(chunk: Chunk, case: CaseSpec, cache: dict[tuple[str, ...], Any]) -> li
     return rows
 
 
-def _alone(row: Row) -> Run | None:
+def alone(row: Row) -> Run | None:
     """Run in sequence, like ``isolation-sim run``."""
     assert row.job is not None and row.control is not None
     try:
@@ -142,7 +156,7 @@ def side_by_side(
     except Exception:
         # a case that cannot start stops its whole batch: find this case
         for row in rows:
-            _alone(row)
+            alone(row)
         return
     validity = zip(*(getattr(batch, name).tolist() for name in Validity._fields), strict=True)
     for k, (row, each) in enumerate(zip(rows, validity, strict=True)):

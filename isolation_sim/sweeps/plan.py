@@ -126,6 +126,7 @@ class SweepPlan(Section):
     seeds: Seeds | None = None
     energy: bool = False
     histories: bool | list[WholeNumber] = False
+    floors: bool = False
 
     @field_validator("scenario", mode="before")
     @classmethod

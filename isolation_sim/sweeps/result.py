@@ -248,6 +248,35 @@ class Sweep(Printed):
 
         return read_run(self._store.histories / history_name(case, self.one_controller(controller)))
 
+    @cached_property
+    def floors(self) -> xarray.Dataset | None:
+        """Peaks of each level and storey, and floor spectra; None if the plan saves none.
+
+        ``floor_spectrum_m_s2`` is the absolute acceleration of an oscillator of 5 % damping on a
+        floor, over ``case``, ``controller``, ``direction``, ``level`` and ``period_s``. The peaks
+        ``peak_floor_acceleration_m_s2``, ``peak_drift_m`` and, where the heights are known,
+        ``peak_drift_ratio`` are those of the vectors over the directions, over ``level`` or
+        ``storey``. All are in SI units; NaN for a run without a result.
+        """
+        from ..io.columns import read_columns
+        from ..simulation.floors import of_runs
+        from .chunk import FLOORS, history_name
+
+        cases = list(dict.fromkeys(self.table["case"].tolist()))
+        paths = [
+            [
+                self._store.histories / history_name(case, label, FLOORS)
+                for label in self.controllers
+            ]
+            for case in cases
+        ]
+        if not any(path.is_file() for row in paths for path in row):
+            return None
+        return of_runs(
+            [[read_columns(path) if path.is_file() else None for path in row] for row in paths],
+            {"case": cases, "controller": list(self.controllers)},
+        )
+
     @checked
     def to_csv(self, path: str | Path) -> Path:
         """Write the table as CSV.

@@ -242,4 +242,5 @@ def chunk_of(design: Design, number: int, cases: Iterable[int]) -> Chunk:
         parameters=design.parameters,
         energy=design.plan.energy,
         histories=histories if isinstance(histories, bool) else frozenset(histories),
+        floors=design.plan.floors,
     )

@@ -43,6 +43,8 @@ def panel_chart(
     elif is_history:
         across["range"] = [float(f(t[k] for t, _ in panel.lines.values()))
                            for f, k in ((min, 0), (max, -1))]  # fmt: skip
+    elif panel.reach is not None:
+        across["range"] = [0.0, panel.reach]
     up: dict[str, Any] = dict(_LOGARITHMIC) if panel.log_y else {}
     if panel.limits is not None:
         up["range"] = list(panel.limits)

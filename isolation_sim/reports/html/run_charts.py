@@ -172,7 +172,7 @@ def _current(run: Run, channel: int | None) -> NDArray:
 def envelopes(runs: Mapping[str, Run], looks: Mapping[str, Look]) -> Gallery:
     """Peak absolute acceleration and peak drift over the height."""
     return Gallery(tuple(
-        panel_chart(panel, looks=looks, height=340, xaxis={"range": [0, panel.reach or 1]},
+        panel_chart(panel, looks=looks, height=340,
               yaxis={"range": [-0.4, len(panel.rows) - 0.6]})
         for panel in level_envelopes(runs)
         if panel.rows

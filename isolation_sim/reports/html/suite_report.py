@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...sweeps.suites.result import SCENARIO
 from ...written_names import as_written, capital
 from ..style import BAND
-from ..suite_figures import spectra_key, spectra_panel
-from ..suite_tables import comparison_table, motions_text, records_table, statistics_table, verdict
+from ..suite_figures import floor_panels, floor_spectra_panels, spectra_key, spectra_panel
+from ..suite_tables import (
+    comparison_table,
+    floor_tables,
+    motions_text,
+    records_table,
+    statistics_table,
+    verdict,
+)
 from ..sweep_tables import heading
 from .page import Block, Cell, Facts, Key, Listing, Page, Prose, Row, Section, Table
 from .panels import panel_chart
@@ -49,6 +57,7 @@ def suite_report(suite: Suite) -> Page:
             panel_chart(panel, _spectra_text(panel), height=400),
         ]),
         ("Statistics over the suite", statistics),
+        ("Floors and storeys", _floors(suite)),
         ("Results by record", [
             Table.of(records_table(suite, name), capital(heading(name))) for name in shown
         ]),
@@ -68,6 +77,22 @@ def suite_report(suite: Suite) -> Page:
     ]  # fmt: skip
     sections = [Section(title, blocks) for title, blocks in parts if blocks]
     return Page(f"Suite: {suite.name}", motions_text(suite), sections)
+
+
+def _floors(suite: Suite) -> list[Block]:
+    """Peaks of each level and storey, and floor spectra along each direction."""
+    if suite.floors is None:
+        return []
+    peaks = floor_panels(suite)
+    blocks: list[Block] = [Key({}, peaks[0].looks)]
+    blocks += [panel_chart(panel, height=260) for panel in peaks]
+    blocks += [Table.of(table) for table in floor_tables(suite)]
+    for direction in suite.floors.direction.to_numpy():
+        panels = floor_spectra_panels(suite, str(direction))
+        for panel in panels[:1] + panels[1:][-1:]:
+            blocks.append(panel_chart(replace(panel, title=f"Floor spectra: {panel.title}")))
+    files = "floor_spectrum_m_s2.csv and the figures floor_spectra have all levels."
+    return [*blocks, Prose((files,))]
 
 
 def _scenario(suite: Suite) -> list[Block]:

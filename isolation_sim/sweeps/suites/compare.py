@@ -22,7 +22,7 @@ from ...scenario.job import Job
 from ...scenario.suite import RecordSuite
 from ...simulation.control import CoilDriver, Control, Sensors
 from ...structures import IsolatedStructure
-from ..chunk import Finished, side_by_side
+from ..chunk import Finished, alone, floors_of, side_by_side
 from ..design import CaseSpec
 from ..rows import Row, table_columns
 from ..store import Store
@@ -71,6 +71,7 @@ def compare_records(
     ground : mapping, optional
         Further keys of a suite's ``[ground]``, such as ``{"rule": "en1998_1_2004", "target":
         {...}}``, which scales the records. Without them the records are used as they are.
+        ``{"floors": True}`` also computes `Suite.floors`.
     nominal, driver, sensors, computation_delay, tolerance, current_outside, criteria
         As in `isolation_sim.simulate`.
     threads : int, optional
@@ -132,7 +133,15 @@ def _simulated(
             job = Job("", isolated, motions, {label: control}, options)
             case = CaseSpec(number, {MOTION: motion["name"]}, ())
             rows.append(Row(case, label, job, control))
-    side_by_side(rows, threads, progress or _lines(len(rows)))
+    step = progress or _lines(len(rows))
+    floors: dict[str, bytes] = {}
+    if section.floors:
+        for row in rows:
+            run = alone(row)
+            floors |= {} if run is None else floors_of(run, row)
+            step(1)
+    else:
+        side_by_side(rows, threads, step)
     failed = [row for row in rows if row.status != "ok"]
     if len(failed) == len(rows):
         diverged = all(row.status == "diverged" for row in failed)
@@ -145,7 +154,7 @@ def _simulated(
     name = f"{isolated.structure.name}, {index['n_records']} records"
     store.begin({"name": name, "controllers": registered}, len(rows), further)
     store.chunks.mkdir()
-    store.put(Finished(0, columns_bytes(columns), len(rows), len(failed)))
+    store.put(Finished(0, columns_bytes(columns), len(rows), len(failed), floors))
     store.close()
     return Suite(folder)
 
@@ -161,6 +170,7 @@ def _section(
     records: Records, ground: dict[str, Any]
 ) -> tuple[RecordSuite, list[SuiteRecord] | None]:
     """Keys of a suite's ``[ground]``, and the records if they are objects."""
+    ground = {"floors": False, **ground}  # each run alone would take longer
     if isinstance(records, str | Path):
         return RecordSuite(**{"folder": Path(records), **ground}), None
     for key in ("folder", "files", "peer"):

@@ -20,6 +20,7 @@ from ..result import Sweep
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.figure import Figure
 
 SCENARIO, SWEEP = "scenario.toml", "sweep"
@@ -152,6 +153,18 @@ class Suite(Printed):
         frame = pd.DataFrame(rows).set_index(["controller", "criterion"])
         return frame.reindex(columns=columns)
 
+    @cached_property
+    def floors(self) -> xarray.Dataset | None:
+        """Peaks of each level and storey, and floor spectra, of every run.
+
+        As `Sweep.floors`, over ``motion`` in place of ``case``; None if they were not computed.
+        """
+        floors = self.sweep.floors
+        if floors is None:
+            return None
+        motions = self.sweep.table.drop_duplicates("case")["motion"].to_list()
+        return floors.rename(case="motion").assign_coords(motion=motions)
+
     @property
     def mean_ratio(self) -> tuple[float, float] | None:
         """Smallest and largest ratio of mean spectrum to target in the rule's range, or None."""
@@ -223,6 +236,43 @@ class Suite(Printed):
         matplotlib.figure.Figure
         """
         return render("suite_figures:spectra", self)
+
+    def plot_floors(self) -> Figure:
+        """Draw the peak acceleration of each level and the peak drift of each storey.
+
+        With one controller the mean, median, 84th percentile and maximum over the motions, with
+        several the mean of each.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            If the floors were not computed.
+        """
+        return render("suite_figures:floors", self)
+
+    @checked
+    def plot_floor_spectra(self, direction: str | None = None) -> Figure:
+        """Draw the spectra of each level, as `plot_floors`.
+
+        Parameters
+        ----------
+        direction : str, optional
+            Horizontal direction; the first by default.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            If the floors were not computed, or there is no such direction.
+        """
+        return render("suite_figures:floor_spectra", self, direction)
 
     @checked
     def plot(self, criteria: Sequence[str] | None = None) -> Figure:

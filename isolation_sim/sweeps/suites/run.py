@@ -100,6 +100,7 @@ def run_suite(
         "name": scenario.name,
         "scenario": base,
         "vary": [{"field": "ground", "label": MOTION, "values": grounds, "names": names}],
+        "floors": section.floors,
     }
     step("running", total=len(names) * len(scenario.controller))
     sweep(
