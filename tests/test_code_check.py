@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import isolation_sim as iso
-from ground_motions import el_centro_1940
+from ground_motions import el_centro_1940, write_csv
 from isolation_sim.cli import main
 from isolation_sim.code_check import (
     DESIGN,
@@ -146,13 +146,42 @@ def test_the_command_lists_failures_of_the_control(tmp_path, monkeypatch, capsys
     assert "no certification" in page and "from memory" in page
 
 
+@pytest.mark.parametrize("count, statistic", [(7, np.mean), (2, np.max)])
+def test_a_suite_is_checked_by_the_mean_of_its_motions_or_the_largest(
+    tmp_path, capsys, count, statistic
+):
+    (tmp_path / "records").mkdir()
+    whole = el_centro_1940()
+    records = [whole.cut(0.5 * k, 3.0 + 0.5 * k) for k in range(count)]
+    for k, record in enumerate(records):
+        write_csv(record, tmp_path / "records" / f"r{k}.csv")
+    ground = '[ground]\nfolder = "records"\nrule = "asce7_22_17"\n'
+    text = SCENARIO.split("[moat_wall]")[0].split("[[controller]]")[1]
+    check = "[check]" + SCENARIO.split("[check]")[1]
+    (tmp_path / "suite.toml").write_text(f"{ground}[[controller]]{text}{check}")
+    assert ended(["check", str(tmp_path / "suite.toml"), "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    which = "mean" if count == 7 else "largest"
+    groups = {row["group"] for row in rows[-8:]}
+    assert groups == {f"{name}, {which} of {count} motions"
+                      for name in ("Response history", "Failure of the control")}  # fmt: skip
+    (shown,) = (
+        row["value"] for row in rows
+        if (row["subject"], row["case"]) == ("largest isolator displacement", "coil stuck on")
+    )  # fmt: skip
+    plant = iso.reference_building().on(iso.reference_isolators())
+    on = iso.controller("constant", amperes=plant.tested_current())
+    peaks = [iso.simulate(plant, each, on).criteria["peak_base_displacement_m"] for each in records]
+    assert float(shown.removesuffix(" mm")) == pytest.approx(1e3 * statistic(peaks), rel=1e-3)
+
+
 def test_power_is_lost_at_the_instant():
     run = iso.simulate(
         iso.reference_building().on(iso.reference_isolators()),
         el_centro_1940().cut(0, 4.0),
         "on_off",
     )
-    time, rows = commands_until(run, 2.0, 0.0)
+    time, rows = commands_until(run, 2.0, 0.0).values()
     assert time[-1] == 2.0 and rows[-1] == (0.0,)
     assert time[0] == 0.0 and len(time) == len(rows) > 3
     replayed = iso.simulate(
@@ -170,7 +199,7 @@ def test_commands_are_repeated_when_they_acted(period, delay):
     options = {"driver": iso.CoilDriver(lag=0.01)}
     on_off = iso.controller("on_off", period=period)
     run = iso.simulate(plant, ground, on_off, computation_delay=delay, **options)
-    time, rows = commands_until(run, 6.0, 0.0)
+    time, rows = commands_until(run, 6.0, 0.0).values()
     prescribed = iso.controller("prescribed", time=time, amperes=rows)
     replayed = iso.simulate(plant, ground, prescribed, **options)
     a, b = (r.output("base_displacement_m") for r in (run, replayed))

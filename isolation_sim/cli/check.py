@@ -27,13 +27,15 @@ def check(
     from ..reports.code_check import check_page, console_table
     from ..reports.tables import standard_console
     from ..scenario import Scenario
+    from ..sweeps.suites.prepare import motions_of
 
     check_new_files(force, report)
     settings = Scenario.read(scenario)
     rows = []
     with progress(quiet, 1) as step:
+        motions = motions_of(settings, step)
         step("checking")
-        isolated, check_rows = settings.check_rows()
+        isolated, check_rows = settings.check_rows(motions)
         for row in check_rows:
             step(f"{row.group}: {row.case}", 0)
             rows.append(row)

@@ -13,6 +13,8 @@ from ..code_check import CheckSettings
 from ..validation import NonNegative, Positive, Section
 
 if TYPE_CHECKING:
+    from ground_motions import Record
+
     from ..simulation.result import Run
     from ..structures import IsolatedStructure
     from .job import Job
@@ -52,14 +54,13 @@ class Check(Section):
 
 
 def simulator(job: Job) -> Callable[..., Run]:
-    """Return a function that runs a plant under the motion, followed by still ground."""
+    """Return a function that runs a plant under a motion with a controller."""
     from ..simulation.run import simulate
 
     # controllers use the nominal properties for every plant
     options = {"nominal": job.isolated, **job.options}
 
-    def run(plant: IsolatedStructure, controller: Any, quiet: float) -> Run:
-        records = tuple(record.padded(after=quiet) for record in job.records)
+    def run(plant: IsolatedStructure, records: tuple[Record, ...], controller: Any) -> Run:
         return simulate(plant, records, controller, **options)
 
     return run

@@ -13,7 +13,7 @@ from ground_motions import Record
 from ground_motions.old_names import renamed_keys
 from ground_motions.registry import has_changed
 
-from ..code_check import CheckRow, check_building
+from ..code_check import CheckRow, Motions, check_building
 from ..criterion import selected_criteria
 from ..errors import InputError, warn
 from ..io.files import parse_toml, read_toml
@@ -262,8 +262,15 @@ class Scenario(Section):
             fixed_base=self.simulation.fixed_base,
         )
 
-    def check_rows(self) -> tuple[IsolatedStructure, Iterator[CheckRow]]:
+    def check_rows(
+        self, motions: Motions | None = None
+    ) -> tuple[IsolatedStructure, Iterator[CheckRow]]:
         """Check the scenario's building in the manner of ASCE 7-22, chapter 17.
+
+        Parameters
+        ----------
+        motions : Motions, optional
+            In place of the scenario's motion.
 
         Returns
         -------
@@ -281,10 +288,16 @@ class Scenario(Section):
             raise with_place(
                 InputError("no [check] section; expected: one with S_M1_g"), self._source
             )
-        job = self.build()
+        job = (self if motions is None else self.under_one_motion()).build()
         gap = None if self.moat_wall is None else self.moat_wall.gap_m
         settings = self.check.settings(gap)
-        return job.isolated, check_building(job.isolated, settings, simulator(job), job.controllers)
+        motions = motions or Motions([job.records])
+        rows = check_building(job.isolated, settings, motions, simulator(job), job.controllers)
+        return job.isolated, rows
+
+    def under_one_motion(self) -> Scenario:
+        """The scenario under the default motion in place of a suite, to build its other parts."""
+        return self.model_copy(update={"ground": Scenario().ground})
 
     def _isolated(
         self, structure: Structure, isolator: Isolator, length: float, force: float, section: str

@@ -7,6 +7,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -18,15 +19,18 @@ from ground_motions import (
     SuiteRule,
     combined_spectrum,
     match_spectrum,
+    read_csv,
     scale_suite,
     select_best,
     write_csv,
 )
 from ground_motions.component_names import component_end
 
+from ...code_check import Motions
 from ...errors import InputError, several, warn
 from ...io.files import json_text, write_text
 from ...io.results_folder import file_name
+from ...scenario import Scenario
 from ...scenario.suite import RecordSuite
 from ...scenario.targets import Target
 from ...structures import IsolatedStructure
@@ -101,6 +105,22 @@ def prepare(
         write_csv(each, folder / file)
     write_text(json_text(index, indent=1), folder / INDEX)
     return index
+
+
+def motions_of(scenario: Scenario, step: Callable[[str], None]) -> Motions | None:
+    """Processed motions of a scenario's suite for a code check; None without a suite."""
+    section = scenario.ground[0]
+    if not isinstance(section, RecordSuite):
+        return None
+    plant = scenario.under_one_motion().build().isolated
+    with TemporaryDirectory() as folder:
+        index = prepare(section, plant, Path(folder), step)
+        records = [
+            tuple(read_csv(Path(folder) / file) for file in motion["files"])
+            for motion in index["motions"]
+        ]
+    statistic = section.suite_rule.design_statistic(index["n_records"])
+    return Motions(records, mean=statistic == "mean")
 
 
 def _inputs(section: RecordSuite, isolated: IsolatedStructure) -> dict[str, Any]:

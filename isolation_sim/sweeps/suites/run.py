@@ -84,7 +84,7 @@ def run_suite(
     step = step or (lambda text, total=None: None)
     step("building")
     with removed_if_empty(folder):
-        plant = scenario.model_copy(update={"ground": Scenario().ground}).build().isolated
+        plant = scenario.under_one_motion().build().isolated
         try:
             index = prepare(section, plant, folder, step, workers)
         except InputError as error:
