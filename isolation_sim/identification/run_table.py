@@ -188,15 +188,18 @@ def read_run(path: str | Path, hold_out: bool = False) -> TestRun:
     )
 
 
-def make_run(name: str, data: dict[str, Any], place: str, velocity: str, **others: Any) -> TestRun:
+def make_run(
+    name: str, data: dict[str, Any], place: str, velocity: str, remedy: str = "", **others: Any
+) -> TestRun:
     """A run of channels in SI; derives a velocity and a current that were not measured.
 
-    ``place`` and ``velocity``: names of the file and of its velocity, for errors.
+    ``place``, ``velocity``, ``remedy``: names of the file and of its velocity, and what helps if
+    it is another quantity, for errors.
     """
     measured, current_measured = "velocity" in data, "current" in data
     data.setdefault("current", np.zeros(len(data["time"])))
     if measured:
-        _check_velocity(data, f"{place}, {velocity}")
+        _check_velocity(data, f"{place}, {velocity}", remedy)
     else:
         time = data["time"]
         _, data["velocity"], _ = smooth(
@@ -246,7 +249,7 @@ def _refuse_misspelt(name: str, names: list[str], place: str) -> None:
         raise InputError(f"{place}: unknown column {name!r}; expected: {' or '.join(accepted)}")
 
 
-def _check_velocity(data: dict[str, np.ndarray], place: str) -> None:
+def _check_velocity(data: dict[str, np.ndarray], place: str, remedy: str) -> None:
     time, values = data["time"], data["velocity"]
     _, slope, _ = smooth(data["displacement"], (time[-1] - time[0]) / (time.size - 1))
     size, expected = np.std(values), np.std(slope)
@@ -256,4 +259,5 @@ def _check_velocity(data: dict[str, np.ndarray], place: str) -> None:
         raise InputError(
             f"{place}: {size:.3g} m/s rms where the displacement changes by {expected:.3g} m/s "
             f"rms{opposite}; expected: the displacement's velocity, in the unit that the name says"
+            f"{remedy}"
         )

@@ -699,3 +699,29 @@ def test_a_column_is_chosen_for_some_tests(tmp_path):
     message = refused(tmp_path, columns=chosen | {"three_*:force": "Cell"})
     assert message.startswith("--column: given 'three_*'; expected: ")
     assert "quantity of --column" in refused(tmp_path, columns={"two_*:forces": "Cell"})
+
+
+@pytest.mark.parametrize(
+    "options", [{"units": {"velocity": "mm/s"}}, {"columns": {"velocity": "none"}}]
+)
+def test_a_velocity_in_another_unit_is_refused_with_what_helps(tmp_path, options):
+    velocity = 5.0 * 2 * np.pi * np.cos(2 * np.pi * TIME)
+    text = "time [s],displacement [mm],force [N],velocity [m/s]\n"
+    text += rows("%.4f,%.6f,%.3f,%.5f", TIME, 1e3 * X, FORCE, velocity)
+    (tmp_path / "run.csv").write_text(text)
+    said = "velocity=UNIT for another one, or --column velocity=none"
+    with pytest.raises(iso.InputError, match=f"column velocity .*{said}"):
+        iso.import_tests(tmp_path / "run.csv")
+    (run,) = iso.import_tests(tmp_path / "run.csv", **options).campaign.runs
+    inner = slice(50, -50)
+    np.testing.assert_allclose(run.velocity[inner], velocity[inner] / 1e3, atol=1e-3)
+
+
+def test_a_heading_with_more_names_than_columns_is_told(tmp_path):
+    text = "rig 3\ntime [s],displacement [mm],force [N],current [A],remark\n"
+    text += rows("%.4f,%.6f,%.3f,%.1f", TIME, 1e3 * X, FORCE, CURRENT)
+    (tmp_path / "run.csv").write_text(text)
+    with pytest.raises(
+        iso.InputError, match="line 2 has 5 names for 4 columns of numbers; expected"
+    ):
+        iso.import_tests(tmp_path / "run.csv")

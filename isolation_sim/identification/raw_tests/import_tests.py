@@ -234,7 +234,8 @@ def _read_test(
             options.append("or --rate 200 (samples per second) without a time")
         raise InputError(
             place,
-            f"columns {listed(headings)}, none recognised as {' and '.join(lacking)}",
+            f"columns {listed(headings)}, none recognised as {' and '.join(lacking)}"
+            + "".join(f"; {note}" for note in table.notes),
             ", ".join(options),
         )
     data, notes = samples_of(table, channels, choices.rate)
@@ -253,7 +254,8 @@ def _read_test(
     read = {k for channel in channels.values() for k in channel.columns}
     unused = tuple(heading.text for k, heading in enumerate(headings) if k not in read)
     velocity = f"column {channels['velocity'].heading}" if "velocity" in channels else ""
-    run = make_run(name, data, place, velocity, ignored_columns=unused)
+    remedy = ", or --unit velocity=UNIT for another one, or --column velocity=none to derive it"
+    run = make_run(name, data, place, velocity, remedy, ignored_columns=unused)
     return run, channels, [*table.notes, *notes]
 
 

@@ -207,6 +207,12 @@ def _table(path: Path, part: str, lines_above: Sequence[Row], block: Sequence[Ro
     notes = []
     if any(is_data(cells, least=2) for cells in above):
         notes.append(f"numbers above line {block[0].line} are left out")
+    if not names:
+        notes += [
+            f"line {row.line} has {len(trim(row.cells))} names for {filled} columns of numbers"
+            for row in lines_above
+            if sum(map(names_quantity, row.cells)) > 1
+        ]
     texts = [" ".join(row.cells) for row in rows if row.line < block[0].line]
     headings, columns = [], []
     for k in used:
