@@ -5,12 +5,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .criterion import Criterion
 from .simulation.outputs import quantity_rows
+from .simulation.pieces import refined_outputs
+from .structures import load_change_rows
 
 if TYPE_CHECKING:
     from .simulation.result import Run
+
+_PARTS = 4
+"""Parts of a sampling interval in which peaks are looked for."""
 
 
 def _travel(run: Run) -> float:
@@ -33,6 +39,24 @@ def _rms_current(run: Run) -> float:
     return float(np.sqrt(squares.max(initial=0.0)))
 
 
+def _load_changes(run: Run) -> NDArray:
+    """Changes of the isolators' vertical loads, over the static load."""
+    structure = run.isolated.structure
+    names = [f"{dof}_displacement_m" for dof in structure.names]
+    displacement = refined_outputs(run, names, _PARTS)
+    return displacement @ load_change_rows(structure, overturning=True).T
+
+
+def _unloading(run: Run) -> float:
+    """Largest loss of an isolator's vertical load, over the static load."""
+    return float(-_load_changes(run).min())
+
+
+def _overload(run: Run) -> float:
+    """Largest gain of an isolator's vertical load, over the static load."""
+    return float(_load_changes(run).max())
+
+
 ISOLATOR_TRAVEL = Criterion("isolator_travel_m", "travel of the isolators", _travel)
 """Accumulated path of the base over the ground: wear and heat of sliding and rubber bearings."""
 
@@ -41,3 +65,20 @@ RESIDUAL = Criterion("residual_base_displacement_m", "residual base displacement
 
 RMS_CURRENT = Criterion("rms_current_A", "RMS coil current", _rms_current)
 """Effort of control: the heat in a coil grows with its square."""
+
+UNLOADING = Criterion(
+    "isolator_unloading_ratio",
+    "isolator unloading over static load",
+    _unloading,
+)
+"""Largest loss of vertical load by overturning, and by vertical motion; uplift or tension above 1.
+
+Of a rigid base on equal isolators; see `isolation_sim.structures.overturning_rows`.
+"""
+
+OVERLOAD = Criterion(
+    "isolator_overload_ratio",
+    "isolator overload over static load",
+    _overload,
+)
+"""Largest gain of vertical load, as ``UNLOADING``."""

@@ -11,6 +11,7 @@ import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim.criteria import is_gain
 from isolation_sim.reports.tables import as_text, run_table, title_of
+from isolation_sim.structures import plan_building
 
 pytestmark = pytest.mark.usefixtures("no_drawing")
 
@@ -57,6 +58,29 @@ def scenario(tmp_path):
     (tmp_path / "my_criteria.py").write_text(FILE)
     (tmp_path / "job.toml").write_text(SCENARIO)
     return tmp_path / "job.toml"
+
+
+def test_loads_of_isolators_follow_from_the_moment_of_inertia_forces():
+    masses, heights, width = [2e5, 2e5, 1e5], [4.0, 3.0, 3.0], 5.0
+    places = [[-width / 2, -4], [width / 2, -4], [-width / 2, 4], [width / 2, 4]]
+    plant = plan_building(
+        masses, [3e8] * 3, [3e8] * 3, base_mass=2e5, plan=(7.0, 10.0), heights=heights,
+        isolator_positions=places, damping_ratio=1e-5,
+    ).on(iso.law("linear", {"k": 2e6}), biaxial=True)  # fmt: skip
+    names = ("isolator_unloading_ratio", "isolator_overload_ratio")
+    still = GROUND.scaled(0.0)
+    run = iso.simulate(plant, (GROUND, still), "passive_off", criteria=names)
+    inertia = [mass * run.output(f"floor{k}_x_acceleration_m_s2")
+               for k, mass in enumerate(masses, 1)]  # fmt: skip
+    moment = np.cumsum(heights) @ inertia
+    # two isolators on each side carry the moment
+    load = np.abs(moment).max() / width / 2 / (7e5 * 9.80665 / 4)
+    assert 0.05 < load < 2
+    for name in names:
+        assert run.criteria[name] == pytest.approx(load, rel=0.01)
+    reference = iso.reference_building().on(iso.reference_isolators())
+    with pytest.raises(iso.InputError, match="no isolator positions"):
+        iso.simulate(reference, GROUND, "passive_off", criteria=names)
 
 
 @pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
