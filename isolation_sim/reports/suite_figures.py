@@ -87,11 +87,13 @@ def floor_panels(suite: Suite) -> list[Panel]:
          "level"),
         ("peak_drift_m", "Storey drift", "Peak storey drift", "mm", "storey"),
     ):  # fmt: skip
+        if name not in floors:
+            continue
         lines = floor_columns(floors[name], unit_of(name)[1])
         rows = floors[place].to_numpy().tolist()
         looks = dict(zip(lines, line_looks(len(lines), markers=True), strict=True))
         of_rows = {line: (values, np.arange(len(rows))) for line, values in lines.items()}
-        most = max(np.nanmax(values, initial=0.0) for values in lines.values())
+        most = np.nanmax(np.concatenate([[0.0], *lines.values()]))
         if len(suite.controllers) > 1:
             title += ": mean over the motions"
         result.append(Panel(

@@ -34,7 +34,9 @@ def floor_response(run: Run) -> dict[str, NDArray]:
         "storey": storey_names(structure), "period_s": spectra[0][0].period,
     }  # fmt: skip
     values = {SPECTRA: np.array([[floor.sa for floor in floors] for floors in spectra])}
-    values |= {f"peak_{name}": run.peaks[name] for name in PEAKS if name in run.peaks}
+    # a building without storeys has no drifts
+    peaks = {name: run.peaks[name] for name in PEAKS if name in run.peaks}
+    values |= {f"peak_{name}": peak for name, peak in peaks.items() if peak.size}
     return {name: np.asarray(value) for name, value in {**coordinates, **values}.items()}
 
 

@@ -93,6 +93,14 @@ def test_both_directions_have_spectra():
     np.testing.assert_allclose(floors.peak_drift_ratio, floors.peak_drift_m / 3.0)
 
 
+def test_a_mass_without_storeys_has_levels_only(tmp_path):
+    mass = iso.from_matrices(np.array([[1e5]]), np.zeros((1, 1)), np.zeros((1, 1)), base=(0,))
+    plant = mass.on(iso.law("linear", {"k": 4e6}))
+    suite = iso.compare_records(plant, RECORDS, ["passive_off"], ground=FLOORS)
+    assert set(suite.floors) == {"floor_spectrum_m_s2", "peak_floor_acceleration_m_s2"}
+    suite.save(tmp_path / "mass")
+
+
 def test_without_them_it_is_said(plant):
     suite = iso.compare_records(plant, RECORDS, ["passive_off"])
     assert suite.floors is None
@@ -109,6 +117,11 @@ def test_a_run_without_result_is_missing(plant, tmp_path):
     floors = iso.sweep(plan, tmp_path / "sweep", workers=1).floors
     assert np.isfinite(floors.peak_drift_m.sel(case=0)).all()
     assert floors.peak_drift_m.sel(case=1).isnull().all()
+    # a controller without any result
+    controllers = {"off": "passive_off", "far": iso.controller("constant", amperes=99.0)}
+    suite = iso.compare_records(plant, RECORDS, controllers, ground=FLOORS)
+    assert suite.floors.peak_drift_m.sel(controller="far").isnull().all()
+    suite.save(tmp_path / "suite")
 
 
 def test_a_suite_of_a_file_has_them_unless_switched_off(tmp_path):
