@@ -1,14 +1,18 @@
-"""The report of a suite of records."""
+"""The report of a suite of records, and the files of its results."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import pandas as pd
+
+from ground_motions.files import atomic_write
+
 from ...sweeps.suites.result import SCENARIO
 from ...written_names import as_written, capital
-from ..style import BAND
-from ..suite_figures import spectra_key, spectra_panel
+from ..style import BAND, save
+from ..suite_figures import spectra, spectra_key, spectra_panel
 from ..suite_tables import comparison_table, motions_text, records_table, statistics_table, verdict
 from ..sweep_tables import heading
 from .page import Block, Cell, Facts, Key, Listing, Page, Prose, Row, Section, Table
@@ -27,6 +31,31 @@ _CHANGES = {
     "arias_ratio": "Arias intensity over that of the scaled original",
     "duration_change_s": "Change of the 5-95 % duration, s",
 }
+
+
+def write_suite(suite: Suite) -> None:
+    """Write tables, figure and report to a suite's folder."""
+    plotted = suite.index["spectra"]["plotted"]
+    tables = {
+        "runs": suite.table.set_index("motion"),
+        "statistics": suite.statistics,
+        "motions": pd.DataFrame(suite.index["motions"]).drop(columns="files").set_index("name"),
+        "spectra": pd.DataFrame(
+            {
+                "period_s": plotted["period_s"],
+                "target_psa_m_s2": plotted["target_m_s2"],
+                "suite_mean_psa_m_s2": pd.DataFrame(plotted["psa_m_s2"]).mean(axis=1),
+            }
+            | {f"{name}_psa_m_s2": row for name, row in plotted["psa_m_s2"].items()}
+        ).set_index("period_s"),
+    }
+    for name, table in tables.items():
+        with atomic_write(suite.folder / f"{name}.csv") as unfinished:
+            table.to_csv(unfinished)
+    save(spectra(suite), suite.folder / "figures", "spectra")
+    if len(suite.controllers) > 1:
+        save(suite.plot(), suite.folder / "figures", "comparison")
+    suite_report(suite).write(suite.folder / "report.html")
 
 
 def suite_report(suite: Suite) -> Page:

@@ -262,7 +262,7 @@ class Suite(Printed):
             If the folder contains a saved result or a file of the same name.
         """
         if folder is None or Path(folder).absolute() == self.folder.absolute():
-            render("result_files:write_suite", self)
+            render("html.suite_report:write_suite", self)
             return self.folder
         with files_into(folder, overwrite) as place:
             shutil.copytree(self.folder, place, dirs_exist_ok=True)
