@@ -194,12 +194,7 @@ class Suite(Printed):
         ]
 
     def _shown(self) -> Iterator[Any]:
-        several = len(self.controllers) > 1
-        if several:
-            yield render("suite_tables:comparison_table", self)
-        for label in self.controllers if self.by_rule or not several else ():
-            yield render("suite_tables:statistics_table", self, label, brief=several)
-        yield from render("suite_tables:verdict", self)
+        yield from render("suite_tables:tables_and_verdict", self)
         yield from self.failures()
         yield from (f"warning: {each}" for each in self.warnings())
 
