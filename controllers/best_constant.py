@@ -11,10 +11,9 @@ from ground_motions.old_names import renamed_attribute
 from isolation_sim.errors import Diverged, InputError
 from isolation_sim.simulation.control import RunContext
 
+from .coils import driven_elements, highest_tested, lowest
 from .constant import Constant
 from .controller import Trial
-from .current_limits import highest_tested, lowest
-from .force_tracking import driven_elements
 from .open_loop import Held
 from .passive_off import PassiveOff
 from .settings import Integer, Number, OneOf, Optional, setting

@@ -17,8 +17,8 @@ from isolation_sim.errors import Diverged, InputError
 from isolation_sim.simulation.control import CoilDriver, RunContext
 from isolation_sim.structures import IsolatedStructure
 
+from .coils import coil_table, without_coil
 from .controller import Trial
-from .current_limits import coil_table, without_coil
 from .open_loop import OpenLoop
 from .passive_off import PassiveOff
 from .prescribed import Prescribed

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from isolation_sim.simulation.control import RunContext
 
 from .clipped_lqr import ClippedLQR
+from .coils import driven_elements
 from .compiled import Decision
 from .estimating import Estimating
-from .force_tracking import MOTION, driven_elements, nearest_currents
+from .force_tracking import MOTION, nearest_currents
 from .observers.extended import DEVICES, EACH, extended_update
 from .observers.kalman import TRACKING, kalman_memory, kalman_update
 from .observers.observer import N_DOFS, N_ELEMENTS, N_Z

@@ -16,14 +16,9 @@ from isolation_sim.structures import IsolatedStructure, Structure
 from isolation_sim.structures.modes import undamped_modes
 
 from .brysons_rule import BrysonsRule
+from .coils import driven_elements
 from .compiled import CompiledController, Decision
-from .force_tracking import (
-    MOTION,
-    driven_elements,
-    follow_device,
-    force_tracking,
-    nearest_currents,
-)
+from .force_tracking import MOTION, follow_device, force_tracking, nearest_currents
 from .settings import Number, Optional, SearchRange, setting
 
 _MOST_NEWTON = 100

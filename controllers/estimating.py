@@ -5,8 +5,8 @@ from __future__ import annotations
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
+from .coils import highest_tested, lowest
 from .controller import Controller
-from .current_limits import highest_tested, lowest
 from .observers import ExtendedKalmanFilter, GroundNoise, KalmanFilter, Noise, Observer
 from .settings import Number, Optional, setting
 

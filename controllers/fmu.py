@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError, check_name
-from isolation_sim.io.unit import Unit
+from isolation_sim.io.fmu import Unit
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.simulation.outputs import output_names
 from isolation_sim.structures import IsolatedStructure

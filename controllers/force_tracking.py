@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isolation_sim.simulation.control import RunContext
-from isolation_sim.structures import Element, IsolatedStructure
+from isolation_sim.structures import Element
 
-from .current_limits import highest_tested, lowest, without_coil
+from .coils import highest_tested, lowest
 from .current_map import nearest_current
 from .device_model import DeviceModel
 from .device_states import SCRATCH, follow_states
@@ -122,23 +122,6 @@ class ForceTracking:
         """Currents to linearise at."""
         middle = (self.low + self.high) / 2
         return middle if amperes is None else np.full(len(middle), amperes)
-
-
-def driven_elements(nominal: IsolatedStructure, name: str) -> tuple[Element, ...]:
-    """Elements that a coil drives."""
-    driven = tuple(element for element in nominal.elements if element.channel is not None)
-    if not driven:
-        raise without_coil(name, "the nominal model")
-    return driven
-
-
-def motion_of_driven(nominal: IsolatedStructure, name: str) -> tuple[str, ...]:
-    """Outputs of the motion of the driven elements."""
-    return tuple(
-        f"{element.name}_{quantity}"
-        for element in driven_elements(nominal, name)
-        for quantity in ("deformation_m", "velocity_m_s")
-    )
 
 
 def force_tracking(

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
+from .coils import driven_elements, highest_tested, lowest, motion_of_driven
 from .compiled import CompiledController, Decision
-from .current_limits import highest_tested, lowest
-from .force_tracking import driven_elements, motion_of_driven
 from .settings import Number, SearchRange, setting
 
 RULES = (

@@ -14,15 +14,9 @@ from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
 from .clipped_lqr import designing, regulator_gain
+from .coils import driven_elements, motion_of_driven
 from .compiled import CompiledController, Decision
-from .force_tracking import (
-    MOTION,
-    driven_elements,
-    follow_device,
-    force_tracking,
-    motion_of_driven,
-    nearest_currents,
-)
+from .force_tracking import MOTION, follow_device, force_tracking, nearest_currents
 from .observers.ground_noise import GroundNoise
 from .observers.nominal_linear_model import NominalLinearModel, nominal_linear_model
 from .settings import Number, Optional, SearchRange, setting

@@ -12,9 +12,10 @@ from isolation_sim.simulation.control import RunContext
 
 from .brysons_rule import BrysonsRule
 from .clipped_lqr import linear_model
+from .coils import driven_elements
 from .compiled import Decision
 from .estimating import Estimating
-from .force_tracking import COILS, N_DEVICES, N_NUMBERS, device_force, driven_elements
+from .force_tracking import COILS, N_DEVICES, N_NUMBERS, device_force
 from .observers.kalman import TRACKING, kalman_memory, kalman_update
 from .observers.observer import N_DOFS, N_ELEMENTS
 from .settings import Number, SearchRange, setting

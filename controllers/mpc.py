@@ -14,11 +14,10 @@ from isolation_sim.laws.trace_check import check_differentiable
 from isolation_sim.simulation.control import CompiledDecision, RunContext
 from isolation_sim.structures import IsolatedStructure
 
+from .coils import coil_table, driven_elements
 from .compiled import CompiledController, Decision, decision_step
-from .current_limits import coil_table
 from .device_model import FORCE_SCALE
 from .estimating import Estimating
-from .force_tracking import driven_elements
 from .observers.observer import ground_outputs
 from .preview import Preview
 from .settings import Integer, Number, OneOf, Optional, SearchRange, setting

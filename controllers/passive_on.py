@@ -6,7 +6,7 @@ from typing import Any
 
 from isolation_sim.simulation.control import RunContext
 
-from .current_limits import highest_tested
+from .coils import highest_tested
 from .open_loop import Held
 from .settings import Number, Optional, setting
 

@@ -11,15 +11,9 @@ from numpy.typing import NDArray
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
+from .coils import driven_elements, motion_of_driven
 from .compiled import CompiledController, Decision
-from .force_tracking import (
-    MOTION,
-    driven_elements,
-    follow_device,
-    force_tracking,
-    motion_of_driven,
-    nearest_currents,
-)
+from .force_tracking import MOTION, follow_device, force_tracking, nearest_currents
 from .settings import Number, SearchRange, setting
 
 # settings: these, the mass that each element carries, then the force tracking's

@@ -18,10 +18,9 @@ from isolation_sim.structures import (
     reference_isolators,
 )
 
+from .coils import coil_table, driven_elements
 from .compiled import CompiledController, Decision, decision_step
-from .current_limits import coil_table
 from .device_states import SCRATCH
-from .force_tracking import driven_elements
 from .preview import Preview
 from .settings import ExistingFile, Number, Optional, setting
 

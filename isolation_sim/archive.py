@@ -34,10 +34,10 @@ from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
 from .effects.registry import EFFECTS, effect
 from .errors import ControllerError, Diverged, InputError, RefusedCurrent, warn
 from .generated import cache_folder, load_text
+from .laws.fmu import of_file
 from .laws.law import Law
 from .laws.passive_switching import PassiveLaw, _passive_law
 from .laws.registry import LAWS
-from .laws.unit import of_file
 from .version import __version__
 
 FILE = "result.npz"

@@ -307,7 +307,7 @@ class Comparison(Printed):
             If the folder contains a saved result or a file of the same name.
         """
         with files_into(folder, overwrite) as place:
-            render("result_files:write_comparison", self, place, scenario, figures)
+            render("html.run_report:write_comparison", self, place, scenario, figures)
         return Path(folder)
 
     def to_pandas(self) -> pandas.DataFrame:

@@ -48,6 +48,18 @@ def test_a_law_and_a_building_load_no_compiler_and_no_figures():
     assert not loaded & {"numba", "casadi", "matplotlib", "xarray", "control"}
 
 
+def test_a_run_loads_no_diagnosis_and_no_sweep():
+    loaded = _modules_after(
+        "from isolation_sim.cli import main\ntry:\n    main(['run', 'missing.toml'])\n"
+        "except SystemExit:\n    pass"
+    )
+    assert "isolation_sim.reports.html.run_report" in loaded
+    other = ("discrepancy", "identification", "sweeps", "tuning")
+    assert not {
+        name for name in loaded if name.startswith("isolation_sim.") and name.split(".")[1] in other
+    }
+
+
 def test_all_names_resolve_and_are_listed():
     for name in iso.__all__:
         assert getattr(iso, name) is not None

@@ -12,7 +12,7 @@ import isolation_sim as iso
 from isolation_sim import workers
 from isolation_sim.discrepancy.device.first_use import effects_to_compile
 from isolation_sim.errors import InputError
-from isolation_sim.identification.first_use import laws_to_compile
+from isolation_sim.identification.sensitivities import laws_to_compile
 from isolation_sim.laws import LAWS
 from isolation_sim.scenario import Scenario, compilation
 from isolation_sim.simulation.control import CompiledDecision

@@ -295,7 +295,7 @@ def test_a_terminated_command_leaves_nothing_behind(tmp_path):
     """SIGTERM while results are being written."""
     script = """
         import os, signal, sys
-        from isolation_sim.reports import result_files
+        from isolation_sim.reports.html import run_report
         import isolation_sim.comparison as module
         def stop(*_):
             os.kill(os.getpid(), signal.SIGTERM)

@@ -16,7 +16,7 @@ from isolation_sim import read_run, write_run
 from isolation_sim.io.csv_table import write_table
 from isolation_sim.io.files import json_text, write_text
 from isolation_sim.io.results_folder import ResultsFolder, file_name, files_into
-from isolation_sim.reports.result_files import write_comparison
+from isolation_sim.reports.html.run_report import write_comparison
 
 
 @pytest.fixture(scope="module")

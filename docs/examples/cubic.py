@@ -29,4 +29,5 @@ LAW = Law(
     stored_energy=stored_energy,
     source="Duffing",
     springs=(Spring("k", ("x",)), Spring("k3", ("x",), power=3.0)),
+    example={"k": (2000.0, 300.0), "k3": 1e7, "c": 100.0},
 )

@@ -48,7 +48,7 @@ def run(
     """Compare the controllers of a scenario."""
     from ..comparison import json_report, simulated
     from ..io.results_folder import ResultsFolder
-    from ..reports.result_files import write_comparison
+    from ..reports.html.run_report import write_comparison
     from ..reports.tables import standard_console
     from ..scenario.compilation import compile_in_parallel
 

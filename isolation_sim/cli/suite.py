@@ -57,7 +57,7 @@ def suite(
     from ..criteria import standard_criteria
     from ..criterion import selected_criteria
     from ..io.results_folder import file_name
-    from ..reports.suite_tables import comparison_table, records_table, statistics_table, verdict
+    from ..reports.suite_tables import tables_and_verdict
     from ..reports.tables import standard_console
     from ..scenario import Scenario
     from ..sweeps.suites.run import run_suite
@@ -75,18 +75,12 @@ def suite(
         )  # fmt: skip
     check_name("criterion", criterion, result.criteria)
     if as_json:
-        print(_json(result), end="")
+        print(_json(result))
     elif not quiet:
         console = standard_console()
-        several = len(result.controllers) > 1
-        if several:
-            console.print(comparison_table(result))
-        for label in result.controllers:
-            console.print(statistics_table(result, label, brief=several))
-        console.print(records_table(result, criterion))
-        for sentence in verdict(result):
-            console.print(sentence)
-        if several:
+        for each in tables_and_verdict(result, criterion):
+            console.print(each)
+        if len(result.controllers) > 1:
             console.print("The report has the statistics of all criteria with each controller.")
     failures = result.failures()
     for failure in failures:
@@ -101,21 +95,18 @@ def suite(
 
 def _json(result: Suite) -> str:
     """Statistics and runs as JSON, in SI units; null for a missing number."""
-    return (
-        json_text(
-            {
-                "name": result.name,
-                "folder": str(result.folder),
-                "rule": result.rule.name,
-                "design_statistic": result.design_statistic,
-                "mean_spectrum_over_target": result.mean_ratio,
-                "meets_rule": result.meets_rule,
-                "motions": result.index["motions"],
-                "left_out": result.left_out,
-                "statistics": json.loads(result.statistics.reset_index().to_json(orient="records")),
-                "runs": json.loads(result.table.to_json(orient="records")),
-                "warnings": result.warnings(),
-            }
-        )
-        + "\n"
+    return json_text(
+        {
+            "name": result.name,
+            "folder": str(result.folder),
+            "rule": result.rule.name,
+            "design_statistic": result.design_statistic,
+            "mean_spectrum_over_target": result.mean_ratio,
+            "meets_rule": result.meets_rule,
+            "motions": result.index["motions"],
+            "left_out": result.left_out,
+            "statistics": json.loads(result.statistics.reset_index().to_json(orient="records")),
+            "runs": json.loads(result.table.to_json(orient="records")),
+            "warnings": result.warnings(),
+        }
     )

@@ -456,7 +456,7 @@ class Diagnosis(Printed):
             and ``overwrite`` is false.
         """
         with writing_to(folder):
-            return render("result_files:save_diagnosis", self, Path(folder), overwrite)
+            return render("html.diagnosis_report:save_diagnosis", self, Path(folder), overwrite)
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,6 @@ from .campaign import Campaign, read_campaign
 from .current_basis import STEADY, tested_currents
 from .data_checks import data_notes, refuse_swapped
 from .error_notes import divergence_note, outlier_note
-from .first_use import laws_to_compile
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
 from .law_choice import AUTO, choose_law
 from .law_fit import LARGEST_DERIVATIVE, STARTS, fit_law, from_off, parameterise
@@ -31,6 +30,7 @@ from .noise import correlation_time
 from .parameterisation import Parameterisation
 from .run_preparation import repaired, thin_runs
 from .run_starts import start_note
+from .sensitivities import laws_to_compile
 
 _DATA_NOTES = 5
 """Notes on the data, at most."""

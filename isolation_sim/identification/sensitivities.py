@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..laws.emit import symbols
 from ..laws.law import Law
+from ..laws.registry import LAWS
+from ..workers import Task
 from .device_arguments import workspace
-from .device_kernel_text import compiled
+from .device_kernel_text import compiled, is_compiled
 from .run_starts import Runs, lead_in
 
 _LARGEST_CHANGE = 1e3
@@ -217,3 +221,14 @@ def compile_law(law: Law) -> None:
     motion = Motion(np.array([0, 8]), time, time, time, np.array([0.1]))
     with np.errstate(all="ignore"):
         Simulator(law, motion).run(np.ones(n))
+
+
+def laws_to_compile(laws: Iterable[str] = LAWS) -> list[Task[None]]:
+    """Tasks of further processes for the laws that are not compiled, the one needed last first."""
+    names = (name for name in reversed([*laws]) if not is_compiled(LAWS[name]))
+    return [partial(_compile, name) for name in names]
+
+
+def _compile(law: str) -> None:
+    with suppress(Exception):  # the fit says what is wrong
+        compile_law(LAWS[law])

@@ -21,7 +21,7 @@ LAWS: Registry[Law] = Registry(
     "an isolation_sim.laws.Law",
     lambda value: value if isinstance(value, Law) else None,
     lambda law: law.name,
-    unit="isolation_sim.laws.unit:of_file",
+    unit="isolation_sim.laws.fmu:of_file",
 )
 """Every law by name, or by a place such as ``"my_laws.py:CUBIC"``."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -24,6 +25,18 @@ if TYPE_CHECKING:
 
 _NAMED = 8  # records in a sentence
 _NAMES = dict(zip(STATISTICS, ("mean", "median", "84 %", "maximum"), strict=True))
+
+
+def tables_and_verdict(suite: Suite, criterion: str | None = None) -> Iterator[TextTable | str]:
+    """All tables, with a criterion also those of its records, and the sentences of the verdict."""
+    several = len(suite.controllers) > 1
+    if several:
+        yield comparison_table(suite)
+    for label in suite.controllers if suite.by_rule or not several else ():
+        yield statistics_table(suite, label, brief=several)
+    if criterion is not None:
+        yield records_table(suite, criterion)
+    yield from verdict(suite)
 
 
 def comparison_table(suite: Suite) -> TextTable:

@@ -54,10 +54,10 @@ def compile_in_parallel(scenario: Scenario, job: Job) -> Iterator[Callable[[str]
 
 def _is_first_use(job: Job) -> bool:
     """Whether the integration is not compiled; False with an FMU, which one process starts."""
+    from ..simulation.fmu_run import unit_element
     from ..simulation.kernel.loading import is_compiled
     from ..simulation.plan import kernel_for
     from ..simulation.run import traceable
-    from ..simulation.unit_run import unit_element
 
     isolated = job.isolated
     if len(job.controllers) < 2 or not isolated.elements:

@@ -24,6 +24,7 @@ from ..written_names import as_written
 from .contact import contacts_of_lane
 from .control import CoilDriver, Control, Sensors
 from .kernel.loading import compiling
+from .kernel.slots import CLAMPED, MISSED
 from .plan import Lane, Plan
 from .plausibility import end_state, input_warnings
 from .result import Run
@@ -313,7 +314,7 @@ class _Conditions:
         results.put_criteria([k for k, _ in block], criteria, failures)
         currents = peak_currents(work)
         for at, (k, lane) in enumerate(block):
-            clamped, unresolved = work.counts[[0, 4], at].tolist()
+            clamped, unresolved = work.counts[[CLAMPED, MISSED], at].tolist()
             results.validity[k] = Validity(clamped=clamped, unresolved=unresolved)
             if failures[at] is not None:
                 continue

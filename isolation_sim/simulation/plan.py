@@ -21,7 +21,7 @@ from .control import CompiledDecision, RunContext, Schedule, Sensors, instants
 from .elements import MOST_TESTED, Elements, elements_of
 from .grid import Grid, make_grid
 from .kernel.loading import Kernel, Shape, compiling, load
-from .kernel.slots import ALIVE, CURRENT_REFUSED
+from .kernel.slots import ALIVE, CURRENT_REFUSED, ENDED
 from .outputs import Outputs, outputs_of
 from .sensing import check_noise, latest_samples, measured_motion, noise_of
 from .workspace import Sensing, Tables, Workspace
@@ -295,7 +295,7 @@ class Plan:
         code = int(work.alive[lane])
         if code == ALIVE:
             return None
-        segment = int(work.counts[3, lane]) - 1
+        segment = int(work.counts[ENDED, lane]) - 1
         time = float(self.grid.time[self.grid.segments[segment, 0]])
         if code != CURRENT_REFUSED:
             cause = _CAUSES[code].format(most=MOST_TESTED, cause=_likely_cause(self.lanes[lane]))

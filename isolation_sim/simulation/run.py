@@ -22,11 +22,11 @@ from ..laws.passive_switching import instantaneous
 from ..laws.trace_check import check_traceable
 from ..structures import IsolatedStructure
 from .control import CoilDriver, Control, RunContext, Schedule, Sensors, calling, current_of
+from .fmu_run import Coupling, at_every_sample, check_limits, refuse_unit, unit_element
 from .kernel.loading import compiling
 from .kernel.slots import DECIDE
 from .plan import Lane, Plan, refusal
 from .result import Run
-from .unit_run import Coupling, at_every_sample, check_limits, refuse_unit, unit_element
 from .workspace import Workspace
 
 FIXED_BASE = "fixed base"

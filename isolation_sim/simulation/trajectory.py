@@ -15,6 +15,7 @@ from ..errors import check_name
 from ..structures import IsolatedStructure
 from .complex_modes import Modes, real_rows
 from .grid import Grid
+from .kernel.slots import CLAMPED, MISSED, STEPS
 from .outputs import Outputs
 from .workspace import ERROR_FACTOR
 
@@ -41,9 +42,9 @@ class Trajectory:
         self.isolated, self.records, self.controller = isolated, records, controller
         self.modes, self.outputs, self.work = modes, outputs, work
         self.grid: Grid = work.grid
-        self.clamped = int(work.counts[0].sum())
-        self.steps = int(work.counts[1, 0])
-        self.unresolved = int(work.counts[4, 0])
+        self.clamped = int(work.counts[CLAMPED].sum())
+        self.steps = int(work.counts[STEPS, 0])
+        self.unresolved = int(work.counts[MISSED, 0])
         self.accuracy = max(work.tolerance, float(work.missed[0]) / ERROR_FACTOR)
 
     @cached_property

@@ -169,7 +169,7 @@ class Workspace:
         self.coil_history = np.zeros((n_segments, n_channels, lanes))
         self.coil = np.array(self.initial_current, float)
         self.alive = np.zeros(lanes, np.int64)
-        self.counts = np.zeros((5, lanes), np.int64)
+        self.counts = np.zeros((4, lanes), np.int64)
         self.missed = np.zeros(lanes)
         self.forces = self._big("forces", (n_points * shape.n_elements * FORCES * lanes,))
         # a step's modes and, of each element, forces at its start and nodes, states at both

@@ -10,8 +10,8 @@ from scipy.signal import TransferFunction, lfilter, lsim
 
 from controllers import controller
 from controllers.best_constant import weighted_peak
+from controllers.coils import coil_table
 from controllers.compiled import CompiledController
-from controllers.current_limits import coil_table
 from controllers.mpc import MPC
 from controllers.predictive.condense_kernel import condense
 from controllers.predictive.decision import ACCELERATION_AHEAD, DEVIATIONS, FAILED, STATE

@@ -1,11 +1,13 @@
 """Laws by name."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from isolation_sim.effects import device_section
 from isolation_sim.errors import InputError
-from isolation_sim.laws import available_laws, available_sets, law
+from isolation_sim.laws import LAWS, available_laws, available_sets, law
 from isolation_sim.scenario import Scenario
 
 
@@ -15,6 +17,12 @@ def test_names_of_the_package():
     assert law("linear", {"k": (1e6, 1e5)}).force(0.1, 0.0, (), 2.0) == pytest.approx(1.2e5)
     assert set(available_laws()) >= {"strain_stiffening", "hybrid", "linear", "kelvin_voigt"}
     assert available_sets("linear") == ()
+
+
+def test_every_law_has_numbers_for_the_tests_of_all_laws():
+    guide = Path(__file__).parents[2] / "docs" / "examples" / "cubic.py"
+    for one in (*LAWS.values(), LAWS[f"{guide}:LAW"]):
+        assert one.sets or law(one, one.example).law is one
 
 
 def test_numbers_replace_those_of_the_published_set():

@@ -18,9 +18,9 @@ from ground_motions import Record
 from isolation_sim.comparison import Comparison
 from isolation_sim.reports import figures
 from isolation_sim.reports.drawing import drawing_title, structure_drawing
+from isolation_sim.reports.html.run_report import write_comparison
 from isolation_sim.reports.loops_fitted import fitted_loops, strong_end
 from isolation_sim.reports.references import of_scenarios
-from isolation_sim.reports.result_files import write_comparison
 from isolation_sim.reports.style import (
     DOUBLE_COLUMN,
     contour_lines,

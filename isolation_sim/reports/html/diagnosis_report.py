@@ -1,14 +1,18 @@
-"""The report of a diagnosis, in the order of its steps."""
+"""The report of a diagnosis, in the order of its steps, and the files of its results."""
 
 from __future__ import annotations
 
 import inspect
 import sys
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ground_motions.registry import copy_code
+
+from ...archive import FILE, save_archive
 from ...discrepancy.diagnosis import (
     BuildingDiagnosis,
     Diagnosis,
@@ -19,7 +23,12 @@ from ...discrepancy.diagnosis import (
     worst_first,
 )
 from ...discrepancy.interval import percent
+from ...discrepancy.tiers.law_file import text_beside
 from ...effects.effect import in_sentence
+from ...effects.serialisation import device_places, device_section
+from ...io.csv_table import write_table
+from ...io.files import write_text
+from ...io.results_folder import files_into, write_contents
 from ...written_names import capital
 from ..diagnosis import (
     AGAIN,
@@ -36,11 +45,23 @@ from ..diagnosis import (
     is_unchanged,
     ladder_table,
     ladder_text,
+    markdown,
     plan_table,
     remarks,
 )
-from ..diagnosis_figures import LOOKS, STRONGEST, errors, histories, loops, over_time
+from ..diagnosis_figures import (
+    LOOKS,
+    STRONGEST,
+    errors,
+    errors_by_run,
+    histories,
+    loops,
+    over_time,
+    overview,
+    residuals,
+)
 from ..references import of_device
+from ..style import save
 from .page import (
     Block,
     Bullets,
@@ -66,7 +87,53 @@ if TYPE_CHECKING:
 
 _DEPENDENCE = "Dependence of the residual"
 _HISTORIES = 3
+_LAW_FILE = "extended_law.py"
 _FUNCTIONS = ("motion", "current", "factor", "force", "rates")
+
+
+def save_diagnosis(diagnosis: Diagnosis, folder: Path, overwrite: bool) -> list[Path]:
+    """Write report, JSON, text, figures and extended law to a folder; return the files."""
+    with files_into(folder, overwrite) as place:
+        written = _write_files(diagnosis, place)
+    return [folder / path.relative_to(place) for path in written]
+
+
+def _write_files(diagnosis: Diagnosis, folder: Path) -> list[Path]:
+    texts = {"diagnosis.json": diagnosis.to_json() + "\n", "report.md": markdown(diagnosis)}
+    section = ""
+    if diagnosis.extended is not None:
+        comment = f"{diagnosis.model}, extended by a diagnosis of {diagnosis.data}"
+        law, *effects = device_places(diagnosis.extended)
+        if diagnosis.ladder is not None and diagnosis.ladder.law_text:
+            texts[_LAW_FILE] = text_beside(diagnosis.ladder.law_text, folder)
+            places = {law: f"{_LAW_FILE}:LAW"} | copy_code(effects, folder)
+        else:
+            places = copy_code([law, *effects], folder)
+        section = device_section(diagnosis.extended, comment, places=places)
+        texts["extended_law.toml"] = section
+    written = [diagnosis_report(diagnosis, section).write(folder / "report.html")]
+    written += [write_text(text, folder / name) for name, text in texts.items()]
+    errors = [
+        {"run": each.name, "held_out": each.held_out,
+         "error_before": relative_error(each, each.before),
+         "error_after": relative_error(each, each.after)}
+        for each in diagnosis.traces
+    ]  # fmt: skip
+    written.append(write_table(errors, folder / "errors.csv"))
+    if diagnosis.causes:
+        causes = [
+            {"cause": each.name, "form": each.form, "place": each.place, "share": each.share,
+             "p_value": each.p_value,
+             **{f"{name}, {one.unit}": one.value for name, one in each.parameters.items()}}
+            for each in diagnosis.causes
+        ]  # fmt: skip
+        written.append(write_table(causes, folder / "causes.csv"))
+    if diagnosis.traces:
+        for stem, draw in ("loops", overview), ("residuals", residuals), ("errors", errors_by_run):
+            written += save(draw(diagnosis), folder, stem)
+    written.append(save_archive(diagnosis, folder / FILE))
+    written.append(write_contents(folder, f"Diagnosis of {diagnosis.data}"))
+    return written
 
 
 def diagnosis_report(diagnosis: Diagnosis, section: str = "") -> Page:

@@ -1,4 +1,4 @@
-"""The report of a comparison of controllers."""
+"""The report of a comparison of controllers, and the files of its results."""
 
 from __future__ import annotations
 
@@ -6,17 +6,24 @@ import platform
 import tomllib
 from collections.abc import Iterator, Mapping
 from importlib.metadata import version
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from ground_motions import STANDARD_GRAVITY
 
+from ...archive import FILE, save_archive
+from ...comparison import Comparison, json_report
+from ...io.csv_table import write_table
+from ...io.files import json_text, write_text
+from ...io.results_folder import file_name, write_contents
 from ...simulation.run import FIXED_BASE
+from ...simulation.run_files import write_run
 from ...version import __version__
 from ...written_names import as_written
 from ..chart import FIXED_BASE_LOOK
 from ..drawing import drawing_title, structure_drawing
 from ..references import of_runs
-from ..style import svg_text
+from ..style import save, svg_text
 from ..tables import best_note, criteria_lines, ratios_note
 from ..verdict import unknown_energies, verdict
 from .animation import animation
@@ -39,8 +46,37 @@ from .page import (
 )
 from .run_charts import energies, envelopes, loops, time_histories, trade_off
 
-if TYPE_CHECKING:
-    from ...comparison import Comparison
+
+def write_comparison(
+    comparison: Comparison, folder: str | Path, scenario: str = "", figures: bool = True
+) -> None:
+    """Write tables, figures and the report of a comparison."""
+    folder = Path(folder)
+    for name, run in comparison.runs.items():
+        write_run(run, folder / f"{file_name(name)}.nc", scenario)
+    save_archive(comparison, folder / FILE)
+    write_table(comparison.to_records(), folder / "criteria.csv")
+    write_text(json_text(json_report(comparison)) + "\n", folder / "criteria.json")
+    write_text(f"{comparison}\n", folder / "table.txt")
+    if scenario:
+        write_text(scenario, folder / "scenario.toml")
+    if figures:
+        _write_figures(comparison, folder / "figures")
+    comparison.to_html(folder / "report.html", scenario)
+    write_contents(folder, comparison.title)
+
+
+def _write_figures(comparison: Comparison, folder: Path) -> None:
+    isolated = next(iter(comparison.runs.values())).isolated
+    kinds = ["time_histories", "floor_envelopes", "energy"]
+    kinds += ["loops"] * bool(isolated.elements) + ["currents"] * bool(isolated.n_channels)
+    kinds += ["loops_in_plan"] * any(len(group) > 1 for group in isolated.groups)
+    for kind in kinds:
+        save(comparison.plot(kind), folder, kind)
+    for direction in isolated.structure.horizontal[1:]:
+        kind = "time_histories"
+        save(comparison.plot(kind, direction=direction), folder, f"{kind}_{direction}")
+    save(structure_drawing(isolated), folder, "structure")
 
 
 def run_report(comparison: Comparison, scenario: str = "") -> Page:
@@ -95,8 +131,6 @@ def run_report(comparison: Comparison, scenario: str = "") -> Page:
 
 def _in_words(comparison: Comparison) -> Comparison:
     """The same runs, with controller names in words."""
-    from ...comparison import Comparison
-
     reference = comparison.reference
     result = Comparison(
         {as_written(name): run for name, run in comparison.runs.items()},

@@ -1,4 +1,4 @@
-"""The report of a suite of records."""
+"""The report of a suite of records, and the files of its results."""
 
 from __future__ import annotations
 
@@ -6,14 +6,25 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import pandas as pd
+
+from ground_motions.files import atomic_write
+
 from ...sweeps.suites.result import SCENARIO
 from ...written_names import as_written, capital
-from ..style import BAND
-from ..suite_figures import floor_panels, floor_spectra_panels, spectra_key, spectra_panel
+from ..style import BAND, save
+from ..suite_figures import (
+    floor_panels,
+    floor_spectra_panels,
+    spectra,
+    spectra_key,
+    spectra_panel,
+)
 from ..suite_tables import (
     comparison_table,
     floor_tables,
     motions_text,
+    over_motions,
     records_table,
     statistics_table,
     verdict,
@@ -35,6 +46,38 @@ _CHANGES = {
     "arias_ratio": "Arias intensity over that of the scaled original",
     "duration_change_s": "Change of the 5-95 % duration, s",
 }
+
+
+def write_suite(suite: Suite) -> None:
+    """Write tables, figure and report to a suite's folder."""
+    plotted = suite.index["spectra"]["plotted"]
+    tables = {
+        "runs": suite.table.set_index("motion"),
+        "statistics": suite.statistics,
+        "motions": pd.DataFrame(suite.index["motions"]).drop(columns="files").set_index("name"),
+        "spectra": pd.DataFrame(
+            {
+                "period_s": plotted["period_s"],
+                "target_psa_m_s2": plotted["target_m_s2"],
+                "suite_mean_psa_m_s2": pd.DataFrame(plotted["psa_m_s2"]).mean(axis=1),
+            }
+            | {f"{name}_psa_m_s2": row for name, row in plotted["psa_m_s2"].items()}
+        ).set_index("period_s"),
+    }
+    if suite.floors is not None:
+        tables |= {str(name): over_motions(values) for name, values in suite.floors.items()}
+    for name, table in tables.items():
+        with atomic_write(suite.folder / f"{name}.csv") as unfinished:
+            table.to_csv(unfinished)
+    save(spectra(suite), suite.folder / "figures", "spectra")
+    if suite.floors is not None:
+        save(suite.plot_floors(), suite.folder / "figures", "floors")
+        for direction in suite.floors.direction.to_numpy():
+            figure = suite.plot_floor_spectra(str(direction))
+            save(figure, suite.folder / "figures", f"floor_spectra_{direction}")
+    if len(suite.controllers) > 1:
+        save(suite.plot(), suite.folder / "figures", "comparison")
+    suite_report(suite).write(suite.folder / "report.html")
 
 
 def suite_report(suite: Suite) -> Page:

@@ -104,7 +104,9 @@ class Lanes(NamedTuple):
     # ``contraction``: last change and convergence factor of the iteration; ``defects``: difference
     # of force polynomial and force at the step's ends over the peak force, infinite if the
     # iteration did not converge; ``errors``: its estimated effect on the response; ``kinks``:
-    # whether an element has a kink within the step; ``worst``: largest error in the segment.
+    # whether an element has a kink within the step; ``worst``: largest error in the segment;
+    # ``alive``, ``counts``: see ``slots.py``; ``missed``: largest error of a step that missed the
+    # tolerance.
 
     level: NDArray
     base: NDArray

@@ -15,9 +15,11 @@ from .slots import (
     BEGIN,
     BENT,
     C_REF,
+    CLAMPED,
     COMMAND,
     CURRENT_REFUSED,
     D_END,
+    ENDED,
     F0,
     F_START,
     FORCE_END,
@@ -26,12 +28,14 @@ from .slots import (
     K_REF,
     LENGTH,
     MEASURE,
+    MISSED,
     NEXT,
     NO_CONVERGENCE,
     NOT_FINITE,
     SEGMENT,
     SEGMENT_NOW,
     STAGE,
+    STEPS,
     TO_STRUCTURE,
     TOO_LARGE,
     V_END,
@@ -211,7 +215,7 @@ def choose_step(segment, sizes, limits, time_grid, propagation, lanes, u):
 def judge_step(step, sizes, limits, lanes):
     """Accept or reject a step in each lane; return whether any lane accepts it."""
     n_levels = sizes.n_levels
-    lanes.counts[1, 0] += 1
+    lanes.counts[STEPS, 0] += 1
     running = 0
     for lane in range(LANES):
         if lanes.active[lane] == 0:
@@ -226,14 +230,13 @@ def judge_step(step, sizes, limits, lanes):
             and defect < np.inf
             and (step.depth + 1 == n_levels or lanes.tried[lane] > MOST_STEPS)
         ):
-            lanes.counts[4, lane] += 1
+            lanes.counts[MISSED, lane] += 1
             lanes.missed[lane] = max(lanes.missed[lane], error)
             accepted = True
         running += 1
         if not accepted:
             lanes.active[lane] = 0
             running -= 1
-            lanes.counts[2, lane] += 1
             lanes.last[lane] = 0.0
             if lanes.kinks[lane] == 0.0:
                 lanes.hold[lane] = HOLD
@@ -366,8 +369,8 @@ def close_segment(position, sizes, time_grid, limits, coils, channel, lanes, w):
                 alive[lane] = TOO_LARGE
         if alive[lane] != ALIVE:
             dead += 1
-            if counts[3, lane] == 0:
-                counts[3, lane] = segment + 1
+            if counts[ENDED, lane] == 0:
+                counts[ENDED, lane] = segment + 1
     stop = g + n_intervals
     for c in range(coil.shape[0]):
         for lane in range(LANES):
@@ -535,7 +538,7 @@ def set_commands(g, target, first, n_channels, clamp, driver, command, coil, ali
             value = target[first, lane, c]
             low, high = driver[c, 2, lane], driver[c, 3, lane]
             if not low <= value <= high:
-                counts[0, lane] += 1
+                counts[CLAMPED, lane] += 1
                 if alive[lane] == ALIVE and (clamp == 0 or value != value):
                     alive[lane] = CURRENT_REFUSED
                 value = low if value < low else high

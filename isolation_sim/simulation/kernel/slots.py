@@ -48,6 +48,9 @@ FINISHED, DECIDE, BUFFER_FULL = range(3)
 # where it is: entries of its position, and stages of a segment
 SEGMENT_NOW, STAGE = range(2)
 MEASURE, COMMAND, UNDER_WAY = range(3)
+# what is counted of a lane: clamped commands, steps of all lanes together, steps that missed the
+# tolerance, and segments until its end, if that came early
+CLAMPED, STEPS, MISSED, ENDED = range(4)
 # what became of a lane
 ALIVE, NO_CONVERGENCE, NOT_FINITE, TOO_LARGE, CURRENT_REFUSED = range(5)
 

@@ -207,12 +207,7 @@ class Suite(Printed):
         ]
 
     def _shown(self) -> Iterator[Any]:
-        several = len(self.controllers) > 1
-        if several:
-            yield render("suite_tables:comparison_table", self)
-        for label in self.controllers if self.by_rule or not several else ():
-            yield render("suite_tables:statistics_table", self, label, brief=several)
-        yield from render("suite_tables:verdict", self)
+        yield from render("suite_tables:tables_and_verdict", self)
         yield from self.failures()
         yield from (f"warning: {each}" for each in self.warnings())
 
@@ -312,7 +307,7 @@ class Suite(Printed):
             If the folder contains a saved result or a file of the same name.
         """
         if folder is None or Path(folder).absolute() == self.folder.absolute():
-            render("result_files:write_suite", self)
+            render("html.suite_report:write_suite", self)
             return self.folder
         with files_into(folder, overwrite) as place:
             shutil.copytree(self.folder, place, dirs_exist_ok=True)

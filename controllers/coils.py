@@ -1,4 +1,4 @@
-"""Limits of the coil currents: those of the supply and of the devices' tests."""
+"""Coils: the elements that they drive, and the limits of their currents."""
 
 from __future__ import annotations
 
@@ -7,6 +7,24 @@ from numpy.typing import NDArray
 
 from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import RunContext
+from isolation_sim.structures import Element, IsolatedStructure
+
+
+def driven_elements(nominal: IsolatedStructure, name: str) -> tuple[Element, ...]:
+    """Elements that a coil drives."""
+    driven = tuple(element for element in nominal.elements if element.channel is not None)
+    if not driven:
+        raise without_coil(name, "the nominal model")
+    return driven
+
+
+def motion_of_driven(nominal: IsolatedStructure, name: str) -> tuple[str, ...]:
+    """Outputs of the motion of the driven elements."""
+    return tuple(
+        f"{element.name}_{quantity}"
+        for element in driven_elements(nominal, name)
+        for quantity in ("deformation_m", "velocity_m_s")
+    )
 
 
 def highest_tested(context: RunContext) -> NDArray:

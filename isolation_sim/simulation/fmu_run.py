@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import Diverged, InputError
-from ..io.unit import Unit
+from ..io.fmu import Unit
 from ..structures import Element, IsolatedStructure
 from .control import CoilDriver, Control, RunContext
 from .kernel.slots import ALIVE, D_END, V_END
