@@ -33,7 +33,9 @@ MOST_CASES = 15 * LANES
 _CHUNK_SECONDS = 5.0
 _CHUNK_BYTES = 64e6
 _PILOT_SECONDS = 1.0
-"""Shortest time of the runs of an estimate: a single case does not fill the vector lanes."""
+"""Time of the runs of an estimate that is enough: a single case does not fill the vector lanes."""
+_LONGEST_PILOT = 2.5
+"""Longest expected time of the cases that are run together for an estimate, s."""
 
 
 @dataclass(frozen=True)
@@ -62,16 +64,18 @@ class Estimate:
 def estimate(design: Design) -> Estimate:
     """Run a few cases to estimate a sweep's time and size."""
     n = design.n_cases
-    most, tried = min(MOST_CASES, n), 1
+    most, tried, expected = min(MOST_CASES, n), 1, 0.0
     while True:
         places = tuple(sorted({k * (n - 1) // max(tried - 1, 1) for k in range(tried)}))
         pilot = chunk_of(design, 0, places)
         finished, spent = _timed(pilot)
-        if spent > _PILOT_SECONDS:  # the first run of a law or of vector lanes compiles
+        # the first run of a law or of vector lanes compiles
+        if spent > expected + _PILOT_SECONDS:
             spent = min(spent, _timed(pilot)[1])
-        if spent > _PILOT_SECONDS or tried >= most:
+        more = min(LANES * tried, most, int(_LONGEST_PILOT / spent * tried))
+        if spent > _PILOT_SECONDS or more <= tried:
             break
-        tried = min(LANES * tried, most)
+        tried, expected = more, spent * more / tried
     seconds = spent / len(places)
     size = (len(finished.table) + sum(map(len, finished.histories.values()))) / len(places)
     histories = design.plan.histories

@@ -9,7 +9,7 @@ from numba import types
 
 from isolation_sim.errors import InputError
 from isolation_sim.laws import CurrentDependence, law
-from isolation_sim.simulation.batch import FEWEST, LANES, Case, simulate_many
+from isolation_sim.simulation.batch import FEWEST, LANES, Case, _Conditions, simulate_many
 from isolation_sim.simulation.control import CoilDriver, CompiledDecision, Sensors
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import shear_building
@@ -240,6 +240,23 @@ def test_controllers_in_plain_python_run_among_the_others(cases, alone, plants, 
     batch = simulate_many([*cases[:3], python, *cases[3:]])
     expected = simulate(python.isolated, python.ground, python.controller).criteria
     assert_equal(batch, [*alone[:3], expected, *alone[3:]])
+
+
+def test_few_runs_of_a_kind_leave_no_lanes_empty(plants, records, scheduled, monkeypatch):
+    """An empty lane decides, too: a block of three took as long as one of sixteen."""
+    few = [Case(plants[0], records[k % 3], Compiled(1.0 + k)) for k in range(FEWEST - 1)]
+    many = [Case(plants[0], records[k % 3], scheduled([0.2 * k])) for k in range(FEWEST)]
+    sizes, run_block = [], _Conditions.run_block
+
+    def counted(self, block, *others):
+        sizes.append(len(block))
+        run_block(self, block, *others)
+
+    monkeypatch.setattr(_Conditions, "run_block", counted)
+    result = simulate_many([*few, *many])
+    assert sizes == [FEWEST]
+    singles = [simulate(c.isolated, c.ground, c.controller).criteria for c in (*few, *many)]
+    assert_equal(result, singles)
 
 
 def test_clamped_commands_are_counted_case_by_case(plants, records, scheduled):
