@@ -60,6 +60,7 @@ def test_files_report_and_a_loaded_suite_have_the_floors(suite, tmp_path):
     for name in ("floors", "floor_spectra_x"):
         assert (tmp_path / "kept" / "figures" / f"{name}.svg").is_file()
     assert "Floor spectra: floor5" in (tmp_path / "kept" / "report.html").read_text()
+    assert "peak_drift_m.csv" in (tmp_path / "kept" / "README.txt").read_text()
     assert iso.load(tmp_path / "kept").floors.equals(suite.floors)
 
 
