@@ -31,6 +31,7 @@ from ...errors import InputError, several, warn
 from ...io.files import json_text, write_text
 from ...io.results_folder import file_name
 from ...scenario import Scenario
+from ...scenario.job import with_place
 from ...scenario.suite import RecordSuite
 from ...scenario.targets import Target
 from ...structures import IsolatedStructure
@@ -114,7 +115,10 @@ def motions_of(scenario: Scenario, step: Callable[[str], None]) -> Motions | Non
         return None
     plant = scenario.under_one_motion().build().isolated
     with TemporaryDirectory() as folder:
-        index = prepare(section, plant, Path(folder), step)
+        try:
+            index = prepare(section, plant, Path(folder), step)
+        except InputError as error:
+            raise with_place(error, scenario._source, "ground") from None
         records = [
             tuple(read_csv(Path(folder) / file) for file in motion["files"])
             for motion in index["motions"]
