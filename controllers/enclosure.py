@@ -225,6 +225,20 @@ def fabs_range(a: Range) -> Range:
     return chained(a, 0.0, max(-a[0], a[1]), -1.0, 1.0)
 
 
+def fmax_range(a: Range, b: Range) -> Range:
+    """Range of the larger of a and b."""
+    if a[0] >= b[1]:
+        return a
+    if b[0] >= a[1]:
+        return b
+    return max(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), max(a[3], b[3])
+
+
+def fmin_range(a: Range, b: Range) -> Range:
+    """Range of the smaller of a and b."""
+    return negative_range(fmax_range(negative_range(a), negative_range(b)))
+
+
 def step_range(low: float, high: float, below: float, at: float, above: float) -> Range:
     """Range of a function with three values, by the sign of a number from low to high."""
     if low > 0.0:
@@ -303,6 +317,8 @@ OPERATIONS: dict[str, Callable[..., Range]] = {
     "OP_LE": at_most_range,
     "OP_EQ": equal_range,
     "OP_NE": unequal_range,
+    "OP_FMAX": fmax_range,
+    "OP_FMIN": fmin_range,
     "OP_COPYSIGN": copysign_range,
     "OP_HYPOT": hypot_range,
     "OP_NEG": negative_range,

@@ -72,7 +72,7 @@ def _far_field(k: int, draw: np.random.Generator) -> Record:
 
 
 def _noise(k: int, draw: np.random.Generator, peaks: tuple[float, float]) -> Record:
-    """Random motion: of Clough and Penzien for even numbers, of Kanai and Tajimi for odd ones."""
+    """Random motion of Kanai and Tajimi for 1, 5, 9 and so on, else of Clough and Penzien."""
     make, process = (
         (kanai_tajimi_motion, "Kanai-Tajimi") if k % 4 == 1
         else (clough_penzien_motion, "Clough-Penzien")

@@ -100,7 +100,10 @@ def import_tests(
         ):
             if value:
                 raise InputError(option, "with a building record", "device tests alone")
-        _check_outputs(out, write_settings, force)
+        from ..discrepancy.building.raw_records.import_record import check_output
+
+        check_output(out, force)
+        check_new_files(force, write_settings)
         matched = _columns(tests, settings, column, unit, rate, leave_out)
         _import_building(matched, out, write_settings, force)
         return
@@ -139,14 +142,6 @@ def _sensors(texts: list[str] | None) -> dict[str, list[str]]:
         ((quantity, column),) = read_values([text], "--column", "force=3").items()
         columns.setdefault(quantity, []).append(column)
     return columns
-
-
-def _check_outputs(out: Path | None, write_settings: Path | None, force: bool) -> None:
-    """Refuse existing files of a building record before the work."""
-    from ..discrepancy.building.raw_records.import_record import check_output
-
-    check_output(out, force)
-    check_new_files(force, write_settings)
 
 
 def _columns(

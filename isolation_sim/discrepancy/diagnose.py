@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -88,15 +88,27 @@ def diagnose(
             return diagnose_problem(table)[0]
     if not isinstance(law, Law) and parameters != "fit":
         raise InputError(_ONLY_FITTED)
+    from .adapters.device_tests import DeviceTests
     from .device.first_use import effects_to_compile
 
     def uncompiled() -> list[Task[None]]:
         return [*(laws_to_compile() if law == AUTO else ()), *effects_to_compile()]
 
     with workers(threads) as pool, run_beside(uncompiled):
-        problem, diagnosis = _diagnose_tests(
-            data, law, device, current_degree, significance, seed, pool, report, wrong
-        )
+        runs = hold_out_some(measured_runs(data.runs), data.runs)
+        if isinstance(law, Law):
+            fitted, chosen = law, None
+        else:
+            chosen = choose_law(
+                data, runs, current_degree, pool, seed=seed,
+                advance=lambda: report("comparing laws"),
+            )  # fmt: skip
+            fitted = LAWS[chosen.best.law]
+        tests = partial(
+            DeviceTests, data, device=device, seed=seed, pool=pool, progress=report,
+            significance=significance, data=runs, repaired=wrong,
+        )  # fmt: skip
+        problem, diagnosis = _diagnose_tests(tests, fitted, current_degree, chosen)
         explained = diagnosis.verdict in ("adequate", "explained")
         # given parameter values are not fitted
         if tiers == "causes" or (tiers == "auto" and (explained or device is not None)):
@@ -108,47 +120,21 @@ def diagnose(
 
 
 def _diagnose_tests(
-    campaign: Campaign,
-    law: str | Law,
-    device: Device | None,
-    degree: int | None,
-    significance: float,
-    seed: int,
-    pool: ThreadPoolExecutor,
-    report: Callable[[str], None],
-    repaired: Sequence[str],
+    tests: Callable[..., DeviceTests], law: Law, degree: int | None, chosen: LawChoice | None
 ) -> tuple[DeviceTests, Diagnosis]:
     """Diagnose device tests, again with another law or degree where that needs less."""
-    from .adapters.device_tests import DeviceTests
-
-    runs = hold_out_some(measured_runs(campaign.runs), campaign.runs)
-
-    def tests(
-        law: Law, degree: int | None, choice: LawChoice | None, saturates: bool = False
-    ) -> DeviceTests:
-        return DeviceTests(
-            campaign, law, device, degree, seed, pool, report, significance, choice, runs, repaired,
-            saturates,
-        )  # fmt: skip
-
-    chosen = None
-    if not isinstance(law, Law):
-        chosen = choose_law(
-            campaign, runs, degree, pool, seed=seed, advance=lambda: report("comparing laws")
-        )
-        law = LAWS[chosen.best.law]
-    problem = tests(law, degree, chosen)
+    problem = tests(law=law, degree=degree, choice=chosen)
     diagnosis = diagnose_problem(problem)[0]
     better = problem.law_beside_causes() if chosen is not None else None
     if chosen is not None and better is not None:
-        other = tests(LAWS[better.law], degree, chosen.with_best(better))
+        other = tests(law=LAWS[better.law], degree=degree, choice=chosen.with_best(better))
         again = diagnose_problem(other)[0]
         far_less = again.unexplained_share < COMPLETES * diagnosis.unexplained_share
         if len(again.causes) < len(diagnosis.causes) or far_less:
             problem, diagnosis = other, again
     if problem.saturates_alike():
         law = problem.law.model.parameterisation.law
-        other = tests(law, 1, problem.choice, saturates=True)
+        other = tests(law=law, degree=1, choice=problem.choice, saturates=True)
         again = diagnose_problem(other)[0]
         if any(one.name == "field_saturation" and one.is_named for one in again.causes):
             problem, diagnosis = other, again

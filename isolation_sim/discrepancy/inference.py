@@ -98,7 +98,9 @@ def gain_interval(blocks: NDArray, seed: int = 0) -> tuple[float, float] | None:
 def verdict(causes: Sequence[Cause], adequate: bool, explained: bool) -> Verdict:
     """Judge a simulation by its causes and by the remaining misfit."""
     # interference is in the data: a law that is right beside it lacks nothing
-    lacking = [cause for cause in causes if not _is_interference(cause)]
+    lacking = [
+        cause for cause in causes if cause.name != OUTSIDE or "frequency" not in cause.parameters
+    ]
     if not lacking:
         return ("explained" if causes else "adequate") if adequate else "unexplained"
     if all(cause.name == OUTSIDE for cause in lacking):
@@ -108,7 +110,3 @@ def verdict(causes: Sequence[Cause], adequate: bool, explained: bool) -> Verdict
     small = [cause for cause in lacking if cause.acts_like and cause.share < MAY_BE_ZERO]
     every = bool(known) and len(known) + len(small) == len(lacking)
     return "explained" if explained and every else "partly_explained"
-
-
-def _is_interference(cause: Cause) -> bool:
-    return cause.name == OUTSIDE and "frequency" in cause.parameters

@@ -38,15 +38,12 @@ def clipped_channels(runs: Sequence[TestRun]) -> Iterator[str]:
     for run, what, values in _channels(runs):
         part = clipped(values)
         if part and not (what == "displacement" and _holds(run.force, part)):
+            left_out = what == "force" and clipped_samples(values).any()
             yield (
                 f"{run.name}: {what} stands still at an extreme for {part.stop - part.start} "
                 "samples in a row, as a clipped channel does"
-                + ("; its samples there do not count" if _is_left_out(what, values) else "")
+                + ("; its samples there do not count" if left_out else "")
             )
-
-
-def _is_left_out(what: str, values: NDArray) -> bool:
-    return what == "force" and bool(clipped_samples(values).any())
 
 
 def _holds(force: NDArray, part: slice) -> bool:

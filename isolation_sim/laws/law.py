@@ -2,8 +2,8 @@
 
 NumPy calls it on arrays, CasADi traces it, and the compiled kernels are written out from that
 trace. What all three accept: ``+ - * / **``, comparisons used as multipliers, tuples, and ``np.sinh
-cosh tanh exp expm1 log log1p sqrt sin cos arctan arcsinh sign fabs hypot copysign floor power``.
-Not: ``if``, builtin ``abs`` or ``max``, ``np.where``, ``np.maximum``, ``math.*``.
+cosh tanh exp expm1 log log1p sqrt sin cos arctan arcsinh sign fabs fmax fmin hypot copysign floor
+power``. Not: ``if``, builtin ``abs`` or ``max``, ``np.where``, ``np.maximum``, ``math.*``.
 """
 
 from __future__ import annotations

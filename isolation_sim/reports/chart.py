@@ -153,12 +153,6 @@ def envelopes(runs: Mapping[str, Run]) -> tuple[Panel, Panel]:
     )
 
 
-def element_along(run: Run, direction: int = 0) -> str:
-    """Find the element whose loop represents the isolators."""
-    along = run.isolated.holding[:, direction]
-    return run.isolated.element_names[int(np.argmax(along != 0))]
-
-
 def touching(runs: Mapping[str, Run], wall: str) -> dict[str, Run]:
     """Runs in which a wall is touched."""
     return {name: run for name, run in runs.items() if run.contacts.get(wall)}

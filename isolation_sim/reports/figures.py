@@ -384,6 +384,7 @@ def _element(run: Run, name: str | None, direction: int = 0) -> str:
     if not names:
         raise InputError(f"{isolated.structure.name} has no element; expected: one or more")
     if name is None:
-        return chart.element_along(run, direction)
+        # that of the isolators
+        return names[int(np.argmax(isolated.holding[:, direction] != 0))]
     check_name("element", name, names)
     return name

@@ -63,12 +63,6 @@ def _energy_names() -> tuple[str, ...]:
     return "energy_closure_error", *(f"energy_{name}" for name in names)
 
 
-def _ratio_names(energy: bool) -> tuple[str, ...]:
-    one = dict.fromkeys(criteria_names(), 1.0)
-    names = ("control_device_work_J", "absolute_input_J", "device_dissipation_J", "input_J")
-    return tuple(benchmark_criteria(one, one, dict.fromkeys(names, 1.0) if energy else None))
-
-
 def energy_record(run: Run) -> dict[str, float]:
     """Energies of a run at its end, J, and the closure error, as the table's columns."""
     ledger = run.energy
@@ -79,12 +73,6 @@ def energy_record(run: Run) -> dict[str, float]:
 def place_of_reference(names: Iterable[str]) -> int | None:
     """Place of the controller that ratios refer to, by its registered name."""
     return next((k for k, name in enumerate(names) if name == UNCONTROLLED), None)
-
-
-def result_names(referred: bool, energy: bool, further: Sequence[str] = ()) -> tuple[str, ...]:
-    """Names of the result columns, with ratios to a reference or without, and of further ones."""
-    ratios = _ratio_names(energy) if referred else ()
-    return (*criteria_names(), *further, *ratios, *(_energy_names() if energy else ()))
 
 
 def table_columns(
@@ -108,15 +96,12 @@ def table_columns(
         name: np.array([row.criteria.get(name, np.nan) for row in rows])
         for name in (*criteria_names(), *further)
     }
-    if energy:
-        results |= {
-            name: np.array([row.energy.get(name, np.nan) for row in rows])
-            for name in _energy_names()
-        }
+    names = _energy_names() if energy else ()
+    energies = {name: np.array([row.energy.get(name, np.nan) for row in rows]) for name in names}
+    ratios: dict[str, np.ndarray] = {}
     if reference is not None:
-        results |= _ratios(results, reference, len(controllers))
-    names = result_names(reference is not None, energy, further)
-    return columns | {name: results[name] for name in names}
+        ratios = _ratios(results | energies, reference, len(controllers))
+    return columns | results | ratios | energies
 
 
 def _ratios(

@@ -9,7 +9,7 @@ import pytest
 from controllers.device_model import DeviceModel
 from isolation_sim.effects import EFFECTS, extend
 from isolation_sim.identification.characteristic_scales import characteristic_scale
-from isolation_sim.laws import CurrentDependence, Device, law
+from isolation_sim.laws import CurrentDependence, Device, law, trace_check
 from isolation_sim.laws.emit import NotTraceable
 from isolation_sim.laws.law import Law, Quantity
 
@@ -30,6 +30,8 @@ FUNCTIONS = {
     "arcsinh": lambda p, q: np.arcsinh(p),
     "sign": lambda p, q: np.sign(p),
     "fabs": lambda p, q: np.fabs(p),
+    "fmax": lambda p, q: np.fmax(p, q),
+    "fmin": lambda p, q: np.fmin(p, q),
     "hypot": lambda p, q: np.hypot(p, q),
     "copysign": lambda p, q: np.copysign(p, q),
     "floor": lambda p, q: np.floor(3 * p),
@@ -103,6 +105,8 @@ def test_bounds_close_in_on_value_and_slope(name):
 def test_all_that_a_law_may_use_is_tried():
     promised = re.search(r"``np\.(sinh\s.*?)``", contract.__doc__ or "", re.DOTALL)
     assert promised is not None and set(promised[1].split()) <= set(FUNCTIONS)
+    advised = set(re.findall(r"np\.(\w+)", " ".join(trace_check._INSTEAD.values())))
+    assert advised <= set(promised[1].split())
 
 
 def test_what_has_no_range_is_refused_by_name():
