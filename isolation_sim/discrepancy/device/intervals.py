@@ -152,22 +152,22 @@ _STEPS = 6
 
 
 def needs_bound(searched: FittedModel, place: int, gain: float) -> bool:
-    """Whether an effect loses its gain if its values leave their bounds, the others following.
-
-    A bound at which it is another effect counts in any case.
-    """
-    at = searched.model.slices()[place].start
-    parameters = searched.effects[place].parameters
+    """Whether an effect loses its gain if its values leave their bounds, the others following."""
     return any(
-        _is_another(searched.model, parameters[k - at], searched.values[k])
-        or _cost_at(searched, k, inside) - searched.cost > BOUND_NEEDED * gain
+        _cost_at(searched, k, inside) - searched.cost > BOUND_NEEDED * gain
         for k, inside in values_at_bounds(searched, place)
     )
 
 
-def _is_another(model: Model, quantity: EffectParameter, value: float) -> bool:
-    """Whether a value lies at a bound at which the effect is one of another cause."""
-    return value in quantity.other or (np.inf in quantity.other and value == model.upper(quantity))
+def acts_as_another(searched: FittedModel, place: int, gain: float) -> list[str]:
+    """Values of an effect that keep its gain at a bound where it is another effect."""
+    model, found = searched.model, []
+    for k, quantity in enumerate(searched.effects[place].parameters, model.slices()[place].start):
+        for other in quantity.other:
+            bound = other if np.isfinite(other) else model.upper(quantity)
+            if _cost_at(searched, k, bound) - searched.cost <= BOUND_NEEDED * gain:
+                found.append(quantity.name)
+    return found
 
 
 def values_at_bounds(searched: FittedModel, place: int) -> Iterator[tuple[int, float]]:
