@@ -349,7 +349,7 @@ def smooth_motion(
 def _wander(displacements: Sequence[NDArray]) -> float:
     """Standard deviation, m, of a sensor's noise that grows as 1/f; zero if few runs show it."""
     shown = [noise for one in displacements if (noise := slow_noise(one, one)) > 0]
-    return float(np.median(shown)) if len(shown) >= _SHOWN * len(displacements) else 0.0
+    return max(shown) if len(shown) >= _SHOWN * len(displacements) else 0.0
 
 
 def _motion(run: TestRun, velocity_noise: float, wander: float) -> tuple[NDArray, NDArray, NDArray]:
