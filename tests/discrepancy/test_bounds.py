@@ -146,6 +146,9 @@ def test_a_value_that_the_data_leave_open_up_to_another_effect_counts(loss_found
     one = SimpleNamespace(**{**vars(one), "effects": (endless,)})
     gain = float(np.sum((data / 1e-2) ** 2))
     assert acts_as_another(one, 0, gain) == another * ["scale"]
+    # of two numbers both have to lie there
+    endless.parameters = (replace(loss, other=(0.5,)), endless.parameters[1])
+    assert acts_as_another(one, 0, gain) == ["loss"] * (loss_found == 0.5)
 
 
 @pytest.mark.parametrize(
