@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-_WINDOW = 0.5
-"""s: two thirds of the shortest rest."""
+_WINDOWS = (0.5, 0.3)
+"""s: in the long one a device may creep; in the short one, two thirds of the shortest rest, it is
+still."""
 _LEAST_SAMPLES = 16
 _SLOW = 4e-3
 """Speed over the largest one up to which a device rests. A sinusoid above 0.005 Hz is faster within
@@ -37,21 +38,23 @@ def hold_still(
         return x, v, a
     x, v, a = x.copy(), v.copy(), a.copy()
     for rest_samples in rests:
-        rest = _trimmed(x, rest_samples)
+        rest = _trimmed(x, rest_samples, noise if np.isfinite(noise) else 0.0)
         time = step * np.arange(rest.stop - rest.start)
         slope, first = np.polyfit(time, x[rest], 1)
         x[rest], v[rest], a[rest] = first + slope * time, slope, 0.0
     return x, v, a
 
 
-def _trimmed(x: NDArray, rest: slice) -> slice:
+def _trimmed(x: NDArray, rest: slice, noise: float) -> slice:
     """Leave out the ends of a rest in which the device still moves, or moves again."""
     time = np.arange(rest.stop - rest.start)
     quarter = len(time) // 4
     middle = slice(quarter, len(time) - quarter)
     line = np.polynomial.Polynomial.fit(time[middle], x[rest][middle], 1)
     distance = np.abs(x[rest] - line(time))
-    moves = np.flatnonzero(distance > _MOVES * np.sqrt(np.mean(distance[middle] ** 2)))
+    scatter = float(np.sqrt(np.mean(distance[middle] ** 2)))
+    # a low-pass rings behind a stop, within the noise
+    moves = np.flatnonzero(distance > max(_MOVES * scatter, noise))
     before, after = moves[moves < quarter], moves[moves >= middle.stop]
     first = int(before[-1]) + 1 if before.size else 0
     end = int(after[0]) if after.size else len(time)
@@ -60,23 +63,31 @@ def _trimmed(x: NDArray, rest: slice) -> slice:
 
 def _rests(x: NDArray, v: NDArray, step: float, noise: float) -> Iterator[slice]:
     """Segments in which a line through every window is nearly level and close to the samples."""
-    n = max(round(_WINDOW / step), _LEAST_SAMPLES)
-    if len(x) <= 2 * n:
-        return
-    time = step * (np.arange(n) - (n - 1) / 2)
-    inertia = float(time @ time)
-    centred = x - np.mean(x)
-    slopes = np.correlate(centred, time, "valid") / inertia
-    mean, square = (_window_means(values, n) for values in (centred, centred**2))
-    scatter = np.sqrt(np.maximum(square - mean**2 - slopes**2 * inertia / n, 0.0))
-    level = np.abs(slopes) < _SLOW * float(np.percentile(np.abs(v), 99))
-    # a device moves off slowly, and a friction follows less than what may be noise
-    largest = float(np.max(np.abs(x)))
-    level &= scatter < min(_SCATTER * largest, max(noise, _ROUNDING * largest))
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], level, [False]]).astype(int)))
-    for first, end in edges.reshape(-1, 2):
-        if end - first >= n // 2:  # at its crest a sinusoid is level for a moment
-            yield slice(int(first), int(end) + n - 1)
+    rests = np.zeros(len(x) + 2, int)
+    for window in _WINDOWS:
+        n = max(round(window / step), _LEAST_SAMPLES)
+        if len(x) <= 2 * n:
+            continue
+        time = step * (np.arange(n) - (n - 1) / 2)
+        inertia = float(time @ time)
+        centred = x - np.mean(x)
+        slopes = np.correlate(centred, time, "valid") / inertia
+        mean, square = (_window_means(values, n) for values in (centred, centred**2))
+        creep = slopes**2 * inertia / n if window == _WINDOWS[0] else 0.0
+        scatter = np.sqrt(np.maximum(square - mean**2 - creep, 0.0))
+        level = np.abs(slopes) < _SLOW * float(np.percentile(np.abs(v), 99))
+        # a device moves off slowly, and a friction follows less than what may be noise
+        largest = float(np.max(np.abs(x)))
+        level &= scatter < min(_SCATTER * largest, max(noise, _ROUNDING * largest))
+        for first, end in _stretches(np.concatenate([[False], level, [False]])):
+            if end - first >= n // 2:  # at its crest a sinusoid is level for a moment
+                rests[first + 1 : end + n] = 1
+    yield from (slice(int(first), int(end)) for first, end in _stretches(rests))
+
+
+def _stretches(marked: NDArray) -> NDArray:
+    """First and end of the stretches that are marked, beside an unmarked sample at each end."""
+    return np.flatnonzero(np.diff(marked.astype(int))).reshape(-1, 2)
 
 
 def _window_means(values: NDArray, n: int) -> NDArray:

@@ -21,6 +21,7 @@ from .noise import (
     displacement_noise,
     noise_beside_steps,
     sensor_noise,
+    slow_noise,
     steady_noise,
     white_noise,
 )
@@ -48,6 +49,8 @@ _CLIPPED = 1e-6
 """The same of clipped samples, however far off: none, but a factor by which one may divide."""
 _MIDDLE = 0.1
 """Part of the largest displacement that a half cycle must exceed: noise is no cycle. Convention."""
+_SHOWN = 0.25
+"""Share of the runs that must show a sensor's noise to grow as 1/f: of few lines it is not seen."""
 _NO_NOISE = 1e-3
 """Noise over the RMS of a velocity up to which it is taken as it is."""
 _BY_SAMPLE = ("x", "v", "a", "force", "current", "temperature", "fitted", "beside_jump", "clipped")
@@ -285,7 +288,8 @@ def measured_runs(runs: Sequence[TestRun], averaging: Averaging | None = None) -
     ])  # fmt: skip
     starts = find_starts(runs, force_noise)
     velocity_noise = np.array([_velocity_noise(run) for run in runs])
-    motions = [_motion(run, noise) for run, noise in zip(runs, velocity_noise, strict=True)]
+    wander = _wander([run.displacement for run in runs])
+    motions = [_motion(run, noise, wander) for run, noise in zip(runs, velocity_noise, strict=True)]
     temperatures = [run.temperature for run in runs]
     data = MeasuredRuns(
         names=tuple(run.name for run in runs),
@@ -342,13 +346,20 @@ def smooth_motion(
     return x, v, a
 
 
-def _motion(run: TestRun, velocity_noise: float) -> tuple[NDArray, NDArray, NDArray]:
+def _wander(displacements: Sequence[NDArray]) -> float:
+    """Standard deviation, m, of a sensor's noise that grows as 1/f; zero if few runs show it."""
+    shown = [noise for one in displacements if (noise := slow_noise(one, one)) > 0]
+    return max(shown) if len(shown) >= _SHOWN * len(displacements) else 0.0
+
+
+def _motion(run: TestRun, velocity_noise: float, wander: float) -> tuple[NDArray, NDArray, NDArray]:
     """Displacement, velocity and acceleration of a run."""
     noisy = 0 < velocity_noise < np.inf
     velocity = run.velocity if noisy else None
     x, v, a = smooth_motion(run.displacement, run.step, velocity, run.acceleration)
     v = v if noisy else run.velocity
-    return hold_still(x, v, a, run.step, sensor_noise(run.displacement).deviation)
+    noise = max(sensor_noise(run.displacement).deviation, wander)
+    return hold_still(x, v, a, run.step, noise)
 
 
 def _velocity_noise(run: TestRun) -> float:

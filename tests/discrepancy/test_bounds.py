@@ -6,7 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from isolation_sim.discrepancy.device.intervals import needs_bound, values_at_bounds
+from isolation_sim.discrepancy.device.intervals import (
+    acts_as_another,
+    needs_bound,
+    values_at_bounds,
+)
 from isolation_sim.discrepancy.device.model import Model
 from isolation_sim.discrepancy.device.screen import _LITTLE
 from isolation_sim.effects import EffectParameter, effect
@@ -130,7 +134,21 @@ def test_a_bound_at_which_it_is_another_effect_counts_in_any_case():
     loss, scale = EFFECT.parameters
     one = searched(0.01 * T, (1.0, 100.0))  # (0.7, 70) fits as well
     other = SimpleNamespace(parameters=(replace(loss, other=(1.0,)), scale))
-    assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1.0)
+    assert acts_as_another(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1.0)
+
+
+@pytest.mark.parametrize(("loss_found", "time", "another"), [(0.1, 10.0, True), (0.5, 0.3, False)])
+def test_a_value_that_the_data_leave_open_up_to_another_effect_counts(loss_found, time, another):
+    loss, scale = EFFECT.parameters
+    data = loss_found * (1 - np.exp(-T / time))
+    one = searched(data, (loss_found, time))
+    endless = SimpleNamespace(parameters=(loss, replace(scale, other=(100.0,))))
+    one = SimpleNamespace(**{**vars(one), "effects": (endless,)})
+    gain = float(np.sum((data / 1e-2) ** 2))
+    assert acts_as_another(one, 0, gain) == another * ["scale"]
+    # of two numbers both have to lie there
+    endless.parameters = (replace(loss, other=(0.5,)), endless.parameters[1])
+    assert acts_as_another(one, 0, gain) == ["loss"] * (loss_found == 0.5)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +167,7 @@ def test_what_is_no_more_than_a_dashpot_or_a_spring_is_named_for_nothing_else(ca
     bounds = replace(quantity, lower=loss.lower, upper=1.0)
     one = searched(0.01 * T, (1.0, 100.0))  # (0.7, 70) fits as well
     other = SimpleNamespace(parameters=(bounds, scale))
-    assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1.0)
+    assert acts_as_another(SimpleNamespace(**{**vars(one), "effects": (other,)}), 0, 1.0)
 
 
 def test_friction_has_developed_at_the_largest_velocity_and_deformation():
@@ -166,7 +184,7 @@ def test_an_amplitude_that_is_forgotten_at_once_is_none():
     loss, _ = EFFECT.parameters
     one = searched(0.01 * T, (0.1, memory.lower))
     soft = SimpleNamespace(parameters=(loss, replace(memory, upper=1e3)))
-    assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (soft,)}), 0, 1e9)
+    assert acts_as_another(SimpleNamespace(**{**vars(one), "effects": (soft,)}), 0, 1e9)
 
 
 @pytest.mark.parametrize("form", ["frequency", "mean_speed"])
@@ -175,4 +193,4 @@ def test_a_mean_over_the_whole_test_only_acts_like_a_rate_dependence(form):
     loss, _ = EFFECT.parameters
     one = searched(0.01 * T, (0.1, window.upper))  # (0.07, 7) fits as well
     mean = SimpleNamespace(parameters=(loss, window))
-    assert needs_bound(SimpleNamespace(**{**vars(one), "effects": (mean,)}), 0, 1.0)
+    assert acts_as_another(SimpleNamespace(**{**vars(one), "effects": (mean,)}), 0, 1.0)

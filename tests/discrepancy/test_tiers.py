@@ -878,6 +878,15 @@ def test_the_search_of_a_number_ends_where_it_no_longer_changes(monkeypatch):
     assert len(asked) < 25
 
 
+@pytest.mark.parametrize("corner", ["friction s' = v - |v| s/r", "Bouc-Wen s' = v - |v| s |s|/r^2"])
+def test_friction_that_grows_to_one_side_has_the_corner_of_the_law(corner):
+    data = measured_runs([_with_current(*MOTIONS[0], 0, False)])
+    slipping = [one for one in library(data) if one.text == f"s x, {corner}"]
+    assert [round(one.numbers[0].value / max(abs(data.x)), 3) for one in slipping] == [
+        0.003, 0.01, 0.03, 0.1, 0.3,
+    ]  # fmt: skip
+
+
 def test_every_term_may_stand_in_a_saved_law():
     data = measured_runs([_with_current(*MOTIONS[0], 0, False)])
     terms = {term.text: term for term in library(data)}

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.identification.holds import hold_still
+from isolation_sim.identification.velocity import smooth
 
 STEP, NOISE = 1 / 128, 1e-3
 
@@ -83,3 +84,14 @@ def test_what_moves_by_more_than_the_noise_does_not_rest(size):
     still = hold_still(x, v, 0 * x, STEP, 2e-5)
     rests = still[1][100:300] == still[1][100]
     assert rests.all() == (size < 2e-5)
+
+
+def test_a_device_rests_between_bursts_of_motion():
+    step, noise = 2.5e-3, 5e-6
+    time = np.arange(0, 6, step)
+    moving = time % 2 < 1.5  # and 0.5 s of rest
+    x = np.where(moving, 0.01 * np.sin(2 * np.pi * 2 * (time % 2)), 0.0)
+    still = hold_still(*smooth(noisy(x, noise), step), step, noise)
+    for begin in (1.5, 3.5):
+        rest = still[1][(time > begin + 0.1) & (time < begin + 0.4)]
+        assert np.ptp(rest) < 1e-9

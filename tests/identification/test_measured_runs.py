@@ -12,6 +12,9 @@ from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.velocity import smooth
+
+from ..pink_noise import pink_noise
 
 N, DT = 2000, 0.005
 NOISE = (0.1, 3.0, 0.3)
@@ -52,6 +55,20 @@ def test_a_force_beyond_the_limit_of_its_channel_tells_no_stiffness(runs):
     # what is left shows the noise of the channel
     np.testing.assert_allclose(data.force_noise, NOISE, rtol=0.2)
     np.testing.assert_allclose(fitted(clipped)[:2], (2e4, 800.0), rtol=0.01)
+
+
+def test_a_device_rests_though_its_sensor_wanders():
+    random, runs = np.random.default_rng(2), []
+    time = DT * np.arange(N)
+    for k, size in enumerate(SIZES):
+        ends = np.clip(time, 0, 1) * np.clip(7 - time, 0, 1)
+        x = size * ends**2 * (3 - 2 * ends) * np.sin(2 * np.pi * (0.6 + 0.3 * k) * time)
+        noisy = x + 1e-5 * pink_noise(random, N)
+        velocity = smooth(noisy, DT)[1]
+        runs.append(TestRun(f"run{k}", time, noisy, velocity, 2e4 * x, np.zeros(N)))
+    data = measured_runs(runs)
+    at_rest = [data.v[run][int(7.8 / DT) : int(9.5 / DT)] for run in data.runs]
+    assert min(np.mean(v == v[len(v) // 2]) for v in at_rest) > 0.9
 
 
 def test_a_force_that_yields_without_noise_is_not_clipped():

@@ -28,7 +28,7 @@ from .effect_search import EffectSearch
 from .force_errors import ForceErrors
 from .generic_terms import OUTSIDE
 from .interference import Interference
-from .intervals import intervals, may_be_zero, needs_bound
+from .intervals import acts_as_another, intervals, may_be_zero, needs_bound
 from .model import EACH_RUN, FittedModel, fit_model, run_means
 from .stability import stability
 
@@ -94,8 +94,12 @@ def effect_causes(
         if len(lacking) > 1 and split[k] < MAY_BE_ZERO and stable[k].named < NEEDED:
             doubt = doubt or _NAME_VARIES
         gain = without.cost - searched.cost
-        if not needs_bound(searched, k, gain):
-            numbers[k] = {name: replace(one, at_bound=False) for name, one in numbers[k].items()}
+        another = acts_as_another(searched, k, gain)
+        needed = needs_bound(searched, k, gain)
+        numbers[k] = {
+            name: replace(one, at_bound=name in another or (needed and one.at_bound))
+            for name, one in numbers[k].items()
+        }
         shown, ratio = judging, np.sqrt(costs[k] / max(cost, 1e-300))
         if leaves_noise and errors.is_noise(data.bounded(lacking[k].force), judging):
             # those held out do not tell

@@ -152,22 +152,31 @@ _STEPS = 6
 
 
 def needs_bound(searched: FittedModel, place: int, gain: float) -> bool:
-    """Whether an effect loses its gain if its values leave their bounds, the others following.
-
-    A bound at which it is another effect counts in any case.
-    """
-    at = searched.model.slices()[place].start
-    parameters = searched.effects[place].parameters
+    """Whether an effect loses its gain if its values leave their bounds, the others following."""
     return any(
-        _is_another(searched.model, parameters[k - at], searched.values[k])
-        or _cost_at(searched, k, inside) - searched.cost > BOUND_NEEDED * gain
+        _cost_at(searched, {k: inside}) - searched.cost > BOUND_NEEDED * gain
         for k, inside in values_at_bounds(searched, place)
     )
 
 
-def _is_another(model: Model, quantity: EffectParameter, value: float) -> bool:
-    """Whether a value lies at a bound at which the effect is one of another cause."""
-    return value in quantity.other or (np.inf in quantity.other and value == model.upper(quantity))
+def acts_as_another(searched: FittedModel, place: int, gain: float) -> list[str]:
+    """Values of an effect at a bound where it is another effect, or all that keep its gain there.
+
+    Of two arms of relaxation one may be a spring.
+    """
+    model = searched.model
+    parameters = searched.effects[place].parameters
+    bounds = {
+        k: other if np.isfinite(other) else model.upper(quantity)
+        for k, quantity in enumerate(parameters, model.slices()[place].start)
+        for other in quantity.other
+    }
+    if not bounds:
+        return []
+    there = [k for k, bound in bounds.items() if searched.values[k] == bound]
+    if _cost_at(searched, bounds) - searched.cost <= BOUND_NEEDED * gain:
+        there = list(bounds)
+    return [parameters[k - model.slices()[place].start].name for k in there]
 
 
 def values_at_bounds(searched: FittedModel, place: int) -> Iterator[tuple[int, float]]:
@@ -195,11 +204,12 @@ def _inside(value: float, lower: float, upper: float) -> float:
     return value + OFF_BOUND * (upper - lower) * (1 if from_below else -1)
 
 
-def _cost_at(searched: FittedModel, k: int, value: float) -> float:
-    """Least cost found with one value given."""
+def _cost_at(searched: FittedModel, given: Mapping[int, float]) -> float:
+    """Least cost found with some values given."""
     # a whole step of the others may lead far off
     values = searched.values.copy()
     lower, upper = (bound.copy() for bound in searched.model.bounds())
-    values[k] = lower[k] = upper[k] = value
+    for k, value in given.items():
+        values[k] = lower[k] = upper[k] = value
     problem = searched.model.residuals
     return 2 * levenberg_marquardt(problem, values, lower, upper, _STEPS, 1e-3).cost

@@ -105,6 +105,8 @@ _AT_POSITION = (
     ("s x^2", "s * x**2", "N/m^3"),
 )
 """Friction that grows along the stroke, or towards its ends, with the state's code and unit."""
+_SLIPPING = ("friction", "Bouc-Wen")
+"""States of such a friction."""
 _SLIP = "u - g sgn u where |u| > g, u = x - s, s play of x over r"
 _BEYOND = "(x - s - g) * (x - s > g) + (x - s + g) * (x - s < -g)"
 _SLIPS = (0.1, 0.2, 0.4)
@@ -218,7 +220,7 @@ def _library(x: float, v: float) -> Iterator[Term]:
             ]  # fmt: skip
         for numbers in choices:
             yield Term(f"s, {text}", "s", "N/m", numbers, rate, cause=cause)
-            if cause == "coulomb_friction":
+            if text.startswith(_SLIPPING):
                 for name, code, unit in _AT_POSITION:
                     yield Term(f"{name}, {text}", code, unit, numbers, rate)
     for share in _SLIPS:
