@@ -14,6 +14,7 @@ from typing import Annotated, Self
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
+from scipy.fft import next_fast_len
 
 from ...errors import InputError
 from ...validation import Positive, Section
@@ -89,11 +90,12 @@ class RecordFilter(Section):
 
     def _multiplied(self, signals: NDArray, dt: float, inverse: bool = False) -> NDArray:
         n, pad = len(signals), self._memory(dt)
-        factors = self.response(n + 2 * pad, dt)
+        whole = next_fast_len(n + 2 * pad, real=True)
+        factors = self.response(whole, dt)
         if inverse:
             factors = factors.conj() / np.maximum(np.abs(factors), _MOST_RESTORED) ** 2
-        padded = np.pad(signals.T, [*[(0, 0)] * (signals.ndim - 1), (pad, pad)])
-        result = np.fft.irfft(factors * np.fft.rfft(padded), n + 2 * pad)
+        padded = np.pad(signals.T, [*[(0, 0)] * (signals.ndim - 1), (pad, whole - n - pad)])
+        result = np.fft.irfft(factors * np.fft.rfft(padded), whole)
         return result[..., pad : pad + n].T
 
 
