@@ -599,9 +599,13 @@ class CauseSearch:
     def _exchange_histories(self, current: FittedBuilding) -> FittedBuilding:
         """Compare what softens with its history: one motion without a rest hardly tells which."""
         for k in range(len(current.cause_values)):
-            before, (cause, _), after = _around(current, k)
-            if cause.name not in HISTORIES:
+            if current.cause_values[k][0].name not in HISTORIES:
                 continue
+            found, compared = current, (self.comparison, self.before)
+            more = self.comparison.fitting_more()
+            if more is not None:  # how fast something cools shows late
+                current = self._fit_under(more, current.cause_values)
+            before, (cause, _), after = _around(current, k)
             others = [one for one in HISTORIES if one != cause.name]
             rest = self.comparison.fit((), (*before, *after)).cause_values
             fits = [
@@ -620,6 +624,8 @@ class CauseSearch:
                 for name, one in nearest.items()
                 if name not in (current.causes[k], *known) and _evidence(current, one) < most
             ]
+            if current.causes == found.causes:
+                current, (self.comparison, self.before) = found, compared
         return current
 
     def _is_enough(self, trial: FittedBuilding, current: FittedBuilding) -> bool:

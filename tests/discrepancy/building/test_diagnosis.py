@@ -1262,6 +1262,8 @@ def test_what_softens_with_its_history_is_compared_with_its_like(isolated, monke
     taken = comparison.fit((), ((wrong, (-0.05,)),))
     best = space._exchange_histories(taken)
     assert best.causes == (right.label,) and space.rivals[right.label] == []
+    # half of the held-out time was fitted as well to tell them apart
+    assert space.comparison.middle > comparison.middle
     # two that follow the data alike
     alike = replace(right, place="alike")
     monkeypatch.setattr(cause_search, "proposed_effects", lambda *given: [[alike]])
