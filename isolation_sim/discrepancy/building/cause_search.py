@@ -668,7 +668,7 @@ def search_causes(
             if again[1].best.cause_values:
                 return again
     space, result = _search_as_expected(comparison, most_causes, progress, choices)
-    best = result.best
+    best, comes_late = result.best, False
     if not space.explains(best, noise_chance(space.comparison, best)):
         # a cause that imitates two others, taken first, may keep both out
         least = INSTEAD * largest_excess(space.comparison, best)
@@ -678,12 +678,18 @@ def search_causes(
         unknown = unknown_force(space.comparison, space.before, best.cause_values)
         if unknown is not None and unknown.is_in_structure:
             return space, result  # other causes only imitate it, too
-    if best.cause_values or late is not None:
+        left, left_fitted = (excess_error(space.comparison, best, part) for part in (True, False))
+        comes_late = left_fitted < INSTEAD * left
+    if late is not None or (best.cause_values and not comes_late):
         return space, result
     reopened = _reopened(space.comparison, best)
     if reopened is None:
         return space, result
-    again = _search_as_expected(reopened, most_causes, progress, choices)
+    again = _search_as_expected(reopened, most_causes, progress, choices, begin=best.cause_values)
+    if best.cause_values:
+        remains = largest_excess(again[0].comparison, again[1].best)
+        nearer = remains < INSTEAD * largest_excess(space.comparison, best)
+        return again if nearer else (space, result)
     found = again if again[1].best.cause_values else (space, result)
     remains = largest_excess(found[0].comparison, found[1].best)
     if remains > REMAINS:

@@ -800,6 +800,35 @@ def test_a_pair_is_searched_from_where_it_leaves_less_than_half(
     assert begun == [(), pair.cause_values][:searches]
 
 
+@pytest.mark.parametrize(("left_fitted", "goes_on"), [(0.05, True), (0.15, False)])
+def test_a_search_goes_on_with_more_data_where_what_is_left_comes_late(
+    isolated, monkeypatch, left_fitted, goes_on
+):
+    comparison, listed = _compared(isolated, _record(isolated))
+    first, both = (
+        comparison.evaluate(tuple((listed[name], listed[name].starts[0]) for name in names))
+        for names in (["base_mass_error"], ["base_mass_error", "isolator_force_error"])
+    )
+    begun = []
+
+    def found(comparison, most_causes, progress, choices, begin=()):
+        begun.append((comparison.middle, begin))
+        space = CauseSearch(comparison, choices=choices)
+        return space, SearchResult(space.before, both if begin else first, [])
+
+    left = {first: (left_fitted, 0.2), both: (0.01, 0.01)}
+    monkeypatch.setattr(cause_search, "excess_error", lambda _, one, late=True: (
+        left.get(one, (1.0, 1.0))[late]
+    ))  # fmt: skip
+    monkeypatch.setattr(cause_search, "largest_excess", lambda _, one: max(left[one]))
+    monkeypatch.setattr(cause_search, "_search_as_expected", found)
+    for name in ("_search_from_pair", "unknown_force"):
+        monkeypatch.setattr(cause_search, name, lambda *_: None)
+    assert search_causes(comparison)[1].best is (both if goes_on else first)
+    more = (comparison.fitting_more().middle, first.cause_values)
+    assert begun == [(comparison.middle, ()), more][: 1 + goes_on]
+
+
 def test_a_number_that_starts_from_zero_has_its_own_size(isolated):
     """In that of another number, of another unit, its derivative would lie beyond all bounds."""
     record = _record(isolated, _heavier(0.15), seed=7)
