@@ -550,7 +550,7 @@ class CauseSearch:
                 trial = self._fit_instead((*before, other, *after), current)
                 if (
                     self._stands_for(trial, current) if other[0].last
-                    else _is_nearer(trial, current, STRONG_EVIDENCE)
+                    else _evidence(trial, current) > STRONG_EVIDENCE
                 ):  # fmt: skip
                     current = trial
                     self.rivals.setdefault(other[0].label, [])

@@ -703,6 +703,27 @@ def test_a_cause_tried_last_takes_the_place_of_an_earlier_one_where_it_stands(
     assert space._exchange_causes(current).causes == (name, "isolator_force_error")
 
 
+@pytest.mark.parametrize(("held_out", "exchanged"), [(1.0, True), (1.5, False)])
+def test_an_earlier_cause_is_exchanged_by_what_both_predict(
+    isolated, monkeypatch, held_out, exchanged
+):
+    comparison, listed = _compared(isolated, _record(isolated))
+    space = CauseSearch(comparison)
+    first, other = listed["structural_damping_error"], listed["base_mass_error"]
+
+    def outcome(cause, size, held_out):
+        parts, later = ((np.full((500, 4, 2), one),) for one in (size, held_out))
+        return FittedBuilding(
+            ((cause, (0.1,)), (listed["sensor_gain"], (0.9,))), parts, lambda: later
+        )
+
+    space._others[first.label] = [(other, (0.1,))]
+    nearer = outcome(other, 1.0, held_out)
+    monkeypatch.setattr(space, "_fit_instead", lambda *_: nearer)
+    current = outcome(first, 1.1, 1.1)
+    assert space._exchange_causes(current) is (nearer if exchanged else current)
+
+
 def test_a_cause_tried_last_stands_where_it_alone_leaves_noise(isolated, monkeypatch):
     record = _record(isolated)
     model = building_model(isolated, [record])
