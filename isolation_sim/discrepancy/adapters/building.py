@@ -151,7 +151,7 @@ class BuildingRecords(Problem[FittedBuilding]):
     def _unknown_force(self, best: FittedBuilding) -> UnknownForce | None:
         """An unknown force that leaves far less than causes which leave more than noise."""
         chance = noise_chance(self.space.comparison, best)
-        if chance >= MISFIT_LEVEL or self.space.is_explained(best):
+        if chance >= MISFIT_LEVEL and self.space.explains(best, chance):
             return None
         return unknown_force(self.space.comparison, self.space.before, best.cause_values)
 
@@ -214,10 +214,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             Errors(*(mean_error(comparison, one, held) for held in (False, True)))
             for one in (before, after)
         ]
-        removed, adequate = (
-            self.space.removed_share(after),
-            self.space.explains(before, chance["before"]),
-        )
+        removed, adequate = self.space.removed_share(after), chance["before"] >= MISFIT_LEVEL
         return Evaluation(
             errors[0],
             errors[1],

@@ -51,14 +51,7 @@ from ..inference import rivals
 from ..search import Round, SearchResult, search
 from .candidate import Candidate, Values
 from .comparison import BuildingComparison, CauseValues, FittedBuilding, squared, with_causes
-from .errors import (
-    excess_error,
-    is_within_calibration,
-    largest_excess,
-    mean_error,
-    relative_errors,
-    relative_noise,
-)
+from .errors import excess_error, largest_excess, mean_error, relative_errors, relative_noise
 from .goodness_of_fit import adequacy, is_quiet, noise_chance, p_value
 from .isolator_causes import CURRENT_CAUSES, LAYER_NUMBERS, current_causes, layer_causes
 from .isolator_effects import HISTORIES, ISOLATOR_EFFECTS, LAYER_CAUSES
@@ -108,12 +101,8 @@ class CauseSearch:
         self._n_tests = len(keys)
 
     def is_explained(self, current: FittedBuilding) -> bool:
-        """Whether the residuals are as likely as those of noise alone, or those of calibration."""
-        return is_quiet(self.comparison, current) or self._needs_no_cause(current)
-
-    def _needs_no_cause(self, current: FittedBuilding) -> bool:
-        """Whether a model without causes misses so little that none would be named for it."""
-        return not current.cause_values and is_within_calibration(self.comparison, current)
+        """Whether the residuals are as likely as those of noise alone."""
+        return is_quiet(self.comparison, current)
 
     def candidates(self, current: FittedBuilding) -> list[FittedBuilding]:
         """Fit all causes; late and last ones only where no other explains the records.
@@ -396,7 +385,7 @@ class CauseSearch:
 
         Nearly nothing is not several times the noise of good sensors.
         """
-        if chance >= MISFIT_LEVEL or self._needs_no_cause(after):
+        if chance >= MISFIT_LEVEL:
             return True
         for held_out in (False, True):
             noise = np.hypot(relative_noise(self.comparison, held_out), LEAST_SENSOR_ERROR)

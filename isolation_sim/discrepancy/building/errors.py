@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..decisions import LEAST_SENSOR_ERROR
 from .candidate import TYPICAL_PERIOD
 from .comparison import BuildingComparison, FittedBuilding
 
@@ -59,27 +58,14 @@ def excess_error(
     comparison: BuildingComparison, outcome: FittedBuilding, held_out: bool = True
 ) -> float:
     """Error that a model has beyond the noise, by default on data not fitted."""
-    excess = _excess(comparison, outcome, held_out)
-    return float(np.sqrt(max(float(np.mean(excess)), 0.0))) if excess.size else 0.0
-
-
-def _excess(comparison: BuildingComparison, outcome: FittedBuilding, held_out: bool) -> NDArray:
-    """Squared relative error beyond the noise, of each channel that shows a signal."""
     beyond, measured = np.zeros((2, len(comparison.records[0].channels)))
     for segment in comparison.segments(held_out):
         residual = comparison.residual(outcome.cause_values, segment.record)[segment.samples]
         noise = len(residual) * comparison.floor_of(segment.record).total ** 2
         beyond += (residual**2).sum(axis=0) - noise
         measured += len(residual) * segment.rms**2
-    return np.asarray((beyond / measured)[comparison.seen])
-
-
-def is_within_calibration(comparison: BuildingComparison, outcome: FittedBuilding) -> bool:
-    """Whether no channel misses more beyond its noise than the calibration of good sensors."""
-    return all(
-        _excess(comparison, outcome, held_out).max(initial=0.0) <= LEAST_SENSOR_ERROR**2
-        for held_out in (False, True)
-    )
+    excess = (beyond / measured)[comparison.seen]
+    return float(np.sqrt(max(float(np.mean(excess)), 0.0))) if excess.size else 0.0
 
 
 def largest_excess(comparison: BuildingComparison, outcome: FittedBuilding) -> float:

