@@ -539,7 +539,7 @@ class CauseSearch:
                 trial = self._fit_instead((*before, other, *after), current)
                 if (
                     self._stands_for(trial, current) if other[0].last
-                    else _is_nearer(trial, current, STRONG_EVIDENCE)
+                    else _evidence(trial, current) > STRONG_EVIDENCE
                 ):  # fmt: skip
                     current = trial
                     self.rivals.setdefault(other[0].label, [])
@@ -588,9 +588,13 @@ class CauseSearch:
     def _exchange_histories(self, current: FittedBuilding) -> FittedBuilding:
         """Compare what softens with its history: one motion without a rest hardly tells which."""
         for k in range(len(current.cause_values)):
-            before, (cause, _), after = _around(current, k)
-            if cause.name not in HISTORIES:
+            if current.cause_values[k][0].name not in HISTORIES:
                 continue
+            found, compared = current, (self.comparison, self.before)
+            more = self.comparison.fitting_more()
+            if more is not None:  # how fast something cools shows late
+                current = self._fit_under(more, current.cause_values)
+            before, (cause, _), after = _around(current, k)
             others = [one for one in HISTORIES if one != cause.name]
             rest = self.comparison.fit((), (*before, *after)).cause_values
             fits = [
@@ -609,6 +613,8 @@ class CauseSearch:
                 for name, one in nearest.items()
                 if name not in (current.causes[k], *known) and _evidence(current, one) < most
             ]
+            if current.causes == found.causes:
+                current, (self.comparison, self.before) = found, compared
         return current
 
     def _is_enough(self, trial: FittedBuilding, current: FittedBuilding) -> bool:
@@ -651,7 +657,7 @@ def search_causes(
             if again[1].best.cause_values:
                 return again
     space, result = _search_as_expected(comparison, most_causes, progress, choices)
-    best = result.best
+    best, comes_late = result.best, False
     if not space.explains(best, noise_chance(space.comparison, best)):
         # a cause that imitates two others, taken first, may keep both out
         least = INSTEAD * largest_excess(space.comparison, best)
@@ -661,12 +667,18 @@ def search_causes(
         unknown = unknown_force(space.comparison, space.before, best.cause_values)
         if unknown is not None and unknown.is_in_structure:
             return space, result  # other causes only imitate it, too
-    if best.cause_values or late is not None:
+        left, left_fitted = (excess_error(space.comparison, best, part) for part in (True, False))
+        comes_late = left_fitted < INSTEAD * left
+    if late is not None or (best.cause_values and not comes_late):
         return space, result
     reopened = _reopened(space.comparison, best)
     if reopened is None:
         return space, result
-    again = _search_as_expected(reopened, most_causes, progress, choices)
+    again = _search_as_expected(reopened, most_causes, progress, choices, begin=best.cause_values)
+    if best.cause_values:
+        remains = largest_excess(again[0].comparison, again[1].best)
+        nearer = remains < INSTEAD * largest_excess(space.comparison, best)
+        return again if nearer else (space, result)
     found = again if again[1].best.cause_values else (space, result)
     remains = largest_excess(found[0].comparison, found[1].best)
     if remains > REMAINS:

@@ -703,6 +703,27 @@ def test_a_cause_tried_last_takes_the_place_of_an_earlier_one_where_it_stands(
     assert space._exchange_causes(current).causes == (name, "isolator_force_error")
 
 
+@pytest.mark.parametrize(("held_out", "exchanged"), [(1.0, True), (1.5, False)])
+def test_an_earlier_cause_is_exchanged_by_what_both_predict(
+    isolated, monkeypatch, held_out, exchanged
+):
+    comparison, listed = _compared(isolated, _record(isolated))
+    space = CauseSearch(comparison)
+    first, other = listed["structural_damping_error"], listed["base_mass_error"]
+
+    def outcome(cause, size, held_out):
+        parts, later = ((np.full((500, 4, 2), one),) for one in (size, held_out))
+        return FittedBuilding(
+            ((cause, (0.1,)), (listed["sensor_gain"], (0.9,))), parts, lambda: later
+        )
+
+    space._others[first.label] = [(other, (0.1,))]
+    nearer = outcome(other, 1.0, held_out)
+    monkeypatch.setattr(space, "_fit_instead", lambda *_: nearer)
+    current = outcome(first, 1.1, 1.1)
+    assert space._exchange_causes(current) is (nearer if exchanged else current)
+
+
 def test_a_cause_tried_last_stands_where_it_alone_leaves_noise(isolated, monkeypatch):
     record = _record(isolated)
     model = building_model(isolated, [record])
@@ -798,6 +819,35 @@ def test_a_pair_is_searched_from_where_it_leaves_less_than_half(
     monkeypatch.setattr(CauseSearch, "pairs", lambda *_: [pair])
     assert search_causes(comparison)[1].best is (pair if searches == 2 else first)
     assert begun == [(), pair.cause_values][:searches]
+
+
+@pytest.mark.parametrize(("left_fitted", "goes_on"), [(0.05, True), (0.15, False)])
+def test_a_search_goes_on_with_more_data_where_what_is_left_comes_late(
+    isolated, monkeypatch, left_fitted, goes_on
+):
+    comparison, listed = _compared(isolated, _record(isolated))
+    first, both = (
+        comparison.evaluate(tuple((listed[name], listed[name].starts[0]) for name in names))
+        for names in (["base_mass_error"], ["base_mass_error", "isolator_force_error"])
+    )
+    begun = []
+
+    def found(comparison, most_causes, progress, choices, begin=()):
+        begun.append((comparison.middle, begin))
+        space = CauseSearch(comparison, choices=choices)
+        return space, SearchResult(space.before, both if begin else first, [])
+
+    left = {first: (left_fitted, 0.2), both: (0.01, 0.01)}
+    monkeypatch.setattr(cause_search, "excess_error", lambda _, one, late=True: (
+        left.get(one, (1.0, 1.0))[late]
+    ))  # fmt: skip
+    monkeypatch.setattr(cause_search, "largest_excess", lambda _, one: max(left[one]))
+    monkeypatch.setattr(cause_search, "_search_as_expected", found)
+    for name in ("_search_from_pair", "unknown_force"):
+        monkeypatch.setattr(cause_search, name, lambda *_: None)
+    assert search_causes(comparison)[1].best is (both if goes_on else first)
+    more = (comparison.fitting_more().middle, first.cause_values)
+    assert begun == [(comparison.middle, ()), more][: 1 + goes_on]
 
 
 def test_a_number_that_starts_from_zero_has_its_own_size(isolated):
@@ -1260,6 +1310,8 @@ def test_what_softens_with_its_history_is_compared_with_its_like(isolated, monke
     taken = comparison.fit((), ((wrong, (-0.05,)),))
     best = space._exchange_histories(taken)
     assert best.causes == (right.label,) and space.rivals[right.label] == []
+    # half of the held-out time was fitted as well to tell them apart
+    assert space.comparison.middle > comparison.middle
     # two that follow the data alike
     alike = replace(right, place="alike")
     monkeypatch.setattr(cause_search, "proposed_effects", lambda *given: [[alike]])
