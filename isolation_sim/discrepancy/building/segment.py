@@ -37,7 +37,7 @@ class Segment:
 
         Real and imaginary parts have unit variance for noise alone.
         """
-        return _whiten(residual[self.samples], self.whitening)
+        return _whiten(residual[self.transformed], self.whitening)
 
     def whiten_noise(self, floor: NoiseFloor) -> NDArray:
         """Weight residuals of noise alone, (n_examples, n_frequencies, n_residuals, 2)."""
@@ -45,11 +45,16 @@ class Segment:
 
     def halves(self, whitened: NDArray) -> NDArray:
         """Mean square of a weighted residual before and after half of the measured energy, (2,)."""
-        measured = self.record.values[self.samples] / self.rms
+        measured = self.record.values[self.transformed] / self.rms
         energy = np.cumsum((measured**2).sum(axis=1))
         middle = int(np.clip(np.searchsorted(energy, energy[-1] / 2), 1, len(energy) - 1))
         trajectory = np.fft.irfft(whitened[..., 0] + 1j * whitened[..., 1], len(energy), axis=0)
         return np.array([np.mean(half**2) for half in np.split(trajectory, [middle])])
+
+    @property
+    def transformed(self) -> slice:
+        """The time of the residuals' Fourier coefficients."""
+        return _transformed(self.samples, len(self.record))
 
     @property
     def rms(self) -> NDArray:
@@ -82,33 +87,33 @@ def without_channel(segment: Segment, floor: NoiseFloor, channel: int) -> Segmen
     # unitary, its first column along what the channel shows
     basis = np.linalg.qr(segment.whitening[:, :, channel : channel + 1], mode="complete")[0]
     whitening = basis[:, :, 1:].conj().swapaxes(1, 2) @ segment.whitening
-    cells = [cell_means(_whiten(one[segment.samples], whitening)) for one in floor.examples]
+    cells = [cell_means(_whiten(one[segment.transformed], whitening)) for one in floor.examples]
     return replace(segment, whitening=whitening, noise_cells=np.array(cells))
 
 
 def make_segment(
     record: BuildingRecord, samples: slice, floor: NoiseFloor, model_error: float = 0.0
 ) -> Segment:
-    """Work out the weights of some time of a record, less the few samples that a fast FFT leaves.
-
-    With a prime number of samples the FFT of every residual takes eight times as long.
-    """
-    dt = record.dt
-    begin, end, _ = samples.indices(len(record))
-    n = prev_fast_len(end - begin)
-    samples = slice(begin, begin + n)
-    frequencies = np.fft.rfftfreq(n, dt)
+    """Work out the weights of some time of a record."""
+    transformed = _transformed(samples, len(record))
+    frequencies = np.fft.rfftfreq(transformed.stop - transformed.start, record.dt)
     frequencies = frequencies[frequencies <= floor.band]
-    felt = spectra(floor.draws[:, samples], len(frequencies))
-    shown = spectra(record.values[np.newaxis, samples], len(frequencies))[0]
+    felt = spectra(floor.draws[:, transformed], len(frequencies))
+    shown = spectra(record.values[np.newaxis, transformed], len(frequencies))[0]
     inexact = LEAST_SENSOR_ERROR**2 / 2 * smooth_spectrum(np.abs(shown) ** 2)
     missed = model_error**2 * np.mean(record.values[samples] ** 2, axis=0)
     noise = floor.sensor_noise(frequencies) ** 2
     own = (noise + missed + inexact)[:, :, np.newaxis] * np.eye(len(missed))
     whitening = np.linalg.inv(np.linalg.cholesky(covariance(felt) + own))
     # noise alone is judged with its estimate's errors, so that they raise no alarm
-    cells = [cell_means(_whiten(one[samples], whitening)) for one in floor.examples]
+    cells = [cell_means(_whiten(one[transformed], whitening)) for one in floor.examples]
     return Segment(record, samples, frequencies, whitening, np.array(cells))
+
+
+def _transformed(samples: slice, n: int) -> slice:
+    """Some of ``n`` samples less the few at their end that slow an FFT down, eightfold if prime."""
+    begin, end, _ = samples.indices(n)
+    return slice(begin, begin + prev_fast_len(end - begin))
 
 
 def cell_means(whitened: NDArray) -> NDArray:
