@@ -689,6 +689,19 @@ def test_terms_that_replace_each_other_end_the_selection(model, monkeypatch):
     assert selection.chosen == () and len(rounds) == EQUATION_TERMS
 
 
+def test_the_term_that_the_search_found_is_taken_first(model):
+    """A regression chose v^3 in place of a hidden v |v|, which the search had found."""
+    masks = [mask[model.data.fitted] for _, mask in folds_of(model.data) if mask.any()]
+    with workers(1) as pool:
+        names = {
+            first: [one.written for one in equation.select(
+                model, np.array([K, C]), masks, pool, first).chosen]
+            for first in ("", "x^2 v", "x |x| t")
+        }  # fmt: skip
+    assert names["x^2 v"][:1] == ["x^2 v"] and names["x |x| t"] == []
+    assert names[""]
+
+
 @pytest.fixture(scope="module")
 def learned(campaign, model):
     """The learned term beside a spring and a dashpot, and its share of a free network's gain."""

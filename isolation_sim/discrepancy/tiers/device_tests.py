@@ -124,19 +124,23 @@ class DeviceTiers(Tiers[_Rung]):
         """The second tier, beside the causes or in their place; None if no term helps."""
         if len(self.masks) < 2:  # one condition left out does not tell a gain from chance
             return None
-        starts = [self._catalogue(self.causes)]
-        if starts[0].part.effects:
-            starts.append(self.law)
-        equations = [rung for start in starts if (rung := self._equation(start)) is not None]
+        beside = self._catalogue(self.causes)
+        starts = [(beside, "")]
+        if beside.part.effects:
+            starts.append((self.law, ""))
+        # the regression may miss the term that the search for causes found through the simulation
+        found = [one.form for one in self.causes.part.effects if one.cause == OUTSIDE]
+        starts += [(beside, form) for form in found[:1]]
+        equations = [rung for start in starts if (rung := self._equation(*start)) is not None]
         return min(equations, key=lambda one: (one.loses, _power(one)), default=None)
 
-    def _equation(self, below: _Rung) -> _Rung | None:
-        """The equation beside a rung, with the terms that it needs.
+    def _equation(self, below: _Rung, first: str) -> _Rung | None:
+        """The equation beside a rung, with the terms that it needs; ``first``: as of ``select``.
 
         It loses nowhere, if there is such a one; else it is the one with the most terms.
         """
         start = below.part
-        selection = select(start.model, start.values, self.masks, self.problem.pool)
+        selection = select(start.model, start.values, self.masks, self.problem.pool, first)
         terms = list(zip(selection.chosen, selection.stability, strict=True))
         numbers = [
             np.concatenate([c, [n.value for n in one.term.numbers]])

@@ -179,9 +179,10 @@ class Selection:
 
 
 def select(
-    model: Model, values: NDArray, folds: Sequence[NDArray], pool: ThreadPoolExecutor
+    model: Model, values: NDArray, folds: Sequence[NDArray], pool: ThreadPoolExecutor,
+    first: str = "",
 ) -> Selection:  # fmt: skip
-    """Select terms beside a model on fitted data."""
+    """Select terms beside a model on fitted data; ``first``: one that is taken before all."""
     library = _Library(model, pool)
     selected: list[_Candidate] = []
     left: list[_Candidate] = []
@@ -218,7 +219,9 @@ def select(
             one for one in library.candidates
             if not any(one.is_near(other) for other in known)
         ]  # fmt: skip
-        best = _next(regression, beside, others, n)
+        if first and not known:
+            others = [one for one in others if one.chosen.written == first]
+        best = _next(regression, beside, others, n) if others else None
         if best is None:
             break
         selected.append(best[0])

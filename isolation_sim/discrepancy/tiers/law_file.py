@@ -35,6 +35,14 @@ class Chosen:
     term: Term  # The term
     powers: tuple[int, ...]  # Powers of the current that its coefficient has
 
+    @property
+    def written(self) -> str:
+        """With its power of the current, as a generic term is written; empty for several powers."""
+        if len(self.powers) > 1:
+            return ""
+        power = {0: "", 1: " I"}.get(self.powers[0], f" I^{self.powers[0]}")
+        return self.term.text + power
+
     def unit(self, power: int) -> str:
         """Unit of its coefficient at a power of the current."""
         return self.term.unit + ("", "/A")[power > 0] + (f"^{power}" if power > 1 else "")
