@@ -81,7 +81,7 @@ def test_a_page_fits_its_window_and_its_figures_do_not_scroll(pages, shown, unti
             "(plot) => plot._fullLayout.width > 0.6 * width && plot._fullLayout.width < width)",
             width,
         )
-        assert fits(page, cut_off), width
+        assert fits(page, cut_off), (width, cut_off(page))
 
 
 def test_a_page_fits_a_phone(pages, shown, cut_off):

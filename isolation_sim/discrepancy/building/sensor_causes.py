@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from .candidate import Candidate, Parameter, Values
-from .channels import channel
+from .channels import Channel, channel
 from .model import BuildingModel
 from .record import BuildingRecord
 
@@ -81,13 +81,7 @@ def _gains(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
 
 def _delays(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
     """Channels are late against the ground motion: another logger, clock or filter."""
-    sensors = records[0].sensors
-    groups: dict[str, tuple[str, ...]] = {one.name: (one.name,) for one in sensors}
-    groups |= {
-        "all channels": tuple(one.name for one in sensors),
-        "accelerations": tuple(one.name for one in sensors if not one.is_displacement),
-    }
-    for place, names in groups.items():
+    for place, names in _logged_together(records[0].sensors).items():
         verb = "are" if len(names) > 1 else "is"
 
         def apply(model: BuildingModel, values: Values, names=names) -> BuildingModel:
@@ -112,6 +106,24 @@ def _delays(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
                 f"{place} {verb} {{delay:.3g}} s late at first, and {{drift:.3g}} s more every "
                 "second, against the ground motion", form="clock_drift",
             )  # fmt: skip
+
+
+def _logged_together(sensors: Sequence[Channel]) -> dict[str, tuple[str, ...]]:
+    """Channels that one logger may have recorded, by its place; each alone first."""
+    accelerations = [one for one in sensors if not one.is_displacement]
+    loggers: dict[str, Sequence[Channel]] = {
+        "all channels": sensors,
+        "accelerations": accelerations,
+        "accelerations above the base": [one for one in accelerations if one.floor],
+    }
+    for place in dict.fromkeys(one.place for one in sensors):
+        loggers[f"channels of {place}"] = [one for one in sensors if one.place == place]
+    result: dict[str, tuple[str, ...]] = {one.name: (one.name,) for one in sensors}
+    for place, some in loggers.items():
+        names = tuple(one.name for one in some)
+        if len(names) > 1 and names not in result.values():
+            result[place] = names
+    return result
 
 
 def _exchanges(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:

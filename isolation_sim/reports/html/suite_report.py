@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 
 from ground_motions.files import atomic_write
@@ -130,10 +131,14 @@ def _floors(suite: Suite) -> list[Block]:
     blocks: list[Block] = [Key({}, peaks[0].looks)]
     blocks += [panel_chart(panel, height=260) for panel in peaks]
     blocks += [Table.of(table) for table in floor_tables(suite)]
+    periods = suite.floors.period_s.to_numpy()
+    # so that on a narrow page the first label is not below that of the other axis
+    beyond = {"range": np.log10([0.8 * periods[0], 1.1 * periods[-1]]).tolist()}
     for direction in suite.floors.direction.to_numpy():
         panels = floor_spectra_panels(suite, str(direction))
         for panel in panels[:1] + panels[1:][-1:]:
-            blocks.append(panel_chart(replace(panel, title=f"Floor spectra: {panel.title}")))
+            titled = replace(panel, title=f"Floor spectra: {panel.title}")
+            blocks.append(panel_chart(titled, xaxis=beyond))
     files = "floor_spectrum_m_s2.csv and the figures floor_spectra have all levels."
     return [*blocks, Prose((files,))]
 
