@@ -9,7 +9,7 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import Record
-from isolation_sim.discrepancy.building.channels import required
+from isolation_sim.discrepancy.building.channels import channel, required
 from isolation_sim.discrepancy.building.record import BuildingRecord, read_building_record
 from isolation_sim.discrepancy.building.record_checks import (
     check_quantities,
@@ -17,6 +17,7 @@ from isolation_sim.discrepancy.building.record_checks import (
     unmeasured_floors,
     without_offsets,
 )
+from isolation_sim.discrepancy.building.sensor_causes import _logged_together
 from isolation_sim.errors import InputError
 
 NAMES = [
@@ -329,3 +330,22 @@ def test_offsets_of_most_channels_are_subtracted_before_the_motion():
     difference = centred.ground[0].acceleration - plain.ground[0].acceleration
     np.testing.assert_allclose(difference, 0, atol=3e-4)
     assert "floor1_acceleration_m_s2 0.05" in centred.notes[-1]
+
+
+@pytest.mark.parametrize(
+    ("names", "together"),
+    [
+        (NAMES[2:6], ["all channels", "accelerations", "accelerations above the base"]),
+        # both floors' accelerations are all, and one floor has one channel
+        (NAMES[3:5], ["all channels"]),
+        (
+            ["base_x_acceleration_m_s2", "base_y_acceleration_m_s2",
+             "floor4_x_acceleration_m_s2", "floor4_y_acceleration_m_s2"],
+            ["all channels", "accelerations above the base", "channels of base"],
+        ),
+    ],
+)  # fmt: skip
+def test_channels_of_one_logger_may_be_late_together(names, together):
+    loggers = _logged_together([channel(name) for name in names])
+    assert list(loggers) == [*names, *together]
+    assert all(set(some) <= set(names) for some in loggers.values())
