@@ -13,7 +13,7 @@ from ground_motions import STANDARD_GRAVITY
 
 from .errors import InputError
 from .simulation.contact import stops
-from .simulation.pieces import refined_outputs
+from .simulation.pieces import refined_displacements
 from .structures import IsolatedStructure
 from .structures.element import isolation_elements
 from .structures.isolation_loop import effective, isolation_loop
@@ -325,12 +325,12 @@ def _failure_rows(
             run = simulate(isolated, records, controller)
             tried = [(peak_displacement(run), 0.0)]
             if np.ptp(run.history.command.values):
-                varied = True
-                tried = []
+                varied, tried = True, []
                 for lost in instants_of_large_motion(run):
                     replayed = registered("prescribed", **commands_until(run, lost, off))
                     tried.append((peak_displacement(simulate(isolated, records, replayed)), lost))
-            worst.append(max(tried, key=lambda each: each[0]))
+            # a motion without a peak has no instant
+            worst.append(max(tried, key=lambda each: each[0], default=(0.0, 0.0)))
         if varied:
             largest, instants = zip(*worst, strict=True)
             at = f"{instants[0]:.3g} s" if len(instants) == 1 else "an instant of each motion"
@@ -353,8 +353,8 @@ def base_motion(run: Run, parts: int = 1) -> NDArray:
     """Deformation of the isolators at every isolator or at the base, shape (n_times, n, 2 or 1)."""
     # parts: equal parts of a sampling interval
     structure = run.isolated.structure
-    names = [f"{name}_displacement_m" for name in structure.names]
-    return np.einsum("ndk,tk->tnd", structure.isolation_rows, refined_outputs(run, names, parts))
+    displacement = refined_displacements(run, parts)
+    return np.einsum("ndk,tk->tnd", structure.isolation_rows, displacement)
 
 
 def peak_displacement(run: Run) -> float:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .criterion import Criterion
 from .simulation.outputs import quantity_rows
-from .simulation.pieces import refined_outputs
+from .simulation.pieces import refined_displacements
 from .structures import load_change_rows
 
 if TYPE_CHECKING:
@@ -41,10 +41,8 @@ def _rms_current(run: Run) -> float:
 
 def _load_changes(run: Run) -> NDArray:
     """Changes of the isolators' vertical loads, over the static load."""
-    structure = run.isolated.structure
-    names = [f"{dof}_displacement_m" for dof in structure.names]
-    displacement = refined_outputs(run, names, _PARTS)
-    return displacement @ load_change_rows(structure, overturning=True).T
+    rows = load_change_rows(run.isolated.structure, overturning=True)
+    return refined_displacements(run, _PARTS) @ rows.T
 
 
 def _unloading(run: Run) -> float:

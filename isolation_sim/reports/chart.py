@@ -165,10 +165,12 @@ def floor_spectra(runs: Mapping[str, Run], direction: str | None, looks: Sequenc
         for level, spectrum in run.floor_spectra(direction=direction).items():
             lines.setdefault(level, {})[name] = spectrum.period, spectrum.sa
     by_name = dict(zip(runs, looks, strict=True))
-    return [
-        Panel(level, "Period (s)", "Sa, 5 % (m/s²)", own, by_name, "m/s²", log_x=True)
-        for level, own in lines.items()
-    ]
+    return [floor_spectrum(level, own, by_name) for level, own in lines.items()]
+
+
+def floor_spectrum(title: str, lines: Mapping, looks: Mapping[str, Look]) -> Panel:
+    """Spectra of the absolute acceleration (m/s^2) of a level over the periods (s)."""
+    return Panel(title, "Period (s)", "Sa, 5 % (m/s²)", lines, looks, "m/s²", log_x=True)
 
 
 def elements_along(runs: Mapping[str, Run], direction: int) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InputError, check_name
 from ..simulation.floors import SPECTRA
-from .chart import Panel
+from .chart import Panel, floor_spectrum
 from .panels import draw, grid
 from .style import Look, legend, line_looks, new_figure, style
 from .suite_tables import floor_columns
@@ -117,10 +117,7 @@ def floor_spectra_panels(suite: Suite, direction: str | None = None) -> list[Pan
         looks = dict(zip(lines, line_looks(len(lines)), strict=True))
         looks = {line: replace(look, marker="") for line, look in looks.items()}
         of_periods = {line: (periods, values) for line, values in lines.items()}
-        result.append(Panel(
-            f"{level}{behind}", "Period (s)", "Sa, 5 % (m/s²)", of_periods, looks, "m/s²",
-            log_x=True,
-        ))  # fmt: skip
+        result.append(floor_spectrum(f"{level}{behind}", of_periods, looks))
     return result
 
 

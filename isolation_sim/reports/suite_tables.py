@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..criteria import is_gain
 from ..errors import check_name
 from ..simulation.floors import SPECTRA
-from ..sweeps.suites.result import STATISTICS
+from ..sweeps.suites.result import STATISTICS, statistics_of
 from ..written_names import as_written, capital, number_text
 from .sweep_tables import heading
 from .tables import RATIOS, TextTable, is_reference, mark_best, title_of
@@ -85,13 +85,11 @@ def statistics_table(suite: Suite, controller: str, brief: bool = False) -> Text
         unit, factor = unit_of(str(name))
         none = pd.isna(row["governing"]) or row["maximum"] == 0
         governing = "" if none else str(row["governing"])
-        numbers = [
-            _number(row[key], factor) for key in ("mean", "median", "percentile_84", "maximum")
-        ]
+        numbers = [_number(row[key], factor) for key in STATISTICS]
         rows.append(
             (title_of(str(name)), unit, *numbers, governing, _number(row["design"], factor))
         )
-    headings = ["criterion", "unit", "mean", "median", "84 %", "maximum", "governs", "design"]
+    headings = ["criterion", "unit", *_NAMES.values(), "governs", "design"]
     shown = len(headings) - bool(statistics["design"].isna().all())
     rows = [row[:shown] for row in rows]
     headings = headings[:shown]
@@ -106,8 +104,7 @@ def over_motions(values: xarray.DataArray) -> pd.DataFrame:
     """Statistics over the motions; a row for each combination of the other coordinates."""
     others = [str(name) for name in values.dims if name != "motion"]
     runs = values.rename(None).to_series().groupby(level=others, sort=False)
-    columns = runs.mean(), runs.median(), runs.quantile(0.84), runs.max()
-    return pd.DataFrame(dict(zip(STATISTICS, columns, strict=True)))
+    return pd.DataFrame(statistics_of(runs))
 
 
 def floor_columns(values: xarray.DataArray, factor: float = 1.0) -> dict[str, NDArray]:
@@ -133,7 +130,7 @@ def floor_tables(suite: Suite) -> list[TextTable]:
         columns = floor_columns(values, factor)
         places = values[place].to_numpy().tolist()
         rows = [
-            (each, *map(number_text, row))
+            (each, *(_number(value, 1.0) for value in row))
             for each, *row in zip(places, *columns.values(), strict=True)
         ]
         title = f"{capital(title_of(str(name)))}, {unit}"

@@ -25,6 +25,7 @@ from .control import ControllerEntry, Driver, SensorSet, Simulation
 from .devices import Element, Isolator, NominalModel
 from .ground import Ground, ShippedRecord
 from .job import Job, with_place
+from .suite import RecordSuite
 
 T = TypeVar("T")
 
@@ -294,6 +295,12 @@ class Scenario(Section):
         motions = motions or Motions([job.records])
         rows = check_building(job.isolated, settings, motions, simulator(job), job.controllers)
         return job.isolated, rows
+
+    @property
+    def suite(self) -> RecordSuite | None:
+        """The suite of records that is the ground; None without one."""
+        section = self.ground[0]
+        return section if len(self.ground) == 1 and isinstance(section, RecordSuite) else None
 
     def under_one_motion(self) -> Scenario:
         """The scenario under the default motion in place of a suite, to build its other parts."""

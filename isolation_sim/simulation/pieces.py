@@ -199,6 +199,12 @@ def _phi(z: NDArray) -> list[NDArray]:
     return [np.where(small, 1 + s * one, exact), one, two, three]
 
 
+def refined_displacements(run: Trajectory, n: int) -> NDArray:
+    """Displacements of all dofs, as ``refined_outputs``."""
+    names = [f"{dof}_displacement_m" for dof in run.isolated.structure.names]
+    return refined_outputs(run, names, n)
+
+
 def refined_outputs(run: Trajectory, names: list[str], n: int) -> NDArray:
     """Some outputs at ``n`` equal steps a sample, ((n_samples - 1) n + 1, n_names).
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any, Literal
 
-from ground_motions import Record, SuiteRecord, read_csv
+from ground_motions import Record, SuiteRecord
 from ground_motions.argument_types import checked
 
 from ...criterion import Criterion, selected_criteria
@@ -26,7 +26,7 @@ from ..chunk import Finished, alone, floors_of, side_by_side
 from ..design import CaseSpec
 from ..rows import Row, table_columns
 from ..store import Store
-from .prepare import prepare
+from .prepare import prepare, read_motion
 from .result import SWEEP, Suite
 from .run import MOTION
 
@@ -126,7 +126,7 @@ def _simulated(
     index = prepare(section, isolated, folder, records=records)
     rows = []
     for number, motion in enumerate(index["motions"]):
-        motions = tuple(read_csv(folder / file) for file in motion["files"])
+        motions = read_motion(folder, motion)
         # a controller has a state: another one for every run
         for label, each in named.items():
             control = deepcopy(each)

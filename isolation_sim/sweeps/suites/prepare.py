@@ -108,21 +108,34 @@ def prepare(
     return index
 
 
+def prepare_of(
+    scenario: Scenario,
+    section: RecordSuite,
+    folder: Path,
+    step: Callable[[str], None],
+    workers: int | None = 1,
+) -> dict[str, Any]:
+    """Write the processed motions of a scenario's suite; see `prepare`."""
+    plant = scenario.under_one_motion().build().isolated
+    try:
+        return prepare(section, plant, folder, step, workers)
+    except InputError as error:
+        raise with_place(error, scenario._source, "ground") from None
+
+
+def read_motion(folder: Path, motion: dict[str, Any]) -> tuple[Record, ...]:
+    """Components of a processed motion of the index."""
+    return tuple(read_csv(folder / file) for file in motion["files"])
+
+
 def motions_of(scenario: Scenario, step: Callable[[str], None]) -> Motions | None:
     """Processed motions of a scenario's suite for a code check; None without a suite."""
-    section = scenario.ground[0]
-    if not isinstance(section, RecordSuite):
+    section = scenario.suite
+    if section is None:
         return None
-    plant = scenario.under_one_motion().build().isolated
     with TemporaryDirectory() as folder:
-        try:
-            index = prepare(section, plant, Path(folder), step)
-        except InputError as error:
-            raise with_place(error, scenario._source, "ground") from None
-        records = [
-            tuple(read_csv(Path(folder) / file) for file in motion["files"])
-            for motion in index["motions"]
-        ]
+        index = prepare_of(scenario, section, Path(folder), step)
+        records = [read_motion(Path(folder), motion) for motion in index["motions"]]
     statistic = section.suite_rule.design_statistic(index["n_records"])
     return Motions(records, mean=statistic == "mean")
 

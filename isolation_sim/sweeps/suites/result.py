@@ -30,6 +30,12 @@ STATISTICS = ("mean", "median", "percentile_84", "maximum")
 """Statistics over the motions of a suite."""
 
 
+def statistics_of(values: Any) -> dict[str, Any]:
+    """The ``STATISTICS`` of a pandas series, or of each group of one."""
+    results = values.mean(), values.median(), values.quantile(0.84), values.max()
+    return dict(zip(STATISTICS, results, strict=True))
+
+
 @checked
 class Suite(Printed):
     """Results of a suite of records.
@@ -133,14 +139,8 @@ class Suite(Printed):
                     "controller": label, "criterion": criterion, "runs": len(values),
                 }  # fmt: skip
                 if len(values):
-                    row |= {
-                        "mean": values.mean(),
-                        "standard_deviation": values.std(),
-                        "median": values.median(),
-                        "percentile_84": values.quantile(0.84),
-                        "maximum": values.max(),
-                        "governing": values.idxmax(),
-                    }
+                    row |= statistics_of(values)
+                    row |= {"standard_deviation": values.std(), "governing": values.idxmax()}
                     if reference is not None and label != reference:
                         gain = uncontrolled[criterion] - values
                         gain = -gain if is_gain(criterion) else gain

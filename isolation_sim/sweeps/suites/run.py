@@ -12,10 +12,8 @@ from ...errors import InputError
 from ...io.files import write_text
 from ...io.results_folder import check_free, file_name, is_results, removed_if_empty, write_contents
 from ...scenario import Scenario
-from ...scenario.job import with_place
-from ...scenario.suite import RecordSuite
 from ...workers import processors
-from .prepare import INDEX, MOTIONS, prepare
+from .prepare import INDEX, MOTIONS, prepare_of
 from .result import SCENARIO, SWEEP, Suite
 
 if TYPE_CHECKING:
@@ -67,8 +65,8 @@ def run_suite(
 
     if not isinstance(scenario, Scenario):
         scenario = Scenario.read(scenario)
-    section = scenario.ground[0]
-    if len(scenario.ground) != 1 or not isinstance(section, RecordSuite):
+    section = scenario.suite
+    if section is None:
         raise InputError(
             f"{scenario.name}: [ground] is no suite of records; expected: folder, files or peer, "
             "or isolation-sim run for one motion"
@@ -84,11 +82,7 @@ def run_suite(
     step = step or (lambda text, total=None: None)
     step("building")
     with removed_if_empty(folder):
-        plant = scenario.under_one_motion().build().isolated
-        try:
-            index = prepare(section, plant, folder, step, workers)
-        except InputError as error:
-            raise with_place(error, scenario._source, "ground") from None
+        index = prepare_of(scenario, section, folder, step, workers)
     write_text(scenario.to_toml(), folder / SCENARIO)
     grounds = [
         [{"kind": "record_file", "file": str(folder / file)} for file in motion["files"]]
