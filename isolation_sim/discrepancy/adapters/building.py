@@ -13,7 +13,6 @@ from ...laws import Device
 from ...structures import IsolatedStructure
 from .. import inference
 from ..building.candidate import TYPICAL_PERIOD
-from ..building.cause_search import search_at, search_causes
 from ..building.comparison import (
     BuildingComparison,
     CauseValues,
@@ -45,6 +44,7 @@ from ..building.record_checks import (
     unmeasured_floors,
     without_offsets,
 )
+from ..building.searches import search_at, search_causes
 from ..building.segment import Segment, band_edges, cell_means
 from ..building.switching import switching_error
 from ..decisions import (

@@ -12,6 +12,7 @@ from scipy.signal import butter, sosfiltfilt
 import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim.discrepancy.adapters.building import BuildingRecords
+from isolation_sim.discrepancy.building.cause_exchange import between_samples
 from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.building.comparison import compare_building
 from isolation_sim.discrepancy.building.goodness_of_fit import is_quiet
@@ -188,7 +189,7 @@ def test_a_delay_between_the_samples_is_named_only_alone(isolated):
     evaluate = space.comparison.evaluate
 
     def unresolved(both, without):
-        return space._between_samples(evaluate(both), [evaluate((one,)) for one in without])
+        return between_samples(space, evaluate(both), [evaluate((one,)) for one in without])
 
     for late, place in ((0.2 * DT, 1), (3.0 * DT, None)):
         own = delay, (late,)
@@ -211,7 +212,7 @@ def test_a_ramp_within_a_sample_is_not_named_beside_a_delay(isolated):
     both = evaluate(((delay, (2.7 * DT,)), ramp))
     for alone, place in ((3.2 * DT, 1), (2.7 * DT, None)):
         without = [evaluate((ramp,)), evaluate(((delay, (alone,)),))]
-        assert space._between_samples(both, without) == place
+        assert between_samples(space, both, without) == place
 
 
 def _with_force(model, error):

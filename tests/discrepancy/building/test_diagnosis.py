@@ -16,19 +16,16 @@ from scipy.signal import butter, sosfiltfilt
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.adapters.building import BuildingRecords, _tests, intervals
-from isolation_sim.discrepancy.building import cause_search
+from isolation_sim.discrepancy.building import cause_exchange, cause_search, searches
 from isolation_sim.discrepancy.building import comparison as comparison_module
-from isolation_sim.discrepancy.building.cause_search import (
-    CauseSearch,
-    _carried_over,
-    _freed,
-    _left_along,
-    _likelier_on_all,
-    _may_be_nearer,
-    _near,
-    candidates,
-    search_causes,
+from isolation_sim.discrepancy.building.cause_exchange import (
+    carried_over,
+    exchange_for_simpler,
+    exchange_histories,
+    of_one_sensor,
 )
+from isolation_sim.discrepancy.building.cause_fits import CauseFits, _freed, _left_along
+from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.building.comparison import (
     BuildingComparison,
     FittedBuilding,
@@ -42,6 +39,7 @@ from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, is_quie
 from isolation_sim.discrepancy.building.isolator_causes import layer_effect
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
+from isolation_sim.discrepancy.building.ranking import likelier_on_all, may_be_nearer, rivals_of
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.building.record_filter import RecordFilter
 from isolation_sim.discrepancy.building.segment import cell_means
@@ -290,7 +288,7 @@ def test_what_no_cause_explains_is_blamed_on_none(isolated):
 @pytest.mark.usefixtures("few_causes")
 def test_a_cause_stands_out_from_what_no_cause_explains(isolated):
     record = _swaying(_record(isolated, _heavier(0.5), seed=7), 0.1)
-    space, cause_values = search_causes(
+    space, cause_values = searches.search_causes(
         compare_building(building_model(isolated, [record]), [record])
     )
     assert [cause.name for cause, _ in cause_values.best.cause_values] == ["base_mass_error"]
@@ -361,11 +359,11 @@ def test_a_wall_that_only_the_last_and_strongest_record_reaches_is_named(
     few = [c for c in every if c.name in names and c.form in ("", "dissipating", "linear")]
     monkeypatch.setattr(cause_search, "candidates", lambda model, records: few)
     comparison = compare_building(building_model(isolated, [first, last]), [first, last])
-    space, result = search_causes(comparison)
+    space, result = searches.search_causes(comparison)
     assert set(result.best.causes) == (names if beside else {"moat_impact"})
     assert space.comparison.middle > 0
     chosen = compare_building(comparison.model, [first, replace(last, hold_out=True)])
-    assert "moat_impact" not in search_causes(chosen)[1].best.causes
+    assert "moat_impact" not in searches.search_causes(chosen)[1].best.causes
 
 
 @pytest.mark.usefixtures("few_causes")
@@ -606,8 +604,8 @@ def test_what_promises_next_to_nothing_beside_the_best_is_not_fitted(
     screened = [(gain, cause, cause.starts[:1]) for gain, cause in zip(gains, two, strict=True)]
     # the first is tried whatever it promises, and brings nearly all
     screened[0] = (2 * space.before.cost, *screened[0][1:])
-    monkeypatch.setattr(space, "_screened", lambda *_: screened)
-    fits = space._fits(space.before, two, 16)
+    monkeypatch.setattr(CauseFits, "screened", lambda *_: screened)
+    fits = space.fits.rough(space.before, two, 16)
     assert [one.causes[0] for one in fits] == ["base_mass_error", "isolator_force_error"][:begun]
 
 
@@ -641,8 +639,8 @@ def test_a_single_cause_is_named_in_its_best_form(isolated):
         comparison.fit((), ((forms[0], (1.0,)),))
     ).cause_values  # fmt: skip
     assert (forms[0].form, cause.form) == ("", "stiffness_proportional")
-    assert _carried_over(forms[1], forms[0], (2.0,)) == (2.0, forms[1].starts[0][1])
-    assert _carried_over(forms[0], forms[1], (-3.0, 0.1)) == (-0.95,)
+    assert carried_over(forms[1], forms[0], (2.0,)) == (2.0, forms[1].starts[0][1])
+    assert carried_over(forms[0], forms[1], (-3.0, 0.1)) == (-0.95,)
 
 
 def test_many_numbers_give_way_to_one_that_leaves_noise_alone(isolated, monkeypatch):
@@ -653,13 +651,13 @@ def test_many_numbers_give_way_to_one_that_leaves_noise_alone(isolated, monkeypa
     space = CauseSearch(comparison)
     current = comparison.fit((), ((many, min(many.starts)),))
     # were it nearer to the fitted data by errors of the simulation
-    monkeypatch.setattr(cause_search, "_is_nearer", lambda *_: False)
-    monkeypatch.setattr(CauseSearch, "_is_calibration", lambda *_: False)
+    monkeypatch.setattr(cause_exchange, "is_nearer", lambda *_: False)
+    monkeypatch.setattr(CauseSearch, "is_calibration", lambda *_: False)
     monkeypatch.setattr(FittedBuilding, "held_out_cost", 1.0)
-    simple = space._exchange_for_simpler(current)
+    simple = exchange_for_simpler(space, current)
     assert simple.n_parameters == 1 < current.n_parameters
     monkeypatch.setattr(CauseSearch, "is_explained", lambda *_: False)
-    assert space._exchange_for_simpler(current).causes == current.causes
+    assert exchange_for_simpler(space, current).causes == current.causes
 
 
 def test_a_cause_tried_last_is_only_a_rival_where_it_is_ranked_below(isolated, monkeypatch):
@@ -719,7 +717,7 @@ def test_an_earlier_cause_is_exchanged_by_what_both_predict(
 
     space._others[first.label] = [(other, (0.1,))]
     nearer = outcome(other, 1.0, held_out)
-    monkeypatch.setattr(space, "_fit_instead", lambda *_: nearer)
+    monkeypatch.setattr(space, "fit_instead", lambda *_: nearer)
     current = outcome(first, 1.1, 1.1)
     assert space._exchange_causes(current) is (nearer if exchanged else current)
 
@@ -764,7 +762,7 @@ def test_a_cause_at_the_bound_of_its_range_has_more_rivals(isolated):
     nominal = FittedBuilding((), (np.full((500, 4, 2), 10.0),), tuple)
     other = outcome("isolator_force_error", 0.1, 1.01)
     for value, rivals in ((0.1, []), (5.0, [other])):
-        assert _near(nominal, outcome("base_mass_error", value, 1.0), [other]) == rivals
+        assert rivals_of(nominal, outcome("base_mass_error", value, 1.0), [other]) == rivals
 
 
 def test_of_two_causes_the_one_that_predicts_better_is_taken(isolated):
@@ -783,10 +781,10 @@ def test_of_two_causes_the_one_that_predicts_better_is_taken(isolated):
         ("isolator_amplitude_softening", 1.01, False),
     ):  # fmt: skip
         other = outcome(name, size, 1.9)
-        assert _likelier_on_all(best, [best, other]) is (other if is_taken else best)
+        assert likelier_on_all(best, [best, other]) is (other if is_taken else best)
         # what grows is told from what does not by the data that come later
-        assert _may_be_nearer(outcome(name, size, 1.0), best)
-        assert not _may_be_nearer(outcome(name, size, 2.0), best)
+        assert may_be_nearer(outcome(name, size, 1.0), best)
+        assert not may_be_nearer(outcome(name, size, 2.0), best)
 
 
 @pytest.fixture
@@ -795,10 +793,8 @@ def no_pairs(monkeypatch):
     monkeypatch.setattr(CauseSearch, "pairs", lambda *_: [])
 
 
-@pytest.mark.parametrize(("left", "searches"), [(0.09, 2), (0.11, 1)])
-def test_a_pair_is_searched_from_where_it_leaves_less_than_half(
-    isolated, monkeypatch, left, searches
-):
+@pytest.mark.parametrize(("left", "count"), [(0.09, 2), (0.11, 1)])
+def test_a_pair_is_searched_from_where_it_leaves_less_than_half(isolated, monkeypatch, left, count):
     record = _record(isolated)
     comparison, listed = _compared(isolated, record)
     first, pair = (
@@ -807,18 +803,17 @@ def test_a_pair_is_searched_from_where_it_leaves_less_than_half(
     )
     begun = []
 
-    def found(comparison, most_causes, progress, choices, begin=()):
+    def found(start, begin=()):
         begun.append(begin)
-        space = CauseSearch(comparison, choices=choices)
-        return space, SearchResult(space.before, pair if begin else first, [])
+        return start, SearchResult(start.before, pair if begin else first, [])
 
     errors = {first: 0.2, pair: left}
     for name in ("excess_error", "largest_excess"):
-        monkeypatch.setattr(cause_search, name, lambda _, one, *part: errors.get(one, 10.0))
-    monkeypatch.setattr(cause_search, "_search_as_expected", found)
+        monkeypatch.setattr(searches, name, lambda _, one, *part: errors.get(one, 10.0))
+    monkeypatch.setattr(searches, "_search_as_expected", found)
     monkeypatch.setattr(CauseSearch, "pairs", lambda *_: [pair])
-    assert search_causes(comparison)[1].best is (pair if searches == 2 else first)
-    assert begun == [(), pair.cause_values][:searches]
+    assert searches.search_causes(comparison)[1].best is (pair if count == 2 else first)
+    assert begun == [(), pair.cause_values][:count]
 
 
 @pytest.mark.parametrize(("left_fitted", "goes_on"), [(0.05, True), (0.15, False)])
@@ -832,20 +827,19 @@ def test_a_search_goes_on_with_more_data_where_what_is_left_comes_late(
     )
     begun = []
 
-    def found(comparison, most_causes, progress, choices, begin=()):
-        begun.append((comparison.middle, begin))
-        space = CauseSearch(comparison, choices=choices)
-        return space, SearchResult(space.before, both if begin else first, [])
+    def found(start, begin=()):
+        begun.append((start.comparison.middle, begin))
+        return start, SearchResult(start.before, both if begin else first, [])
 
     left = {first: (left_fitted, 0.2), both: (0.01, 0.01)}
-    monkeypatch.setattr(cause_search, "excess_error", lambda _, one, late=True: (
+    monkeypatch.setattr(searches, "excess_error", lambda _, one, late=True: (
         left.get(one, (1.0, 1.0))[late]
     ))  # fmt: skip
-    monkeypatch.setattr(cause_search, "largest_excess", lambda _, one: max(left[one]))
-    monkeypatch.setattr(cause_search, "_search_as_expected", found)
+    monkeypatch.setattr(searches, "largest_excess", lambda _, one: max(left[one]))
+    monkeypatch.setattr(searches, "_search_as_expected", found)
     for name in ("_search_from_pair", "unknown_force"):
-        monkeypatch.setattr(cause_search, name, lambda *_: None)
-    assert search_causes(comparison)[1].best is (both if goes_on else first)
+        monkeypatch.setattr(searches, name, lambda *_: None)
+    assert searches.search_causes(comparison)[1].best is (both if goes_on else first)
     more = (comparison.fitting_more().middle, first.cause_values)
     assert begun == [(comparison.middle, ()), more][: 1 + goes_on]
 
@@ -938,7 +932,7 @@ def test_a_sensor_with_an_error_of_another_form_is_blamed_alone(isolated):
         listed = {(c.name, c.place): c for c in candidates(model, [record])}
         space = CauseSearch(compare_building(model, [record]))
         starts = (listed[bias], (0.01, 0.0, 0.0, 0.0)), (listed[mass], (0.1,))
-        result = space._of_one_sensor(space.comparison.fit((), starts))
+        result = of_one_sensor(space, space.comparison.fit((), starts))
         assert len(result.causes) == named and "sensor_bias" in result.causes[0]
 
 
@@ -954,7 +948,7 @@ def test_offsets_of_all_channels_are_one_cause(isolated, monkeypatch):
     few = [c for c in every if c.name in names and c.form in ("", "constant")]
     monkeypatch.setattr(cause_search, "candidates", lambda model, records: few)
     comparison = compare_building(building_model(isolated, [record]), [record])
-    best = search_causes(comparison)[1].best
+    best = searches.search_causes(comparison)[1].best
     of_ground = "sensor_bias (ground_acceleration_m_s2)"
     assert set(best.causes) == {"sensor_bias (all channels)", of_ground}
     found = dict(zip(best.causes, (values for _, values in best.cause_values), strict=True))
@@ -970,7 +964,7 @@ def test_a_drift_that_comes_late_is_fitted_where_it_is(isolated):
     drift = 0.5 * record.response[name].std() * share**3
     record = replace(record, response={**record.response, name: record.response[name] + drift})
     comparison = compare_building(building_model(isolated, [record]), [record])
-    space, result = search_causes(comparison)
+    space, result = searches.search_causes(comparison)
     assert result.best.causes == (f"sensor_bias ({name})",)
     assert space.comparison.middle > comparison.middle
 
@@ -1214,7 +1208,7 @@ def test_a_foundation_may_sway_and_rock(isolated):
         assert np.max(np.abs(one - record.values) / size) > 0.05
         np.testing.assert_allclose(together / size, one / size, atol=2e-2)
     # a search goes on from what one motion was found to be
-    start = _carried_over(forms["sway_and_rocking"], forms["rocking"], rocking)
+    start = carried_over(forms["sway_and_rocking"], forms["rocking"], rocking)
     assert start[3:] == pytest.approx(rocking) and start[0] == forms["sway"].starts[-1][0]
 
 
@@ -1302,20 +1296,20 @@ def test_what_softens_with_its_history_is_compared_with_its_like(isolated, monke
     record = _record(isolated, _heavier(0.15), seed=3)
     comparison, listed = _compared(isolated, record)
     right, wrong = listed["base_mass_error"], listed["structure_stiffness_error"]
-    monkeypatch.setattr(cause_search, "HISTORIES", (right.name, wrong.name))
-    monkeypatch.setattr(cause_search, "proposed_effects", lambda *given: [
+    monkeypatch.setattr(cause_exchange, "HISTORIES", (right.name, wrong.name))
+    monkeypatch.setattr(cause_exchange, "proposed_effects", lambda *given: [
         [replace(one, starts=((0.05,),))] for one in (right, wrong) if one.name in given[2]
     ])  # fmt: skip
     space = CauseSearch(comparison)
     taken = comparison.fit((), ((wrong, (-0.05,)),))
-    best = space._exchange_histories(taken)
+    best = exchange_histories(space, taken)
     assert best.causes == (right.label,) and space.rivals[right.label] == []
     # half of the held-out time was fitted as well to tell them apart
     assert space.comparison.middle > comparison.middle
     # two that follow the data alike
     alike = replace(right, place="alike")
-    monkeypatch.setattr(cause_search, "proposed_effects", lambda *given: [[alike]])
-    again = space._exchange_histories(best)
+    monkeypatch.setattr(cause_exchange, "proposed_effects", lambda *given: [[alike]])
+    again = exchange_histories(space, best)
     (rival,) = space.rivals[again.causes[0]]
     assert {rival.causes[0], again.causes[0]} == {right.label, alike.label}
 

@@ -9,6 +9,7 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
+from isolation_sim.discrepancy.building.cause_exchange import exchange_for_one
 from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.building.comparison import compare_building, with_causes
 from isolation_sim.discrepancy.building.isolator_causes import layer_effect
@@ -146,13 +147,13 @@ def test_one_effect_takes_the_place_of_two_numbers_of_the_law(worse_where_held_o
     both = space.comparison.fit((), tuple((one, one.starts[0]) for one in two))
     if worse_where_held_out:
         both.__dict__["held_out_cost"] = 0.0
-    found = space._exchange_for_one(both)
+    found = exchange_for_one(space, both)
     assert (found is both) == worse_where_held_out
     if not worse_where_held_out:
         ((cause, _),) = found.cause_values
         assert cause.name == "coulomb_friction"
     alone = space.comparison.fit((), both.cause_values[:1], 1)
-    assert space._exchange_for_one(alone) is alone
+    assert exchange_for_one(space, alone) is alone
 
 
 @pytest.mark.parametrize(("second", "tried"), [((2e5, 0.6), True), (None, False)])
@@ -171,9 +172,9 @@ def test_effects_beside_one_that_is_tried_last_have_to_help_along_the_motion(sec
     space = CauseSearch(comparison)
     others = [c for c in candidates(model, [record]) if c.name == "base_mass_error"]
     current = comparison.evaluate((friction,))
-    assert space._helpful(current, [*dampers, *others]) == [*dampers * tried, *others]
+    assert space.fits.helpful(current, [*dampers, *others]) == [*dampers * tried, *others]
     # without such an effect all stand around one law
-    assert space._helpful(space.before, dampers) == dampers
+    assert space.fits.helpful(space.before, dampers) == dampers
 
 
 def test_a_low_power_of_the_velocity_does_not_jump():

@@ -10,6 +10,7 @@ import pytest
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.building import cause_search, localisation
+from isolation_sim.discrepancy.building.cause_fits import CauseFits
 from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.building.comparison import compare_building, with_causes
 from isolation_sim.discrepancy.building.localisation import (
@@ -119,7 +120,9 @@ def test_effects_of_isolators_are_proposed_where_their_force_may_leave_least(
     monkeypatch.setattr(cause_search, "proposed_effects", lambda *_: proposed.append(1) or [])
     monkeypatch.setattr(CauseSearch, "is_explained", lambda *_: False)
     space = CauseSearch(comparison, choices=[])
-    monkeypatch.setattr(space, "_refined", lambda current, rough: [fitted] if not proposed else [])
+    monkeypatch.setattr(
+        CauseFits, "refined", lambda self, current, rough: [fitted] if not proposed else []
+    )
     assert space.candidates(space.before)[0] is fitted
     assert bool(proposed) is not elsewhere
 

@@ -1,0 +1,138 @@
+"""Searches for causes of a building's records: where they begin, and with how much data fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import replace
+
+from ..decisions import INSTEAD, MISFIT_LEVEL, MOST_BUILDING_CAUSES, NEARLY_RIGHT, REMAINS
+from ..search import Round, SearchResult, search
+from .candidate import Candidate
+from .cause_search import CauseSearch
+from .comparison import BuildingComparison, CauseValues, FittedBuilding
+from .errors import excess_error, largest_excess, relative_noise
+from .goodness_of_fit import adequacy, noise_chance
+from .localisation import unknown_force
+
+Searched = tuple[CauseSearch, SearchResult[FittedBuilding]]
+
+
+def search_causes(
+    comparison: BuildingComparison,
+    most_causes: int = MOST_BUILDING_CAUSES,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Searched:
+    """Search for causes, again with more of the last record fitted where only that shows them."""
+    start, late = CauseSearch(comparison, most_causes, progress), None
+    before = start.before
+    missed, missed_fitted = (excess_error(comparison, before, part) for part in (True, False))
+    if missed_fitted < NEARLY_RIGHT * missed:
+        # what grows or comes late is seen in the held-out data alone
+        late = _reopened(comparison, before)
+        if late is not None:
+            again = _search_as_expected(start.over(late))
+            if again[1].best.cause_values:
+                return again
+    space, result = _search_as_expected(start)
+    best, comes_late = result.best, False
+    if not space.explains(best, noise_chance(space.comparison, best)):
+        # a cause that imitates two others, taken first, may keep both out
+        least = INSTEAD * largest_excess(space.comparison, best)
+        of_pair = _search_from_pair(start, start.choices, least)
+        if of_pair is not None:
+            return of_pair
+        unknown = unknown_force(space.comparison, space.before, best.cause_values)
+        if unknown is not None and unknown.is_in_structure:
+            return space, result  # other causes only imitate it, too
+        left, left_fitted = (excess_error(space.comparison, best, part) for part in (True, False))
+        comes_late = left_fitted < INSTEAD * left
+    if late is not None or (best.cause_values and not comes_late):
+        return space, result
+    reopened = _reopened(space.comparison, best)
+    if reopened is None:
+        return space, result
+    again = _search_as_expected(start.over(reopened), best.cause_values)
+    if best.cause_values:
+        remains = largest_excess(again[0].comparison, again[1].best)
+        nearer = remains < INSTEAD * largest_excess(space.comparison, best)
+        return again if nearer else (space, result)
+    found = again if again[1].best.cause_values else (space, result)
+    remains = largest_excess(found[0].comparison, found[1].best)
+    if remains > REMAINS:
+        beside = _search_beside(space, result, start.over(reopened), INSTEAD * remains)
+        return found if beside is None else beside
+    return found
+
+
+def _search_beside(
+    space: CauseSearch, result: SearchResult[FittedBuilding], more: CauseSearch, least: float
+) -> Searched | None:
+    """Search with more data fitted, from the cause that less of them showed; None without one.
+
+    Beside another that acts in strong motion alone, it may help nothing where that is held out.
+    All of them must leave less than an error.
+    """
+    tried = result.rounds[-1].tried if result.rounds else []
+    if not tried or not space.shows_where_fitted(tried[0]):
+        return None
+    again = _search_as_expected(more, tried[0].cause_values)
+    best = again[1].best
+    found = len(best.cause_values) > 1 and largest_excess(again[0].comparison, best) < least
+    return again if found else None
+
+
+def search_at(
+    space: CauseSearch,
+    best: FittedBuilding,
+    comparison: BuildingComparison,
+    places: Collection[str],
+    others: Collection[str],
+) -> Searched | None:
+    """Search from the best pair of a cause at some places and one more; None without one.
+
+    One that is known to be at a place may stand out only beside another, which a third cause
+    imitates together with it. The pair must leave far less than the causes that a search found.
+    """
+    choices = [cause for cause in space.choices if cause.place in (*places, *others)]
+    first = [cause for cause in choices if cause.place in places]
+    least = INSTEAD * largest_excess(space.comparison, best)
+    return _search_from_pair(space.over(comparison, choices), first, least)
+
+
+def _search_from_pair(
+    start: CauseSearch, first: Collection[Candidate], least: float
+) -> Searched | None:
+    """Search from the best pair, one of which is among some; None unless it leaves less."""
+    expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
+    begun = start.over(start.comparison.expecting(expected))
+    pairs = begun.pairs(first)
+    if not pairs or not largest_excess(begun.comparison, pairs[0]) < least:
+        return None
+    space, result = _search_as_expected(start, pairs[0].cause_values)
+    if not largest_excess(space.comparison, result.best) < least:
+        return None
+    space.chances.update(begun.chances)
+    taken = Round(begun.before, pairs, pairs[0])
+    return space, replace(result, rounds=[taken, *result.rounds])
+
+
+def _reopened(comparison: BuildingComparison, best: FittedBuilding) -> BuildingComparison | None:
+    """More of the last record fitted where a model misses its held-out part; None where not."""
+    missed = adequacy(comparison.held_out, best.held_out) < MISFIT_LEVEL
+    return comparison.fitting_more() if missed else None
+
+
+def _search_as_expected(start: CauseSearch, begin: CauseValues = ()) -> Searched:
+    """Repeat the search until the best model leaves no more than the expected model error.
+
+    It begins with some causes in the model.
+    """
+    expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
+    while True:
+        space = start.over(start.comparison.expecting(expected))
+        result = search(space, space.beginning_with(begin) if begin else space.before)
+        left = excess_error(space.comparison, result.best)
+        enough = max(2 * expected, relative_noise(space.comparison, True))
+        if left < enough:
+            return space, result
+        expected = left
