@@ -36,6 +36,7 @@ from ..building.isolator_causes import LAYER_NUMBERS
 from ..building.isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 from ..building.localisation import ISOLATION_LAYER, UnknownForce, unknown_force
 from ..building.model import BuildingModel, building_model, total_force_scale
+from ..building.next_test import next_test
 from ..building.record import BuildingRecord
 from ..building.record_checks import (
     check_quantities,
@@ -60,9 +61,6 @@ from ..interval import percent
 from ..problem import Evaluation, Problem, Text
 from ..residuals import Dependence, of_building, significant
 from ..search import Round, SearchResult
-
-_REST = 120.0
-"""s: a rest in which devices cool that heat in an earthquake. Convention."""
 
 
 class BuildingRecords(Problem[FittedBuilding]):
@@ -294,23 +292,7 @@ class BuildingRecords(Problem[FittedBuilding]):
             for cause, _ in result.best.cause_values
             if self.space.rivals[cause.label]
         ]
-        if not doubts:
-            return None
-        label, rival = doubts[0]
-        comparison = self.space.comparison
-        segment = comparison.fitted[0]
-        models = [with_causes(comparison.model, one.cause_values) for one in (result.best, rival)]
-        best, most = "", -1.0
-        for test, record in _tests(segment.record, comparison):
-            apart = models[0].simulated(record) - models[1].simulated(record)
-            apart = apart[len(record) - len(segment.record) :]
-            size = float(np.mean(replace(segment, record=record).whiten(apart) ** 2))
-            if np.isfinite(size) and size > most:
-                best, most = test, size
-        return (
-            f"{best}: there {label} and {rival.causes[-1]} differ by {np.sqrt(most):.1f} times the "
-            "noise"
-        )
+        return next_test(self.space.comparison, result.best, *doubts[0]) if doubts else None
 
     def devices(self, result: SearchResult[FittedBuilding]) -> tuple[None, Device | None]:
         """The device of all isolators, if a cause changes it."""
@@ -505,38 +487,6 @@ def intervals(comparison: BuildingComparison, outcome: FittedBuilding) -> list[d
         numbers.append({**fixed, **fitted})
         at += len(x)
     return numbers
-
-
-def _tests(
-    record: BuildingRecord, comparison: BuildingComparison
-) -> Iterator[tuple[str, BuildingRecord]]:
-    for factor in (0.5, 1.0, 1.5, 2.0):
-        label = f"the same ground motion times {factor:g}" if factor != 1 else "the same once more"
-        yield (
-            label,
-            replace(record, ground=tuple(motion.scaled(factor) for motion in record.ground)),
-        )
-    yield f"the same ground motion, and again after a rest of {_REST:g} s", _twice(record)
-    if comparison.model.device.depends_on_current:
-        low, high = comparison.model.nominal.current_range()
-        high = min(high, comparison.model.nominal.tested_current())
-        for current in filter(np.isfinite, (max(low, 0.0), high)):
-            held = replace(record, current=np.full(len(record), current))
-            yield f"the same ground motion with {current:g} A held", held
-
-
-def _twice(record: BuildingRecord) -> BuildingRecord:
-    """The motion of a record, a rest, and the motion once more."""
-
-    def repeated(values: NDArray, rest: float = 0.0) -> NDArray:
-        return np.concatenate([values, np.full(round(_REST / record.dt), rest), values])
-
-    return replace(
-        record,
-        ground=tuple(replace(m, acceleration=repeated(m.acceleration)) for m in record.ground),
-        response={name: repeated(values) for name, values in record.response.items()},
-        current=None if record.current is None else repeated(record.current, record.current[0]),
-    )
 
 
 def _variables(record: BuildingRecord, axis: str) -> dict[str, NDArray]:

@@ -15,7 +15,7 @@ from scipy.signal import butter, sosfiltfilt
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
-from isolation_sim.discrepancy.adapters.building import BuildingRecords, _tests, intervals
+from isolation_sim.discrepancy.adapters.building import BuildingRecords, intervals
 from isolation_sim.discrepancy.building import cause_exchange, cause_search, searches
 from isolation_sim.discrepancy.building import comparison as comparison_module
 from isolation_sim.discrepancy.building.cause_exchange import (
@@ -38,6 +38,7 @@ from isolation_sim.discrepancy.building.filter_search import with_likeliest_filt
 from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, is_quiet, p_value
 from isolation_sim.discrepancy.building.isolator_causes import layer_effect
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
+from isolation_sim.discrepancy.building.next_test import _tests
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
 from isolation_sim.discrepancy.building.ranking import likelier_on_all, may_be_nearer, rivals_of
 from isolation_sim.discrepancy.building.record import BuildingRecord
