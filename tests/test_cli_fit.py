@@ -8,7 +8,7 @@ import pytest
 from isolation_sim import Scenario, law, load
 from isolation_sim.cli import main
 from isolation_sim.identification.campaign import Campaign, write_campaign
-from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.measured.run_table import TestRun
 
 STIFFNESS, DAMPING = {0.0: 2e4, 2.0: 5e4}, 300.0
 

@@ -18,7 +18,7 @@ from controllers.device_model import DeviceModel
 from isolation_sim import generated
 from isolation_sim.discrepancy.device import effect_kernel_text
 from isolation_sim.effects import effect, followers, self_heating
-from isolation_sim.identification import device_kernel_text
+from isolation_sim.identification.kernel import device_kernel_text
 from isolation_sim.laws import LAWS, emit, standard_solid
 from isolation_sim.simulation.kernel import loading
 

@@ -8,7 +8,7 @@ from scipy.io import loadmat
 import isolation_sim as iso
 from isolation_sim.cli import main
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.io import interchange
 from isolation_sim.io.columns import columns_bytes
 from isolation_sim.io.files import read_netcdf

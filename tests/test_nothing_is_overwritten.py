@@ -13,7 +13,7 @@ from isolation_sim.cli import app, main
 from isolation_sim.effects import device_section
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign, write_campaign
-from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.io.results_folder import replace_results, write_contents
 
 pytestmark = pytest.mark.usefixtures("no_drawing")

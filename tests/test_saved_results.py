@@ -17,7 +17,7 @@ from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interv
 from isolation_sim.effects import effect, extend
 from isolation_sim.errors import Diverged, InputError
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.laws import LAWS
 from isolation_sim.laws.law import Law, Quantity
 from isolation_sim.structures import plan_building

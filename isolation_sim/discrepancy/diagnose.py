@@ -13,8 +13,8 @@ import numpy as np
 from ..effects.serialisation import device_code
 from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
-from ..identification.data_checks import refuse_swapped
 from ..identification.law_choice import AUTO, LawChoice, choose_law
+from ..identification.measured.data_checks import refuse_swapped
 from ..identification.measured_runs import hold_out_some, measured_runs
 from ..identification.run_preparation import repaired, thin_runs
 from ..identification.sensitivities import laws_to_compile

@@ -15,12 +15,12 @@ from ..errors import InputError
 from ..identification.campaign import Campaign, read_campaign
 from ..identification.error_notes import divergence_note
 from ..identification.fitted import LawEvaluation, RunError
-from ..identification.force_channel import Averaging, averaging_note, find_averaging
 from ..identification.law_fit import NOT_AVERAGED, from_off
+from ..identification.measured.force_channel import Averaging, averaging_note, find_averaging
+from ..identification.measured.run_starts import start_note
 from ..identification.measured_runs import MeasuredRuns, measured_runs
 from ..identification.parameterisation import Parameterisation
 from ..identification.run_preparation import repaired
-from ..identification.run_starts import start_note
 from ..laws import Device
 from .device.carried_history import can_carry_history, carry_history, has_unknown_starts
 from .device.model import Model

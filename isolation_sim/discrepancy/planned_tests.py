@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ground_motions.argument_types import checked
 
-from ..identification.loop_cycles import find_frequency
-from ..identification.run_table import TestRun
+from ..identification.measured.loop_cycles import find_frequency
+from ..identification.measured.run_table import TestRun
 from ..io.csv_table import write_table
 from ..io.files import plain
 from ..rendering import Printed, render

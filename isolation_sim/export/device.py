@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError
-from ..identification.device_arguments import Workspace
-from ..identification.device_kernel_text import compiled
+from ..identification.kernel.device_arguments import Workspace
+from ..identification.kernel.device_kernel_text import compiled
 from ..laws.law import Law, Quantity
 from .c_text import CText
 from .part import Part, numbers

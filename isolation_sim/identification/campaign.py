@@ -28,7 +28,7 @@ from ground_motions.argument_types import checked
 from ..errors import InputError, did_you_mean, unknown_name
 from ..io.files import read_toml
 from ..io.results_folder import ResultsFolder, writing_to
-from .run_table import TestRun, read_run
+from .measured.run_table import TestRun, read_run
 
 __all__ = ["Campaign", "TestRun", "read_campaign", "read_run", "write_campaign"]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .campaign import Campaign
-from .run_table import TestRun
+from .measured.run_table import TestRun
 
 STEADY = 0.02
 """Standard deviation of a run's current, and difference of two, over the largest one, up to which

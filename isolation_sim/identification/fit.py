@@ -18,18 +18,18 @@ from ..laws.registry import LAWS
 from ..workers import run_beside, workers
 from .campaign import Campaign, read_campaign
 from .current_basis import STEADY, tested_currents
-from .data_checks import data_notes, refuse_swapped
 from .error_notes import divergence_note, outlier_note
 from .fitted import Estimate, Fit, RunError, labels, noise_of, pooled
 from .law_choice import AUTO, choose_law
 from .law_fit import LARGEST_DERIVATIVE, STARTS, fit_law, from_off, parameterise
 from .law_model import LawModel
 from .least_squares import Optimum, at_bound
+from .measured.data_checks import data_notes, refuse_swapped
+from .measured.noise import correlation_time
+from .measured.run_starts import start_note
 from .measured_runs import LEAST_NOISE, hold_out_some, measured_runs
-from .noise import correlation_time
 from .parameterisation import Parameterisation
 from .run_preparation import repaired, thin_runs
-from .run_starts import start_note
 from .sensitivities import laws_to_compile
 
 _DATA_NOTES = 5

@@ -22,8 +22,8 @@ from ..io.results_folder import file_name, files_into, write_contents
 from ..laws import Device
 from ..rendering import Printed, render
 from .campaign import Campaign
-from .noise import channel_noise
-from .run_table import TestRun
+from .measured.noise import channel_noise
+from .measured.run_table import TestRun
 
 if TYPE_CHECKING:
     import pandas

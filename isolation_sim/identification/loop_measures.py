@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike
 
 from ground_motions.argument_types import checked
 
-from .loop_cycles import harmonics
+from .measured.loop_cycles import harmonics
 from .steady_loops import SteadyLoops, steady_loops
 
 # harmonics fitted, and those that the displacement may have

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects.effect import REFERENCE_TEMPERATURE, Past
-from .channel_checks import clipped_samples
 from .current_basis import STEADY
-from .force_channel import Averaging, find_averaging, moving_average
-from .holds import hold_still
-from .noise import (
+from .measured.channel_checks import clipped_samples
+from .measured.force_channel import Averaging, find_averaging, moving_average
+from .measured.holds import hold_still
+from .measured.noise import (
     channel_noise,
     displacement_noise,
     noise_beside_steps,
@@ -25,10 +25,10 @@ from .noise import (
     steady_noise,
     white_noise,
 )
-from .run_starts import find_starts, unsettled_note
-from .run_table import TestRun
+from .measured.run_starts import find_starts, unsettled_note
+from .measured.run_table import TestRun
+from .measured.velocity import cycle_time, smooth
 from .sensitivities import Motion
-from .velocity import cycle_time, smooth
 
 LEAST_NOISE = 2e-3
 """Smallest force noise, as a share of a run's RMS force."""

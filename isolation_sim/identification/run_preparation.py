@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .campaign import Campaign
-from .run_table import TestRun
-from .velocity import cycle_time, smooth
+from .measured.run_table import TestRun
+from .measured.velocity import cycle_time, smooth
 
 _WINDOW = 15
 """Samples of the running median; a spike or dropout is shorter than half of it."""

@@ -15,9 +15,9 @@ from ..laws.emit import symbols
 from ..laws.law import Law
 from ..laws.registry import LAWS
 from ..workers import Task
-from .device_arguments import workspace
-from .device_kernel_text import compiled, is_compiled
-from .run_starts import Runs, lead_in
+from .kernel.device_arguments import workspace
+from .kernel.device_kernel_text import compiled, is_compiled
+from .measured.run_starts import Runs, lead_in
 
 _LARGEST_CHANGE = 1e3
 """Change of a run's force over the relative change of a coefficient, in units of the force, beyond

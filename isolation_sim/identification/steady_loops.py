@@ -10,7 +10,13 @@ import numpy as np
 
 from ..errors import InputError
 from .force_curve import REACH, CornerCurve, Cycles, Terms, widest
-from .loop_cycles import centre_line, find_frequency, require_cycles, steady_cycles, whole_cycles
+from .measured.loop_cycles import (
+    centre_line,
+    find_frequency,
+    require_cycles,
+    steady_cycles,
+    whole_cycles,
+)
 
 _MINIMUM_SAMPLES = 16
 # share of a period about an end of the stroke in which the displacement is fitted

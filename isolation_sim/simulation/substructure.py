@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ground_motions.argument_types import checked
 
 from ..errors import InputError
-from ..identification.device_kernel_text import compiled
+from ..identification.kernel.device_kernel_text import compiled
 from ..laws.device import Device
 
 

@@ -10,8 +10,8 @@ from scipy.signal import butter, lfilter, sosfilt
 
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.run_table import TestRun
-from isolation_sim.identification.velocity import smooth
+from isolation_sim.identification.measured.run_table import TestRun
+from isolation_sim.identification.measured.velocity import smooth
 
 DT = 0.004
 TESTS = ((0.004, 3.0), (0.008, 1.5), (0.012, 1.0), (0.02, 0.5), (0.015, 0.8), (0.006, 2.2))

@@ -17,10 +17,10 @@ from isolation_sim.discrepancy.diagnose import diagnose, kind_of
 from isolation_sim.discrepancy.loops.table import read_loop_table
 from isolation_sim.effects import effect
 from isolation_sim.errors import InputError
-from isolation_sim.identification.data_checks import data_notes
+from isolation_sim.identification.measured.data_checks import data_notes
+from isolation_sim.identification.measured.noise import white_noise
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
-from isolation_sim.identification.noise import white_noise
-from isolation_sim.identification.run_table import TestRun
 
 RATE, STIFFNESS = 256.0, 4e4
 

@@ -24,8 +24,8 @@ from isolation_sim.effects import EFFECTS, Effect, EffectParameter, effect
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
-from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws import LAWS
 from isolation_sim.workers import workers
 

@@ -6,8 +6,8 @@ import pytest
 from isolation_sim.discrepancy.device import effect_functions as example
 from isolation_sim.discrepancy.device.effect_evaluation import evaluate
 from isolation_sim.effects import EFFECTS, Signals
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured_runs import measured_runs
-from isolation_sim.identification.run_table import TestRun
 
 FORMS = {form.form: form for form in EFFECTS["magnetic_remanence"]}
 

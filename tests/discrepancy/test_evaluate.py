@@ -14,7 +14,7 @@ from isolation_sim.cli import main
 from isolation_sim.effects import device_section, effect, extend, separate
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.laws import CurrentDependence, Device, law
 from isolation_sim.laws.registry import LAWS
 from isolation_sim.scenario import Scenario

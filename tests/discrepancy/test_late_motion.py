@@ -7,8 +7,8 @@ from isolation_sim.discrepancy.device.effect_evaluation import evaluate
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.effects import effect
 from isolation_sim.identification.campaign import Campaign
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured_runs import measured_runs
-from isolation_sim.identification.run_table import TestRun
 
 DT = 1 / 500
 

@@ -10,8 +10,8 @@ import isolation_sim as iso
 from isolation_sim.cli import main
 from isolation_sim.discrepancy.planned_tests import PlannedTest, TestPlan, missing_conditions
 from isolation_sim.identification.campaign import Campaign, write_campaign
-from isolation_sim.identification.run_table import TestRun
-from isolation_sim.identification.velocity import smooth
+from isolation_sim.identification.measured.run_table import TestRun
+from isolation_sim.identification.measured.velocity import smooth
 
 pytestmark = pytest.mark.usefixtures("no_drawing")
 

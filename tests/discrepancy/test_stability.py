@@ -16,8 +16,8 @@ from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.effects import effect
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured_runs import measured_runs
-from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws import LAWS, law
 from isolation_sim.reports.diagnosis import cause_rows, cause_text
 

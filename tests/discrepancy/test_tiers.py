@@ -25,8 +25,8 @@ from isolation_sim.effects import EFFECTS, effect
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.cross_validation import folds_of
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured_runs import measured_runs
-from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws.registry import LAWS
 from isolation_sim.reports.diagnosis import equation_table
 from isolation_sim.workers import workers

@@ -14,9 +14,9 @@ from isolation_sim.discrepancy.device.noise_examples import motion_noise
 from isolation_sim.effects import effect
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise
+from isolation_sim.identification.measured.run_table import TestRun
+from isolation_sim.identification.measured.velocity import smooth
 from isolation_sim.identification.measured_runs import measured_runs
-from isolation_sim.identification.run_table import TestRun
-from isolation_sim.identification.velocity import smooth
 from isolation_sim.laws import LAWS
 
 RATE, SECONDS = 256, 12.0

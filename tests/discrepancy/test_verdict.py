@@ -17,7 +17,7 @@ from isolation_sim.discrepancy.diagnosis import Cause
 from isolation_sim.discrepancy.verdict import meaning
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.measured.run_table import TestRun
 
 from ..pink_noise import pink_noise
 

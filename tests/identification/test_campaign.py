@@ -9,8 +9,8 @@ import pytest
 
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign, read_campaign, write_campaign
+from isolation_sim.identification.measured.run_table import TestRun, read_run
 from isolation_sim.identification.run_preparation import repaired
-from isolation_sim.identification.run_table import TestRun, read_run
 
 N = 200
 TIME = 0.01 * np.arange(N)

@@ -19,9 +19,9 @@ from isolation_sim.identification.fitted import Estimate, labels
 from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.law_model import LawModel
 from isolation_sim.identification.least_squares import Optimum
+from isolation_sim.identification.measured.run_table import TestRun
+from isolation_sim.identification.measured.velocity import smooth
 from isolation_sim.identification.measured_runs import measured_runs
-from isolation_sim.identification.run_table import TestRun
-from isolation_sim.identification.velocity import smooth
 from isolation_sim.laws import LAWS, CurrentDependence, Device
 from isolation_sim.laws.law import Law, Quantity
 

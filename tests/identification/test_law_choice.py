@@ -20,8 +20,8 @@ from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.cross_validation import fitted_without
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.law_choice import LawChoice, LawRank, choose_law
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
-from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws import LAWS, law
 from isolation_sim.workers import workers
 

@@ -9,8 +9,8 @@ from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.identification import run_preparation
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.run_preparation import LONGEST_STEP, SAMPLES_PER_CYCLE, thin_runs
-from isolation_sim.identification.run_table import TestRun
 
 K, C, FRICTION = 2e4, 800.0, 30.0
 

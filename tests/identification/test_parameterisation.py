@@ -9,8 +9,8 @@ from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.current_basis import currents_of
 from isolation_sim.identification.fit import fit
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.parameterisation import Parameterisation
-from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws import LAWS, Device
 
 

@@ -8,10 +8,10 @@ import pytest
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.discrepancy.evaluate import evaluate
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.data_checks import data_notes
 from isolation_sim.identification.fit import fit
+from isolation_sim.identification.measured.data_checks import data_notes
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.run_preparation import repaired, spikes
-from isolation_sim.identification.run_table import TestRun
 
 TIME = 0.005 * np.arange(1200)
 X = 0.01 * np.sin(2 * np.pi * TIME)

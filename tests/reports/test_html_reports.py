@@ -6,7 +6,7 @@ import pytest
 import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.reports.chart import elements_along
 from isolation_sim.reports.html.run_report import criteria_table, run_report
 from isolation_sim.structures import load_change_rows, plan_building

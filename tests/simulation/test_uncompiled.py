@@ -14,11 +14,11 @@ from ground_motions import Record
 from isolation_sim.discrepancy.device import effect_evaluation, effect_kernel
 from isolation_sim.effects import EFFECTS
 from isolation_sim.generated import COMPILED
-from isolation_sim.identification import device_kernel
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
+from isolation_sim.identification.kernel import device_kernel
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured_runs import measured_runs
-from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.sensitivities import Motion, Simulator
 from isolation_sim.laws import LAWS, law
 from isolation_sim.simulation.batch import LANES, Case, simulate_many

@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 
 from ...effects import extend
 from ...identification.campaign import Campaign
-from ...identification.data_checks import data_notes
 from ...identification.error_notes import outlier_note
 from ...identification.fitted import RunError
 from ...identification.law_choice import LawChoice, LawRank, choose_law
 from ...identification.law_fit import SEARCHED, fit_law, parameterise, refine_law
 from ...identification.law_model import coarse_step_error
+from ...identification.measured.data_checks import data_notes
+from ...identification.measured.noise import correlation_time
+from ...identification.measured.run_starts import start_note
 from ...identification.measured_runs import MeasuredRuns, hold_out_some, measured_runs
-from ...identification.noise import correlation_time
-from ...identification.run_starts import start_note
 from ...laws import Device
 from ...laws.law import Law
 from ...laws.registry import LAWS

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...identification.noise import noise_beside_steps
+from ...identification.measured.noise import noise_beside_steps
 from ...structures import IsolatedStructure
 from ..decisions import LEAST_SENSOR_NOISE, MOST_COLOUR, MOST_CURRENT_NOISE
 from .model import BuildingModel

@@ -15,7 +15,7 @@ from ground_motions import Record
 from ground_motions.readers.lines import uniform_step
 
 from ...errors import InputError, did_you_mean, near_name
-from ...identification.gaps import fill_gaps, gap_note
+from ...identification.measured.gaps import fill_gaps, gap_note
 from ...io.csv_table import read_csv_table
 from .channels import (
     AXES,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ground_motions.units import STANDARD_GRAVITY
 
 from ...errors import InputError
-from ...identification.channel_checks import clipped
+from ...identification.measured.channel_checks import clipped
 from ...structures import Structure
 from .model import dofs_by_level
 from .record import BuildingRecord

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...effects import Effect, Signals
+from ...identification.measured.run_table import TestRun
 from ...identification.measured_runs import MeasuredRuns, measured_runs
-from ...identification.run_table import TestRun
 from .carried_history import (
     Weakened,
     WeakenedSlopes,

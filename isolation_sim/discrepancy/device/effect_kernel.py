@@ -7,7 +7,7 @@ those of another effect, and inserts them in the copy of this module that is com
 from numba import njit
 
 from ...compilation.options import EXACT
-from ...identification.run_walk import next_sample
+from ...identification.kernel.run_walk import next_sample
 from .effect_functions import (
     N_OUTPUTS,
     N_PARAMETERS,

@@ -47,7 +47,7 @@ def _text(effect: Effect) -> str:
     """Source of the kernel: the effect's functions and the Rosenbrock step of its states."""
     import casadi
 
-    from ...identification import run_walk
+    from ...identification.kernel import run_walk
     from . import effect_functions, effect_kernel
 
     z_names = [f"z{i}" for i in range(len(effect.states))]

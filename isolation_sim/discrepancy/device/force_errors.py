@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ...identification.measured.noise import slow_noise
 from ...identification.measured_runs import MeasuredRuns
-from ...identification.noise import slow_noise
 from ..decisions import ADEQUATE, CHANCE_OF_FEW, LOST, REMAINS, WORSE
 from .conditions import conditions
 

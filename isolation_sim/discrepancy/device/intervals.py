@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...effects.effect import EffectParameter
 from ...identification.law_fit import SEARCHED
 from ...identification.least_squares import DETERMINED, levenberg_marquardt, unit_columns
-from ...identification.noise import correlation_time
+from ...identification.measured.noise import correlation_time
 from ..decisions import (
     BOUND_NEEDED,
     INTERVAL_EXAMPLES,

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...identification.holds import hold_still
+from ...identification.measured.holds import hold_still
+from ...identification.measured.noise import coloured_noise
 from ...identification.measured_runs import MeasuredRuns, smooth_motion
-from ...identification.noise import coloured_noise
 from ..decisions import RUNAWAY_SHIFT
 from .model import FittedModel
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from ...archive import law_of
 from ...effects import extend
 from ...identification.cross_validation import fitted_without, folds_of, of_parts
+from ...identification.measured.noise import correlation_time
 from ...identification.measured_runs import MeasuredRuns
-from ...identification.noise import correlation_time
 from ...laws import Device
 from ..decisions import (
     ADEQUATE,

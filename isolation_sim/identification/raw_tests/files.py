@@ -12,7 +12,7 @@ from ground_motions.readers.lines import AnotherQuantityError
 from ground_motions.registry import Registry
 
 from ...errors import InputError
-from ..run_table import MINIMUM_SAMPLES
+from ..measured.run_table import MINIMUM_SAMPLES
 from .raw_table import RawTable, tables_of_frames
 
 _KIND = re.compile(r"\b(sheet|table) ")

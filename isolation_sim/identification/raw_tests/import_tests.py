@@ -18,9 +18,9 @@ from ...errors import InputError
 from ...io.files import check_writable
 from ...rendering import Printed, render
 from ..campaign import Campaign, write_campaign
-from ..data_checks import same_forces_notes, turned_runs, unit_notes
+from ..measured.data_checks import same_forces_notes, turned_runs, unit_notes
+from ..measured.run_table import TestRun, make_run
 from ..run_preparation import repaired
-from ..run_table import TestRun, make_run
 from .channels import NEEDED, Channel, check_choices, find_channels, listed
 from .files import pattern_of, tables_by_name
 from .rate import CLOCK_UNIT

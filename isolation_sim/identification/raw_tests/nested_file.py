@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ground_motions.readers.mat_variables import mat_variables
 
 from ...errors import InputError, not_installed
-from ..run_table import MINIMUM_SAMPLES
+from ..measured.run_table import MINIMUM_SAMPLES
 from .channels import Heading, heading_of
 from .rate import rate_of
 from .raw_table import RawTable, are_units

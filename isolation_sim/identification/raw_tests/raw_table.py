@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ground_motions.readers.lines import is_number, other_decimal_mark, two_marks
 
 from ...errors import InputError
-from ..run_table import MINIMUM_SAMPLES
+from ..measured.run_table import MINIMUM_SAMPLES
 from .channels import Heading, heading_of, is_unit, names_quantity
 from .rate import (
     CLOCK_UNIT,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ground_motions.readers.lines import uniform_step
 
 from ...errors import InputError
-from ..gaps import LONGEST, fill_gaps, gap_note
+from ..measured.gaps import LONGEST, fill_gaps, gap_note
 from .channels import Channel
 from .raw_table import RawTable
 

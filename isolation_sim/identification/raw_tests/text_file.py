@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ground_motions.readers.lines import is_number, read_lines
 
-from ..run_table import MINIMUM_SAMPLES
+from ..measured.run_table import MINIMUM_SAMPLES
 from .channels import heading_of, is_unit
 from .raw_table import RawTable, Row, is_data, tables_of_rows, trim, with_point
 

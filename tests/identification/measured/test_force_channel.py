@@ -9,14 +9,18 @@ import pytest
 from scipy.ndimage import uniform_filter1d
 
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.data_checks import data_notes
 from isolation_sim.identification.fit import fit
-from isolation_sim.identification.force_channel import Averaging, find_averaging, moving_average
 from isolation_sim.identification.law_fit import refine_law
 from isolation_sim.identification.law_model import LawModel
+from isolation_sim.identification.measured.data_checks import data_notes
+from isolation_sim.identification.measured.force_channel import (
+    Averaging,
+    find_averaging,
+    moving_average,
+)
+from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured_runs import measured_runs
 from isolation_sim.identification.parameterisation import Parameterisation
-from isolation_sim.identification.run_table import TestRun
 from isolation_sim.laws.registry import LAWS
 
 MOTIONS = ((25, 0.1), (25, 0.25), (25, 0.5), (10, 1.0), (5, 3.0), (2, 5.0))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from isolation_sim.errors import InputError
-from isolation_sim.identification.velocity import _without_hum, smooth
+from isolation_sim.identification.measured.velocity import _without_hum, smooth
 
 
 @pytest.mark.parametrize(("frequency", "step", "n"), [(1, 1 / 256, 1280), (5, 0.005, 450)])

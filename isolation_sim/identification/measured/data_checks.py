@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ground_motions.units import STANDARD_GRAVITY
 
-from ..errors import InputError
+from ...errors import InputError
 from .channel_checks import (
     clipped_channels,
     coarse_channels,

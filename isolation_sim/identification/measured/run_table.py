@@ -13,8 +13,8 @@ from ground_motions.argument_types import checked
 from ground_motions.readers.lines import uniform_step
 from ground_motions.units import column_units
 
-from ..errors import InputError, near_name
-from ..io.csv_table import read_csv_table
+from ...errors import InputError, near_name
+from ...io.csv_table import read_csv_table
 from .gaps import fill_gaps, gap_note
 from .velocity import smooth
 
@@ -49,7 +49,7 @@ class TestRun:
     time : numpy.ndarray, shape (n,), s
     displacement : numpy.ndarray, shape (n,), m
     velocity : numpy.ndarray, shape (n,), m/s
-        As measured, or by `isolation_sim.identification.velocity.smooth`.
+        As measured, or by `isolation_sim.identification.measured.velocity.smooth`.
     force : numpy.ndarray, shape (n,), N
     current : numpy.ndarray, shape (n,), A
         0 throughout where it was not measured, as of a device without coil.

@@ -4,7 +4,7 @@
 its rows, or those of the force in its first row. ``slope`` has those of the states by coefficients.
 """
 
-from ..compilation.options import inline
+from ...compilation.options import inline
 
 N_STATES = 1
 N_PARAMETERS = 2

@@ -14,12 +14,12 @@ from scipy.signal import butter, lfilter, sosfiltfilt
 
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.channel_checks import clipped
-from isolation_sim.identification.data_checks import data_notes, refuse_swapped
 from isolation_sim.identification.error_notes import outlier_note
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.fitted import RunError
-from isolation_sim.identification.run_table import TestRun
+from isolation_sim.identification.measured.channel_checks import clipped
+from isolation_sim.identification.measured.data_checks import data_notes, refuse_swapped
+from isolation_sim.identification.measured.run_table import TestRun
 
 N, DT = 1600, 0.005
 TIME = DT * np.arange(N)

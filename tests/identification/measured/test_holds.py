@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from isolation_sim.identification.holds import hold_still
-from isolation_sim.identification.velocity import smooth
+from isolation_sim.identification.measured.holds import hold_still
+from isolation_sim.identification.measured.velocity import smooth
 
 STEP, NOISE = 1 / 128, 1e-3
 

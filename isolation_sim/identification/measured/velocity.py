@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ...errors import InputError
 from .noise import SensorNoise, sensor_noise
 
 MINIMUM_SAMPLES = 5

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..laws.law import Law
+from ...laws.law import Law
 from .loop_cycles import find_frequency
 from .noise import sensor_noise
 from .run_table import TestRun

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt, sosfiltfilt
 
-from isolation_sim.identification.noise import (
+from isolation_sim.identification.measured.noise import (
     channel_noise,
     coloured_noise,
     cycles_of,
@@ -16,9 +16,9 @@ from isolation_sim.identification.noise import (
     steady_noise,
     white_noise,
 )
-from isolation_sim.identification.velocity import smooth
+from isolation_sim.identification.measured.velocity import smooth
 
-from ..pink_noise import pink_noise
+from ...pink_noise import pink_noise
 
 RATE, CORNER, SECONDS = 500.0, 25.0, 12.0
 TIME = np.arange(0, SECONDS, 1 / RATE)

@@ -11,10 +11,10 @@ from scipy.integrate import solve_ivp
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
+from isolation_sim.identification.measured.run_table import TestRun
+from isolation_sim.identification.measured.velocity import smooth
 from isolation_sim.identification.measured_runs import measured_runs
-from isolation_sim.identification.run_table import TestRun
 from isolation_sim.identification.sensitivities import Simulator
-from isolation_sim.identification.velocity import smooth
 from isolation_sim.laws.registry import LAWS
 
 STEP = 1 / 128

@@ -1,6 +1,6 @@
 """The way through the samples of a test run, which the kernels for laws and effects share."""
 
-from ..compilation.options import exact_inline
+from ...compilation.options import exact_inline
 
 
 @exact_inline

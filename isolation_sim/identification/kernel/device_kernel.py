@@ -13,7 +13,7 @@ another law, and inserts them in the copy of this module that is compiled.
 import numpy as np
 from numba import njit
 
-from ..compilation.options import OPTIONS, inline
+from ...compilation.options import OPTIONS, inline
 from .device_arguments import Workspace
 from .law_functions import (
     N_PARAMETERS,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ...errors import InputError
 
 MINIMUM_CYCLES = 3
 MINIMUM_SAMPLES_A_CYCLE = 16

@@ -1,0 +1,1 @@
+"""Compiled simulation of a device under measured motion, with derivatives."""

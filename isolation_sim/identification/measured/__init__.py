@@ -1,0 +1,1 @@
+"""Measured runs as they are: channels, cycles, rests, noise, and checks of the data."""
