@@ -27,8 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ground_motions.python_source import parse
+from isolation_sim.compilation.generated import COMPILED, load_text, module_name
 from isolation_sim.errors import InputError
-from isolation_sim.generated import COMPILED, load_text, module_name
 from isolation_sim.laws.law import Law
 from isolation_sim.simulation.control import CompiledDecision, RunContext
 

@@ -28,12 +28,12 @@ from ground_motions.old_names import renamed_keys
 from ground_motions.python_source import parse
 from ground_motions.registry import code_files, copied_place, has_changed
 
+from .compilation.generated import cache_folder, load_text
 from .criterion import Criteria
 from .effects.effect import Effect
 from .effects.extend import ExtendedLaw, _extended_law, _outer_parameters
 from .effects.registry import EFFECTS, effect
 from .errors import ControllerError, Diverged, InputError, RefusedCurrent, warn
-from .generated import cache_folder, load_text
 from .laws.fmu import of_file
 from .laws.law import Law
 from .laws.passive_switching import PassiveLaw, _passive_law
@@ -54,6 +54,9 @@ _PACKAGES = ("isolation_sim", "ground_motions", "controllers")
 _ERRORS: dict[str, type[Exception]] = {
     each.__name__: each for each in (Diverged, ControllerError, RefusedCurrent, InputError)
 }
+_OLD_MODULES = {
+    "isolation_sim.identification.run_table": "isolation_sim.identification.measured.run_table"
+}
 _OLD_CLASSES = {"Reached": "TestComparison"}
 _OLD_FIELDS = {
     "Cause": {"evidence": "reason"},
@@ -61,7 +64,7 @@ _OLD_FIELDS = {
     "Record": {"unit_as_given": "file_unit"},
     "Run": {"reached": "accuracy", "reached_of_tests": "test_comparison"},
 }
-"""Names of classes and of their fields in files of older versions."""
+"""Names of modules, of classes and of their fields in files of older versions."""
 
 
 class _Content(NamedTuple):
@@ -191,6 +194,7 @@ def _object(place: str, state: dict[str, Any]) -> Any:
     module, _, name = place.partition(":")
     if module.partition(".")[0] not in _PACKAGES:
         raise InputError(f"contains {place}, which is not a class of the project")
+    module = _OLD_MODULES.get(module, module)
     kind = getattr(import_module(module), _OLD_CLASSES.get(name, name))
     if not isinstance(kind, type):
         raise InputError(f"contains {place}, which is not a class")

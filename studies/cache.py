@@ -14,7 +14,7 @@ from typing import Any
 import controllers
 import isolation_sim
 from ground_motions.files import atomic_write
-from isolation_sim.generated import cache_folder
+from isolation_sim.compilation.generated import cache_folder
 
 
 def cached_result(name: str, content: bytes, find: Callable[[], dict[str, Any]]) -> dict[str, Any]:

@@ -14,8 +14,9 @@ from threading import Barrier
 import pytest
 
 import controllers.compiled
+import isolation_sim
 from controllers.device_model import DeviceModel
-from isolation_sim import generated
+from isolation_sim.compilation import generated
 from isolation_sim.discrepancy.device import effect_kernel_text
 from isolation_sim.effects import effect, followers, self_heating
 from isolation_sim.identification.kernel import device_kernel_text
@@ -23,7 +24,7 @@ from isolation_sim.laws import LAWS, emit, standard_solid
 from isolation_sim.simulation.kernel import loading
 
 LAW = LAWS["standard_solid"]
-PACKAGE = Path(generated.__file__).parent
+PACKAGE = Path(isolation_sim.__file__).parent
 DAY = 86400.0
 
 GENERATORS = {

@@ -369,7 +369,7 @@ def test_workers_find_the_projects_packages_first(tmp_path, monkeypatch):
 
 
 def test_a_home_that_cannot_be_written_is_replaced(tmp_path, monkeypatch, capsys):
-    from isolation_sim import generated
+    from isolation_sim.compilation import generated
 
     blocked = tmp_path / "file"
     blocked.write_text("")

@@ -11,6 +11,7 @@ from isolation_sim.archive import _object
 from isolation_sim.discrepancy.diagnosis import Cause
 from isolation_sim.effects.effect import EffectParameter
 from isolation_sim.errors import InputError
+from isolation_sim.identification.campaign import TestRun
 from isolation_sim.scenario import Scenario
 from isolation_sim.sweeps.fields import steps_of
 
@@ -65,3 +66,5 @@ def test_saved_results_have_old_classes_and_fields():
     names = ("deformation", "tested_deformation", "current", "tested_current")
     peaks = _object("isolation_sim.simulation.tested_range:Reached", dict.fromkeys(names, 1.0))
     assert peaks.deformation_ratio == 1.0
+    run = _object("isolation_sim.identification.run_table:TestRun", {"name": "run 1"})
+    assert isinstance(run, TestRun) and run.name == "run 1"

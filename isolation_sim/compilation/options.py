@@ -18,7 +18,7 @@ from numba.core.compiler_machinery import LoweringPass, register_pass
 from numba.core.typed_passes import AnnotateTypes
 from numba.core.types.functions import BaseFunction
 
-from ..generated import COMPILED
+from .generated import COMPILED
 
 # Numba optimises every function, and makes machine code of it, before it links the function into
 # its callers, where it is optimised once more. Functions that only compiled code calls are only

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from ground_motions import Record
 from ground_motions.old_names import renamed_arguments
 
+from ..compilation.generated import COMPILED
 from ..criterion import Criterion, selected_criteria
 from ..errors import AccuracyWarning, InputError, warn
-from ..generated import COMPILED
 from ..laws.passive_switching import instantaneous
 from ..laws.trace_check import check_traceable
 from ..structures import IsolatedStructure

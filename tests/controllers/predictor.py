@@ -8,7 +8,7 @@ from controllers.predictive.generated_jacobian import PredictionModel
 from controllers.predictive.prediction import Prediction
 from controllers.predictive.prediction_kernel import predict
 from controllers.predictive.uncontrolled import follow_uncontrolled
-from isolation_sim.generated import load_text
+from isolation_sim.compilation.generated import load_text
 
 _ENTRIES = """
 @njit(cache=True, error_model="numpy")

@@ -7,7 +7,7 @@ from scipy.optimize import nnls
 
 from controllers.compiled import collect
 from controllers.predictive import active_set
-from isolation_sim.generated import load_text
+from isolation_sim.compilation.generated import load_text
 
 HEADER = """from __future__ import annotations
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from isolation_sim.generated import load_text
+from isolation_sim.compilation.generated import load_text
 from isolation_sim.laws import LAWS
 from isolation_sim.laws.emit import function_text, straight_line, symbols
 

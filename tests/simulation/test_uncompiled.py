@@ -11,9 +11,9 @@ import pytest
 import isolation_sim as iso
 from controllers.passive_off import PassiveOff
 from ground_motions import Record
+from isolation_sim.compilation.generated import COMPILED
 from isolation_sim.discrepancy.device import effect_evaluation, effect_kernel
 from isolation_sim.effects import EFFECTS
-from isolation_sim.generated import COMPILED
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.kernel import device_kernel

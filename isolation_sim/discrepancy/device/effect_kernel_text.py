@@ -11,9 +11,9 @@ from functools import lru_cache, reduce
 from types import ModuleType
 from typing import Any
 
+from ...compilation.generated import in_cache, load_written, name_of_content
 from ...compilation.kernel_text import assigned, kernel_text
 from ...effects import Effect, Signals
-from ...generated import in_cache, load_written, name_of_content
 from ...laws.emit import function_text, straight_line, symbols
 from ...laws.fingerprint import fingerprint
 

@@ -18,8 +18,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
+from ...compilation.generated import COMPILED, in_cache, load_written
 from ...compilation.kernel_text import assigned, kernel_text, module_text
-from ...generated import COMPILED, in_cache, load_written
 from ...laws.fingerprint import fingerprint
 from ...laws.law import Law
 from . import shape as own_sizes

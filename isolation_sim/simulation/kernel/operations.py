@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...generated import COMPILED
+from ...compilation.generated import COMPILED
 from . import intrinsics, plain
 
 _used: Any = intrinsics if COMPILED else plain

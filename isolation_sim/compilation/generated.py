@@ -23,13 +23,13 @@ from types import ModuleType
 
 from ground_motions.files import atomic_write
 
-from .errors import InputError
+from ..errors import InputError
 
 COMPILED = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 """Whether Numba compiles; with ``NUMBA_DISABLE_JIT=1`` all functions run as Python."""
 UNUSED_DAYS = 60.0
 """Days without use after which a generated module is removed."""
-_PACKAGE = Path(__file__).parent
+_PACKAGE = Path(__file__).parents[1]
 _PREFIX = "isolation_sim_"
 # Threads that fit one law ask for its module at the same time, and only one needs to write it.
 # CasADi, which writes the texts, fails in two threads at once.
