@@ -133,8 +133,9 @@ class Trajectory:
         return self.values[:, names.index(name)]
 
 
-def currents_at(work: Workspace, n_channels: int, lane: int) -> NDArray:
+def currents_at(work: Workspace, n_channels: int, lane: int, share: float = 0.0) -> NDArray:
     """Coil currents at all grid points, just after any change, (n_points, n_channels), A."""
+    # share: of the interval behind each grid point, at which they are instead
     grid = work.grid
     segment = np.repeat(np.arange(len(grid.segments) - 1), grid.segments[:-1, 2])
     segment = np.append(segment, segment[-1])
@@ -143,13 +144,8 @@ def currents_at(work: Workspace, n_channels: int, lane: int) -> NDArray:
     if not lag.any() and not np.isfinite(slew).any():
         return start
     first = grid.segments[segment, 0]
-    return coil_current(
-        start,
-        work.command[first, :n_channels, lane],
-        lag,
-        slew,
-        (grid.time - grid.time[first])[:, None],
-    )
+    t = grid.time - grid.time[first] + share * np.append(grid.lengths, 0.0)
+    return coil_current(start, work.command[first, :n_channels, lane], lag, slew, t[:, None])
 
 
 def coil_current(
