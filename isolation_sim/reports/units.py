@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 UNITS = {
     "drift_ratio": ("%", 1e2),
     "m2_s4": ("m²/s⁴", 1.0),
@@ -75,6 +77,9 @@ def _converted_history(history: Any) -> Any:
     for name, array in history.variables.items():
         shown, factor = factors.get(array.attrs.get("units", ""), ("", 1.0))
         if shown:
+            rotations = array.attrs.get("rotations", "").split()
+            if rotations:  # in rad, which is printed as it is
+                factor = np.where(history["dof"].isin(rotations), 1.0, factor)
             changed[name] = array.dims, factor * array.values, array.attrs | {"units": shown}
     return history.assign(changed)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from .workspace import Workspace
 
 __all__ = ["Trajectory"]
+
+_ROTATION = re.compile(r"rocking_.*|.*_(rotation|r[xyz])")
+"""Names of dofs that are rotations: of plan buildings, soil and OpenSees."""
 
 
 class Trajectory:
@@ -200,6 +204,10 @@ def dataset(run: Trajectory) -> xarray.Dataset:
         name: (("time", axis), values, {"units": unit, "long_name": meaning})
         for (name, axis, unit, meaning), values in zip(quantities, parts, strict=True)
     }
+    rotations = " ".join(filter(_ROTATION.fullmatch, structure.names))
+    for name, unit in (("displacement", "rad"), ("velocity", "rad/s"), ("acceleration", "rad/s^2")):
+        if rotations:
+            variables[name][2].update(rotations=rotations, units_of_rotations=unit)
     for name, values, meaning in (
         ("current", run.current, "coil current"),
         ("command", run.command, "commanded current"),
