@@ -77,10 +77,10 @@ def _converted_history(history: Any) -> Any:
     for name, array in history.variables.items():
         shown, factor = factors.get(array.attrs.get("units", ""), ("", 1.0))
         if shown:
-            rotations = array.attrs.get("rotations", "").split()
+            values, rotations = factor * array.values, array.attrs.get("rotations", "").split()
             if rotations:  # in rad, which is printed as it is
-                factor = np.where(history["dof"].isin(rotations), 1.0, factor)
-            changed[name] = array.dims, factor * array.values, array.attrs | {"units": shown}
+                values = np.where(history["dof"].isin(rotations), array.values, values)
+            changed[name] = array.dims, values, array.attrs | {"units": shown}
     return history.assign(changed)
 
 
