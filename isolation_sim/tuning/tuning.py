@@ -18,6 +18,7 @@ from ..io.csv_table import write_table
 from ..io.files import json_text, write_text
 from ..io.results_folder import check_free, files_into, write_contents, writing_to
 from ..rendering import Printed, render
+from ..resampling import bootstrap_level
 from ..search_range import SearchRange
 from .search import Trial, generation_size
 
@@ -29,9 +30,6 @@ _AT_BOUND = 0.01
 """Distance from a bound that counts as at the bound, as a share of the range."""
 _CLEARLY_BETTER = 0.01
 """Difference of mean scores beyond the rounding of the values that the sensitivity tries."""
-CONFIDENCE = 0.95
-_EXTREME = 5.0
-"""Normal quantile that is beyond every resample; of two or three values."""
 MARGIN = 1e-3
 """Smallest difference of scores that counts. The scan of constant currents finds the smallest sum
 to a tenth of it."""
@@ -51,21 +49,17 @@ class MeanInterval(NamedTuple):
 
 def mean_interval(values: ArrayLike) -> MeanInterval:
     """Mean of the values of a sample of motions, with its 95 % interval."""
-    # Hesterberg 2015, The American Statistician 69, 371-386: the bootstrap of few values is too
-    # narrow, and its level is raised by Student's quantile and the variance's n / (n - 1)
-    from scipy.stats import bootstrap, norm, t
+    from scipy.stats import bootstrap
 
     array = np.sort(np.asarray(values, dtype=float))
     mean = float(array.mean())
     if np.ptp(array) == 0.0:
         bounds = (np.nan, np.nan) if len(array) == 1 else (mean, mean)
         return MeanInterval(mean, *bounds)
-    n = len(array)
-    quantile = t.ppf(0.5 + 0.5 * CONFIDENCE, n - 1) * np.sqrt(n / (n - 1))
-    level = float(1 - 2 * norm.sf(min(quantile, _EXTREME)))
     result = bootstrap(
-        (array,), np.mean, confidence_level=level, random_state=np.random.default_rng(0)
-    ).confidence_interval
+        (array,), np.mean, confidence_level=bootstrap_level(len(array)),
+        random_state=np.random.default_rng(0),
+    ).confidence_interval  # fmt: skip
     return MeanInterval(mean, float(result.low), float(result.high))
 
 
