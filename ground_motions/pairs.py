@@ -46,7 +46,8 @@ def combined_spectrum(
         Natural periods, s.
     combination : {"srss", "rotd100", "geometric_mean", "mean", "larger"}
         Of the two ordinates at each period; ``"rotd100"`` is the maximum over all horizontal
-        directions (Boore 2010), the "maximum direction" of ASCE 7-22.
+        directions (Boore 2010), the "maximum direction" of ASCE 7-22. There the shorter of two
+        components is at rest after its end.
     damping : float
         Damping ratio.
 
@@ -58,8 +59,8 @@ def combined_spectrum(
     Raises
     ------
     InputError
-        If there are not one or two components, their steps or lengths differ with ``"rotd100"``,
-        or an argument is out of range.
+        If there are not one or two components, their steps differ with ``"rotd100"``, or an
+        argument is out of range.
 
     Notes
     -----

@@ -146,6 +146,29 @@ def test_the_command_lists_failures_of_the_control(tmp_path, monkeypatch, capsys
     assert "no certification" in page and "from memory" in page
 
 
+@pytest.mark.parametrize("c, moves", [(1e4, True), (1e6, False)])
+def test_an_elastic_building_that_still_moves_has_no_residual_displacement(
+    tmp_path, capsys, c, moves
+):
+    """Of a linear building it is zero; a mean over part of a cycle is not."""
+    isolator = f"""
+[isolator]
+law = "kelvin_voigt"
+parameters = {{ k = 2e6, c = {c} }}
+length_scale = 1.0
+force_scale = 1.0
+"""
+    (tmp_path / "mine.toml").write_text(SCENARIO.split("[moat_wall]")[0].replace(
+        '"on_off"', '"passive_off"') + isolator + "[check]\nS_M1_g = 0.5\nquiet_after_s = 20.0\n"
+    )  # fmt: skip
+    assert ended(["check", str(tmp_path / "mine.toml"), "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    values = [row["value"] for row in rows if row["subject"].startswith("residual displacement")]
+    assert len(values) == 3
+    for value in values:
+        assert value == "not known: still moving" if moves else float(value[:-3]) < 2
+
+
 @pytest.mark.parametrize("count, statistic", [(7, np.mean), (2, np.max)])
 def test_a_suite_is_checked_by_the_mean_of_its_motions_or_the_largest(
     tmp_path, capsys, count, statistic

@@ -6,6 +6,7 @@ import pytest
 from scipy.io import loadmat
 
 import isolation_sim as iso
+from ground_motions import Record
 from isolation_sim.cli import main
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.measured.run_table import TestRun
@@ -13,6 +14,7 @@ from isolation_sim.io import interchange
 from isolation_sim.io.columns import columns_bytes
 from isolation_sim.io.files import read_netcdf
 from isolation_sim.reports.units import in_engineering_units
+from isolation_sim.structures import plan_building
 
 SCENARIO = """
 [ground]
@@ -191,6 +193,30 @@ def test_engineering_units_are_those_of_printed_tables(results, tmp_path):
     np.testing.assert_allclose(sheet["rms_drift_mm"], 1e3 * si["rms_drift_m"])
     with pytest.raises(iso.InputError, match="unknown units 'imperial'"):
         iso.export_results(results, "csv", tmp_path / "no", "imperial")
+
+
+@pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
+def test_rotations_are_in_rad_in_both_units(tmp_path):
+    """One isolator off the centre of mass: the slab turns by the moment of its force."""
+    slab = plan_building(
+        [1e3], [1e9], [1e9], base_mass=1e5, plan=(6.0, 6.0), eccentricity=(0.0, 1.0)
+    )  # fmt: skip
+    isolated = slab.on(iso.law("kelvin_voigt", {"k": 4e6, "c": 2e5}), biaxial=True)
+    pulse = Record(np.sin(np.linspace(0.0, 6.0, 60)), 0.02, name="pulse")
+    run = iso.simulate(isolated, [pulse, pulse.scaled(0.0)])
+    run.save(tmp_path / "run")
+    angle = run.output("base_rotation_displacement_m")
+    assert np.abs(angle).max() > 1e-4
+    for units, length, factor in (("si", "m", 1.0), ("engineering", "mm", 1e3)):
+        iso.export_results(tmp_path / "run", "csv", tmp_path / units, units)
+        table = pandas.read_csv(tmp_path / units / "history.csv")
+        np.testing.assert_allclose(table["displacement base_rotation (rad)"], angle, atol=1e-12)
+        moved = run.output("base_x_displacement_m")
+        np.testing.assert_allclose(
+            table[f"displacement base_x ({length})"], factor * moved, atol=1e-9
+        )
+        assert "acceleration base_rotation (rad/s^2)" in table
+        assert "velocity base_y (m/s)" in table
 
 
 def test_units_of_single_columns_and_of_statistics():

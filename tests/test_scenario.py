@@ -171,6 +171,21 @@ def test_ground_is_processed_in_the_order_of_its_keys():
     assert record.duration == pytest.approx(12.0)
 
 
+def test_a_motion_with_quiet_ground_has_the_spectral_acceleration_that_is_asked_for():
+    """The cut begins and ends in strong motion."""
+    text = """
+    [ground]
+    start_s = 2.0
+    stop_s = 5.0
+    quiet_before_s = 1.0
+    quiet_after_s = 2.0
+    scale_to_sa_g = 0.4
+    sa_period_s = 0.3
+    """
+    (record,) = Scenario.from_toml(text).build().records
+    assert record.spectrum([0.3]).psa[0] == pytest.approx(0.4 * STANDARD_GRAVITY, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     "ground",
     [

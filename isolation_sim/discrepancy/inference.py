@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..identification.least_squares import DETERMINED, unit_columns
 from ..identification.least_squares import at_bound as at_bound  # beside the other inference
+from ..resampling import bootstrap_level
 from .decisions import MAY_BE_ZERO, RESAMPLES, UNDETERMINED
 from .device.generic_terms import OUTSIDE
 from .diagnosis import Cause
@@ -90,7 +91,8 @@ def gain_interval(blocks: NDArray, seed: int = 0) -> tuple[float, float] | None:
 
     result = bootstrap(
         tuple(blocks.T), decrease, paired=True, vectorized=True, n_resamples=RESAMPLES,
-        method="percentile", rng=np.random.default_rng(seed),
+        method="percentile", confidence_level=bootstrap_level(len(blocks)),
+        rng=np.random.default_rng(seed),
     ).confidence_interval  # fmt: skip
     return float(result.low), float(result.high)
 

@@ -226,7 +226,9 @@ def _flat(part: Any) -> dict[str, pandas.DataFrame]:
         labels = [()] if not others else list(np.ndindex(*map(len, others)))
         for column, at in zip(places.T, labels, strict=True):
             where = tuple(other[k] for other, k in zip(others, at, strict=True))
-            columns[_heading(str(name), where, array.attrs.get("units"))] = column
+            turns = bool(where) and str(where[0]) in array.attrs.get("rotations", "").split()
+            unit = array.attrs.get("units_of_rotations" if turns else "units")
+            columns[_heading(str(name), where, unit)] = column
     return {axis: pandas.DataFrame(columns) for axis, columns in tables.items()}
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 UNITS = {
     "drift_ratio": ("%", 1e2),
     "m2_s4": ("m²/s⁴", 1.0),
@@ -75,7 +77,10 @@ def _converted_history(history: Any) -> Any:
     for name, array in history.variables.items():
         shown, factor = factors.get(array.attrs.get("units", ""), ("", 1.0))
         if shown:
-            changed[name] = array.dims, factor * array.values, array.attrs | {"units": shown}
+            values, rotations = factor * array.values, array.attrs.get("rotations", "").split()
+            if rotations:  # in rad, which is printed as it is
+                values = np.where(history["dof"].isin(rotations), array.values, values)
+            changed[name] = array.dims, values, array.attrs | {"units": shown}
     return history.assign(changed)
 
 

@@ -38,6 +38,12 @@ class _Ground(Section):
         Field(description="corner frequency of a high-pass filter, with baseline_order"),
     ] = None
     resample_to_s: Annotated[Positive | None, Field(description="new sampling step")] = None
+    quiet_before_s: Annotated[
+        NonNegative, Field(description="duration of zeros before the record")
+    ] = 0.0
+    quiet_after_s: Annotated[
+        NonNegative, Field(description="duration of zeros after the record")
+    ] = 0.0
     scale_factor: Annotated[
         Number | None, Field(description="factor on the acceleration; at most one scale_ key")
     ] = None
@@ -49,12 +55,6 @@ class _Ground(Section):
     ] = None
     sa_period_s: Annotated[NonNegative | None, Field(description="with scale_to_sa_g")] = None
     sa_damping_ratio: Annotated[float, Field(ge=0, lt=1, description="with scale_to_sa_g")] = 0.05
-    quiet_before_s: Annotated[
-        NonNegative, Field(description="duration of zeros before the record")
-    ] = 0.0
-    quiet_after_s: Annotated[
-        NonNegative, Field(description="duration of zeros after the record")
-    ] = 0.0
 
     @model_validator(mode="after")
     def _keys_that_go_together(self) -> Self:
@@ -80,6 +80,9 @@ class _Ground(Section):
             record = record.baseline_corrected(self.baseline_order, self.highpass_Hz)
         if self.resample_to_s is not None:
             record = record.resampled(self.resample_to_s)
+        if self.quiet_before_s or self.quiet_after_s:
+            record = record.padded(self.quiet_before_s, self.quiet_after_s)
+        # the last step: quiet ground beside a sample other than 0 changes the spectrum
         if self.scale_factor is not None:
             record = record.scaled(self.scale_factor)
         if self.scale_to_pga_g is not None:
@@ -87,8 +90,6 @@ class _Ground(Section):
         if self.scale_to_sa_g is not None and self.sa_period_s is not None:
             target = self.scale_to_sa_g * STANDARD_GRAVITY
             record = record.scaled_to_sa(target, self.sa_period_s, self.sa_damping_ratio)
-        if self.quiet_before_s or self.quiet_after_s:
-            record = record.padded(self.quiet_before_s, self.quiet_after_s)
         return record
 
 

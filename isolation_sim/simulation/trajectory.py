@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from .workspace import Workspace
 
 __all__ = ["Trajectory"]
+
+_ROTATION = re.compile(r"rocking_.*|.*_(rotation|r[xyz])")
+"""Names of dofs that are rotations: of plan buildings, soil and OpenSees."""
 
 
 class Trajectory:
@@ -133,8 +137,9 @@ class Trajectory:
         return self.values[:, names.index(name)]
 
 
-def currents_at(work: Workspace, n_channels: int, lane: int) -> NDArray:
+def currents_at(work: Workspace, n_channels: int, lane: int, share: float = 0.0) -> NDArray:
     """Coil currents at all grid points, just after any change, (n_points, n_channels), A."""
+    # share: of the interval behind each grid point, at which they are instead
     grid = work.grid
     segment = np.repeat(np.arange(len(grid.segments) - 1), grid.segments[:-1, 2])
     segment = np.append(segment, segment[-1])
@@ -143,13 +148,8 @@ def currents_at(work: Workspace, n_channels: int, lane: int) -> NDArray:
     if not lag.any() and not np.isfinite(slew).any():
         return start
     first = grid.segments[segment, 0]
-    return coil_current(
-        start,
-        work.command[first, :n_channels, lane],
-        lag,
-        slew,
-        (grid.time - grid.time[first])[:, None],
-    )
+    t = grid.time - grid.time[first] + share * np.append(grid.lengths, 0.0)
+    return coil_current(start, work.command[first, :n_channels, lane], lag, slew, t[:, None])
 
 
 def coil_current(
@@ -204,6 +204,10 @@ def dataset(run: Trajectory) -> xarray.Dataset:
         name: (("time", axis), values, {"units": unit, "long_name": meaning})
         for (name, axis, unit, meaning), values in zip(quantities, parts, strict=True)
     }
+    rotations = " ".join(filter(_ROTATION.fullmatch, structure.names))
+    for name, unit in (("displacement", "rad"), ("velocity", "rad/s"), ("acceleration", "rad/s^2")):
+        if rotations:
+            variables[name][2].update(rotations=rotations, units_of_rotations=unit)
     for name, values, meaning in (
         ("current", run.current, "coil current"),
         ("command", run.command, "commanded current"),

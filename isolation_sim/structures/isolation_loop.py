@@ -47,7 +47,9 @@ def effective(
             f"{isolated.structure.name}: its isolators have no restoring force at "
             f"{1e3 * displacement:.3g} mm; expected: a stiffness above 0"
         )
-    area = float(np.trapezoid(force, x))
+    # over the phase: exact for a smooth loop, whose polygon in the plane is too small
+    phase = np.linspace(0.0, 2 * np.pi, len(x))
+    area = float(np.trapezoid(-displacement * np.sin(phase) * force, phase))
     damping = area / (2 * np.pi * stiffness * displacement**2)
     mass = isolated.structure.isolated_mass
     return Effective(stiffness, damping, 2 * np.pi * float(np.sqrt(mass / stiffness)))

@@ -18,6 +18,7 @@ from ..io.csv_table import write_table
 from ..io.files import json_text, write_text
 from ..io.results_folder import check_free, files_into, write_contents, writing_to
 from ..rendering import Printed, render
+from ..resampling import bootstrap_level
 from ..search_range import SearchRange
 from .search import Trial, generation_size
 
@@ -29,7 +30,6 @@ _AT_BOUND = 0.01
 """Distance from a bound that counts as at the bound, as a share of the range."""
 _CLEARLY_BETTER = 0.01
 """Difference of mean scores beyond the rounding of the values that the sensitivity tries."""
-CONFIDENCE = 0.95
 MARGIN = 1e-3
 """Smallest difference of scores that counts. The scan of constant currents finds the smallest sum
 to a tenth of it."""
@@ -57,8 +57,9 @@ def mean_interval(values: ArrayLike) -> MeanInterval:
         bounds = (np.nan, np.nan) if len(array) == 1 else (mean, mean)
         return MeanInterval(mean, *bounds)
     result = bootstrap(
-        (array,), np.mean, confidence_level=CONFIDENCE, random_state=np.random.default_rng(0)
-    ).confidence_interval
+        (array,), np.mean, confidence_level=bootstrap_level(len(array)),
+        random_state=np.random.default_rng(0),
+    ).confidence_interval  # fmt: skip
     return MeanInterval(mean, float(result.low), float(result.high))
 
 

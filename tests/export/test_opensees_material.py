@@ -5,7 +5,7 @@ import pytest
 
 import isolation_sim as iso
 from isolation_sim.cli import main
-from isolation_sim.export.opensees import USUAL, isolated_frequency
+from isolation_sim.export.opensees import SAMPLES, USUAL, isolated_frequency
 from studies.benchmarks.peers import load_opensees
 
 pytestmark = pytest.mark.usefixtures("no_drawing")
@@ -48,7 +48,7 @@ def test_opensees_gives_the_fitted_force_on_the_same_displacements(law):
     peak = np.abs(material.fitted).max()
     np.testing.assert_allclose(results, material.fitted, rtol=0, atol=1e-9 * peak)
     # the stated error is that of OpenSees' force to the device's
-    step = iso.DeviceSimulator(device, 1 / 60)
+    step = iso.DeviceSimulator(device, 1 / SAMPLES)
     force = [
         step.step(x, 2.0, v) for x, v in zip(material.displacement, material.velocity, strict=True)
     ]
@@ -65,6 +65,30 @@ def test_a_bilinear_device_is_restored():
     assert material.error < 1e-6
     stiffness, beyond, _ = material.commands[0][2:]
     assert [stiffness, beyond, material.commands[1][2]] == pytest.approx([2e5, 2e5, 3e4], rel=1e-4)
+
+
+def test_a_bouc_wen_device_has_its_own_numbers():
+    """The material has them in closed form, and gives the device's force at any fine step."""
+    k, c, yields, knee, n = 2e6, 3e4, 6e6, 0.01, 1.5
+    share = 0.5 / knee**n
+    numbers = dict(k=k, c=c, alpha=yields, A=1.0, beta=share, gamma=share, n=n, F0=0.0)
+    material = iso.opensees_material(iso.law("bouc_wen", numbers), 0.0, amplitude=0.08)
+    (_, _, ratio, stiffness, exponent, gamma, beta, *_), (*_, viscosity, _), _ = material.commands
+    assert [ratio, stiffness] == pytest.approx([k / (k + yields), k + yields], rel=0.01)
+    assert exponent == pytest.approx(n, rel=0.1)
+    # z' of both from rest to 8 knees, by the midpoint rule in 4000 steps
+    dx, z, difference = 8 * knee / 4000, np.zeros(2), []
+    powers, shares = np.array([exponent, n]), np.array([gamma + beta, 2 * share])
+    for step in range(4000):
+        middle = z + dx / 2 * (1 - shares * z**powers)
+        z = z + dx * (1 - shares * middle**powers)
+        x = (step + 1) * dx
+        spring = [ratio * x, k / (k + yields) * x] + np.array(
+            [1 - ratio, yields / (k + yields)]
+        ) * z
+        difference.append(stiffness * spring[0] - (k + yields) * spring[1])
+    assert np.sqrt(np.mean(np.square(difference))) < 0.005 * (k * x + yields * z[1])
+    assert viscosity == pytest.approx(c, rel=0.02)
 
 
 def test_the_command_prints_and_writes_it(tmp_path, capsys):

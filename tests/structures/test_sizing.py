@@ -91,7 +91,7 @@ def test_effective_properties_of_spring_and_dashpot_are_exact(slab):
     omega = np.sqrt(STIFFNESS / MASS)
     effective = isolated.effective(0.1)
     expected = STIFFNESS, DAMPING * omega / (2 * STIFFNESS), 2 * np.pi / omega
-    assert tuple(effective) == pytest.approx(expected, rel=1e-3)
+    assert tuple(effective) == pytest.approx(expected, rel=1e-9)
     with pytest.raises(InputError, match=r"displacement: given 0\.0; expected"):
         isolated.effective(0.0)
     # beyond the range the polynomials of the current give a law that grows without end

@@ -172,3 +172,15 @@ def test_single_runs_may_fail_and_all_may_not(plant):
     suite = iso.compare_records(plant, [RECORDS["weak"]], ["passive_off", Failing()])
     (line,) = suite.failures()
     assert "no current" in line and line in " ".join(str(suite).split())
+
+
+def test_quiet_ground_leaves_the_mean_spectrum_at_the_floor_of_the_rule(plant):
+    """Cuts that end in strong motion: scaled to the spectra of what is simulated."""
+    target = {"kind": "en1998_1_2004", "a_g_m_s2": 2.0, "ground": "B"}
+    ground = {"rule": "asce7_22_17", "target": target, "isolated_period_s": 1.0}
+    cuts = {f"until {end} s": WHOLE.cut(0.0, end) for end in (2.1, 2.22, 2.46)}
+    suite = iso.compare_records(
+        plant, cuts, ["passive_off"], ground=ground | {"quiet_after_s": 5.0}
+    )
+    assert suite.mean_ratio[0] == pytest.approx(1.0, rel=1e-8)
+    assert suite.meets_rule

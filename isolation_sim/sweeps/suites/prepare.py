@@ -76,8 +76,9 @@ def prepare(
     left_out = [*left_out, *unusable]
     if section.target is not None:
         _warn_of_single_components(unscaled, rule)
+    # first, since quiet ground behind a last sample other than 0 changes the spectrum
+    unscaled = [_pad(record, section.quiet_after_s) for record in unscaled]
     records, changes = _scale(section, rule, period, unscaled, step, workers)
-    records = [_pad(record, section.quiet_after_s) for record in records]
     motions = []
     written: dict[str, Record] = {}
     for record, change in zip(records, changes, strict=True):
