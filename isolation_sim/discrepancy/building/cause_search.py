@@ -586,7 +586,7 @@ class CauseSearch:
         return current
 
     def _exchange_histories(self, current: FittedBuilding) -> FittedBuilding:
-        """Compare what softens with its history: one motion without a rest hardly tells which."""
+        """Compare what softens with its history in all forms: one motion hardly tells which."""
         for k in range(len(current.cause_values)):
             if current.cause_values[k][0].name not in HISTORIES:
                 continue
@@ -595,11 +595,11 @@ class CauseSearch:
             if more is not None:  # how fast something cools shows late
                 current = self._fit_under(more, current.cause_values)
             before, (cause, _), after = _around(current, k)
-            others = [one for one in HISTORIES if one != cause.name]
             rest = self.comparison.fit((), (*before, *after)).cause_values
             fits = [
                 self._fit_effect_instead(rest, k, one, current)
-                for one, *_ in proposed_effects(self.comparison, rest, others, 0.0, True)
+                for one, *_ in proposed_effects(self.comparison, rest, HISTORIES, 0.0, True)
+                if (one.key, one.form) != (cause.key, cause.form)
             ]
             fits = sorted([current, *fits], key=lambda one: _evidence(current, one))
             nearest = {one.causes[k]: one for one in reversed(fits)}
@@ -613,7 +613,7 @@ class CauseSearch:
                 for name, one in nearest.items()
                 if name not in (current.causes[k], *known) and _evidence(current, one) < most
             ]
-            if current.causes == found.causes:
+            if current.cause_values[k][0] is cause:
                 current, (self.comparison, self.before) = found, compared
         return current
 

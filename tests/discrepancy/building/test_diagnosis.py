@@ -1325,6 +1325,12 @@ def test_what_softens_with_its_history_is_compared_with_its_like(isolated, monke
     assert best.causes == (right.label,) and space.rivals[right.label] == []
     # half of the held-out time was fitted as well to tell them apart
     assert space.comparison.middle > comparison.middle
+    # another form of what was taken
+    other = replace(wrong, name=right.name, place=right.place, form="other")
+    again = CauseSearch(comparison)._exchange_histories(
+        comparison.fit((), ((other, (-0.05,)),))
+    )  # fmt: skip
+    assert again.cause_values[0][0].form == right.form
     # two that follow the data alike
     alike = replace(right, place="alike")
     monkeypatch.setattr(cause_search, "proposed_effects", lambda *given: [[alike]])
