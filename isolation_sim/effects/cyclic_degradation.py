@@ -27,8 +27,18 @@ from typing import Any
 import numpy as np
 
 from ..laws.law import Quantity
-from .effect import Effect, EffectParameter, Past, Signals
-from .followers import RUBBER, SECANT, TINY, of_core, positive, rates_secant, stored_energy
+from .effect import Effect, EffectInPlan, EffectParameter, Past, Signals
+from .followers import (
+    RUBBER,
+    SECANT,
+    TINY,
+    of_core,
+    plan_core,
+    plan_power,
+    positive,
+    rates_secant,
+    stored_energy,
+)
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -153,6 +163,22 @@ def rates_core_limited(signals: Signals, states: tuple, parameters: tuple) -> tu
     return (left * of_core(signals, parameters[2]) * signals.v,)
 
 
+def plan_rates_dissipation(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Work in both directions that is not given back, of the force that is left."""
+    return (plan_power(signals.force, signals.v) * exponential(signals, states, parameters),)
+
+
+def plan_force_core(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Loss of force of the yielding part along x and y."""
+    return plan_core(signals, parameters[1], _remaining_fraction(states, parameters) - 1)
+
+
+def plan_rates_core(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Work of the yielding part in both directions, by the force that is left."""
+    force = plan_core(signals, parameters[1], _remaining_fraction(states, parameters))
+    return (plan_power(force, signals.v),)
+
+
 def _remaining_fraction(states: tuple, parameters: tuple) -> Any:
     """Share of the yield force that is left."""
     return 1 / (1 + parameters[0] * positive(states[0]))
@@ -242,6 +268,7 @@ FORMS = (
         needs=frozenset({"force"}),
         source="damage by dissipated energy",
         gradual=True,
+        plan=EffectInPlan(rates=plan_rates_dissipation, factor=exponential),
     ),
     Effect(
         cause="cyclic_degradation",
@@ -294,6 +321,7 @@ FORMS = (
         needs=frozenset({"force"}),
         source="Baber & Noori (1985): strength over 1 + c W, W the energy of the hysteretic part",
         gradual=True,
+        plan=EffectInPlan(rates=plan_rates_core, force=plan_force_core),
     ),
     Effect(
         cause="cyclic_degradation",

@@ -50,6 +50,16 @@ def of_core(signals: Signals, stiffness: Any) -> Any:
     return signals.force - stiffness * signals.x
 
 
+def plan_power(force: tuple, velocity: tuple) -> Any:
+    """Power of a force over two directions."""
+    return force[0] * velocity[0] + force[1] * velocity[1]
+
+
+def plan_core(signals: Signals, stiffness: Any, left: Any) -> tuple:
+    """Share of the force of a core that is left, along x and y."""
+    return tuple(left * (f - stiffness * x) for f, x in zip(signals.force, signals.x, strict=True))
+
+
 FLUID = EffectParameter(
     "damping", "N s/m", "viscous damping of the fluid, which alone thins", lower=0.0,
     starts=(0.5, 0.2),

@@ -24,8 +24,18 @@ from typing import Any
 import numpy as np
 
 from ..laws.law import Quantity
-from .effect import Effect, EffectParameter, Past, Signals
-from .followers import FLUID, RUBBER, SECANT, of_core, positive, rates_secant, stored_energy
+from .effect import Effect, EffectInPlan, EffectParameter, Past, Signals
+from .followers import (
+    FLUID,
+    RUBBER,
+    SECANT,
+    of_core,
+    plan_core,
+    plan_power,
+    positive,
+    rates_secant,
+    stored_energy,
+)
 
 
 def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -78,6 +88,25 @@ def rates_core(signals: Signals, states: tuple, parameters: tuple) -> tuple:
     gain, cooling, _ = parameters
     force = exponential(signals, states, parameters) * of_core(signals, parameters[2])
     return (gain * force * signals.v - states[0] / cooling,)
+
+
+def plan_rates_exponential(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Heat in from both directions, heat out."""
+    gain, cooling = parameters
+    power = exponential(signals, states, parameters) * plan_power(signals.force, signals.v)
+    return (gain * power - states[0] / cooling,)
+
+
+def plan_force_core(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Loss of force of the core along x and y."""
+    return plan_core(signals, parameters[2], exponential(signals, states, parameters) - 1)
+
+
+def plan_rates_core(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+    """Heat from the core, heat out."""
+    gain, cooling, stiffness = parameters
+    force = plan_core(signals, stiffness, exponential(signals, states, parameters))
+    return (gain * plan_power(force, signals.v) - states[0] / cooling,)
 
 
 def fluid(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -154,6 +183,7 @@ FORMS = (
         needs=frozenset({"force"}),
         source="lumped heat balance; Kalpakidis & Constantinou (2009) for lead-rubber bearings",
         gradual=True,
+        plan=EffectInPlan(rates=plan_rates_exponential, factor=exponential),
     ),
     Effect(
         cause="self_heating",
@@ -181,6 +211,7 @@ FORMS = (
         needs=frozenset({"force"}),
         source="Kalpakidis & Constantinou (2009): the yield force of the lead alone falls",
         gradual=True,
+        plan=EffectInPlan(rates=plan_rates_core, force=plan_force_core),
     ),
     Effect(
         cause="self_heating",

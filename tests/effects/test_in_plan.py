@@ -61,9 +61,7 @@ def test_effects_of_a_building_are_restored_in_a_scenario():
 
 
 def test_an_effect_without_such_a_form_is_refused():
-    with pytest.raises(InputError, match=r"along one direction \(self_heating\)"):
-        _ = extended(
-            FORMS["self_heating.exponential"], FORMS["coulomb_friction.smooth"]
-        ).law.in_plan
+    with pytest.raises(InputError, match=r"along one direction \(inertia_force\)"):
+        _ = extended(FORMS["inertia_force.mass"], FORMS["coulomb_friction.smooth"]).law.in_plan
     with pytest.raises(InputError, match="no change of their vertical load"):
         _ = extended(FORMS["coulomb_friction.smooth"]).law.under_axial_load

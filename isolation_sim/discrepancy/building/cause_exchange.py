@@ -71,7 +71,7 @@ def exchange_for_simpler(state: SearchState, current: FittedBuilding) -> FittedB
 
 
 def exchange_histories(state: SearchState, current: FittedBuilding) -> FittedBuilding:
-    """Compare what softens with its history: one motion without a rest hardly tells which."""
+    """Compare what softens with its history in all forms: one motion hardly tells which."""
     for k in range(len(current.cause_values)):
         if current.cause_values[k][0].name not in HISTORIES:
             continue
@@ -80,11 +80,11 @@ def exchange_histories(state: SearchState, current: FittedBuilding) -> FittedBui
         if more is not None:  # how fast something cools shows late
             current = state.fit_under(more, current.cause_values)
         before, (cause, _), after = around(current, k)
-        others = [one for one in HISTORIES if one != cause.name]
         rest = state.comparison.fit((), (*before, *after)).cause_values
         fits = [
             state.fit_effect_instead(rest, k, one, current)
-            for one, *_ in proposed_effects(state.comparison, rest, others, 0.0, True)
+            for one, *_ in proposed_effects(state.comparison, rest, HISTORIES, 0.0, True)
+            if (one.key, one.form) != (cause.key, cause.form)
         ]
         fits = sorted([current, *fits], key=lambda one: evidence(current, one))
         nearest = {one.causes[k]: one for one in reversed(fits)}
@@ -98,7 +98,7 @@ def exchange_histories(state: SearchState, current: FittedBuilding) -> FittedBui
             for name, one in nearest.items()
             if name not in (current.causes[k], *known) and evidence(current, one) < most
         ]
-        if current.causes == found.causes:
+        if current.cause_values[k][0] is cause:
             current, (state.comparison, state.before) = found, compared
     return current
 

@@ -62,6 +62,13 @@ def layer_effect(
     return replace(cause, starts=(first,) if inside == first else (first, inside), last=True)
 
 
+def effect_in_plan(
+    model: BuildingModel, records: Sequence[BuildingRecord], effect: Effect
+) -> Candidate:
+    """An effect that is tried last in isolators of two directions, with the usual starts."""
+    return replace(_around_the_law(effect.cause, effect, _scales_of(model, records)), last=True)
+
+
 def current_causes(model: BuildingModel, records: Sequence[BuildingRecord]) -> Iterator[Candidate]:
     """Causes between the recorded current and the isolators."""
     if _has_current(model, records):

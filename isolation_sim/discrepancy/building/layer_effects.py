@@ -7,19 +7,28 @@ fitted along its measured motion, without a simulation of the building. Few are 
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 
-from ...effects import Effect
+from ...effects import EFFECTS, Effect
 from ...effects.followers import FLUID, RUBBER
-from ..decisions import ALONG_MOTION, INSTEAD, LEAST_PART, PROPOSALS, PROPOSED_GAIN, SIGNIFICANT
+from ..decisions import (
+    ALONG_MOTION,
+    INSTEAD,
+    LEAST_PART,
+    PROPOSALS,
+    PROPOSED_GAIN,
+    SIGNIFICANT,
+    STARTS_FITTED,
+)
 from ..device.model import FittedModel, fit_roughly
 from ..device.observable_effects import observable_effects
 from ..device.screen import fit_direction, refine, screen_effect
 from .candidate import Candidate
-from .comparison import BuildingComparison, CauseValues
+from .comparison import BuildingComparison, CauseValues, squared, with_causes
 from .isolation_force import effect_values, layer_model, unsupported
-from .isolator_causes import layer_effect
+from .isolator_causes import effect_in_plan, layer_effect
 from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 
 
@@ -35,6 +44,8 @@ def proposed_effects(
     After it, its nearest form of fewer numbers, if it leaves little more. With ``of_parts`` also
     each in the nearest form that acts on a part of the force, such as that of a lead core.
     """
+    if any(law.directions > 1 for law in comparison.model.nominal.group_laws):
+        return _in_plan(comparison, causes, names, of_parts)
     base = _along_motion(comparison, causes)
     if base is None:
         return []
@@ -49,6 +60,31 @@ def proposed_effects(
             forms.append(fit)
     return [[_candidate(comparison, fit) for fit in forms]
             for forms in list(best.values())[: PROPOSALS * (1 + of_parts)]]  # fmt: skip
+
+
+def _in_plan(
+    comparison: BuildingComparison, causes: CauseValues, names: Collection[str], of_parts: bool
+) -> list[list[Candidate]]:
+    """Effects of biaxial isolators, from the two best starts of the nearest forms.
+
+    Their layer is no device test, so that each form is simulated in the building.
+    """
+    tried = {*with_causes(comparison.model, causes).effects, *ISOLATOR_EFFECTS.values()}
+    known = {one.cause for one in tried}
+    best: dict[tuple[str, bool], tuple[float, Candidate]] = {}
+    for effect in (one for name in names for one in EFFECTS[name]):
+        if effect.plan is None or effect in tried or effect.cause in known:
+            continue
+        cause = effect_in_plan(comparison.model, comparison.records, effect)
+        costs = [
+            squared(comparison.fitted_residuals((*causes, (cause, one)))) for one in cause.starts
+        ]
+        order = np.argsort(np.nan_to_num(costs, nan=np.inf), kind="stable")[:STARTS_FITTED]
+        key = effect.cause, of_parts and not {RUBBER, FLUID}.isdisjoint(effect.parameters)
+        found = costs[order[0]], replace(cause, starts=tuple(cause.starts[k] for k in order))
+        if key not in best or found[0] < best[key][0]:
+            best[key] = found
+    return [[cause] for _, cause in sorted(best.values(), key=lambda one: one[0])]
 
 
 def helpful_effects(

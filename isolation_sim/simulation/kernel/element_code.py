@@ -401,11 +401,15 @@ class ElementCode:
             body += [*self.load(f"end_rate{i}"), self.put(f"rate{i}", f"end_rate{i}")]
             body.append(f"write(states, at, {i} * LANES, end{i}, on)")
             body.append(f"scale{i} = min(scale{i}, 1.0 / (abs(end{i}) + TINY))")
-        if len(self.directions) > 1:  # the states along x and y have one scale
-            half = len(self.states) // 2
-            for x, y in zip(self.scale[:half], self.scale[half:], strict=True):
-                body += [f"{x} = min({x}, {y})", f"{y} = {x}"]
+        for x, y in self._pairs():  # the states along x and y have one scale
+            body += [f"{x} = min({x}, {y})", f"{y} = {x}"]
         return body + self.store(*self.scale)
+
+    def _pairs(self) -> list[tuple[str, str]]:
+        """Scales of each state along x and along y; effects have states of both at once."""
+        scales = dict(zip((q.name for q in self.law.states), self.scale, strict=True))
+        along_y = {name: f"{name.removesuffix('_x')}_y" for name in scales if name.endswith("_x")}
+        return [(scales[x], scales[y]) for x, y in along_y.items() if y in scales]
 
     def _restart(self) -> list[str]:
         """Initial guess after a change of step length: constant values of the start."""

@@ -1181,6 +1181,19 @@ def test_an_offset_is_no_evidence_where_the_noise_is_one(isolated):
     assert p_value(_with_common_noise(comparison), before, outcome) > 0.05
 
 
+def test_common_noise_explains_no_misfit_that_is_far_more(isolated):
+    record = _record(isolated, _heavier(1.0), seed=4)
+    shown = record.response[CHANNELS[3]]
+    record = replace(record, response={**record.response, CHANNELS[3]: shown + 0.5 * shown.std()})
+    comparison = compare_building(building_model(isolated, [record]), [record])
+    bias = next(
+        c for c in candidates(comparison.model, [record])
+        if c.name == "sensor_bias" and c.place == CHANNELS[3] and c.form == "constant"
+    )  # fmt: skip
+    before, outcome = comparison.evaluate(()), comparison.fit((), ((bias, (0.01,)),))
+    assert p_value(_with_common_noise(comparison), before, outcome) < 0.01
+
+
 def test_no_late_cause_is_named_for_a_small_remainder(isolated):
     record = _record(isolated, _heavier(0.2))
     comparison, listed = _compared(isolated, record)
@@ -1307,6 +1320,12 @@ def test_what_softens_with_its_history_is_compared_with_its_like(isolated, monke
     assert best.causes == (right.label,) and space.rivals[right.label] == []
     # half of the held-out time was fitted as well to tell them apart
     assert space.comparison.middle > comparison.middle
+    # another form of what was taken
+    other = replace(wrong, name=right.name, place=right.place, form="other")
+    again = CauseSearch(comparison)._exchange_histories(
+        comparison.fit((), ((other, (-0.05,)),))
+    )  # fmt: skip
+    assert again.cause_values[0][0].form == right.form
     # two that follow the data alike
     alike = replace(right, place="alike")
     monkeypatch.setattr(cause_exchange, "proposed_effects", lambda *given: [[alike]])

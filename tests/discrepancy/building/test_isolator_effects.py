@@ -12,7 +12,7 @@ from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.building.cause_exchange import exchange_for_one
 from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.building.comparison import compare_building, with_causes
-from isolation_sim.discrepancy.building.isolator_causes import layer_effect
+from isolation_sim.discrepancy.building.isolator_causes import effect_in_plan, layer_effect
 from isolation_sim.discrepancy.building.isolator_effects import (
     DAMPER,
     ISOLATOR_EFFECTS,
@@ -24,6 +24,7 @@ from isolation_sim.discrepancy.building.model import building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.diagnose import diagnose_building
 from isolation_sim.effects import EFFECTS, Signals, effect
+from isolation_sim.structures import plan_building
 
 CHANNELS = (
     "base_acceleration_m_s2",
@@ -123,6 +124,33 @@ def test_effects_of_a_part_of_the_force_are_proposed_beside_those_of_the_whole()
     of_parts = [any(p.unit in ("N/m", "N s/m") for p in one.parameters) for one, *_ in proposed]
     found = sorted(zip((one.name for one, *_ in proposed), of_parts, strict=True))
     assert found == [(name, part) for name in sorted(names) for part in (False, True)]
+
+
+def test_biaxial_isolators_that_heat_are_proposed_to():
+    plan = plan_building([2e5], [2e8], [1.5e8], base_mass=2.5e5, plan=(20.0, 12.0))
+    core = iso.law("park_wen_ang", {
+        "k": 1.2e6, "c": 2e4, "Q": 6e4, "u_y": 0.01, "beta": 0.5, "gamma": 0.5,
+    })  # fmt: skip
+    ground = el_centro_1940()
+    ground = (replace(ground, name="x"), replace(ground, name="y"))
+    names = (
+        *(f"{place}_{axis}_acceleration_m_s2" for place in ("base", "floor1") for axis in "xy"),
+        *(f"isolator_{axis}_displacement_m" for axis in "xy"),
+    )
+    n = len(ground[0])
+    blank = BuildingRecord("quake", ground, {c: np.arange(n) % 3 - 1.0 for c in names})
+    model = building_model(plan.on(core, biaxial=True), [blank])
+    heat = effect_in_plan(model, [blank], effect("self_heating", "core"))
+    numbers = (2e-6, 50.0, 1.2e6)
+    values = with_causes(model, ((heat, numbers),)).predict(blank)
+    values += 0.003 * np.std(values) * np.random.default_rng(1).standard_normal(values.shape)
+    record = replace(blank, response=dict(zip(names, values.T, strict=True)))
+    comparison = compare_building(model, [record])
+    ((found,),) = proposed_effects(comparison, (), ["self_heating"])
+    assert (found.form, found.last) == ("core", True)
+    fit = comparison.fit((), ((found, found.starts[0]),))
+    left, misfit = (comparison.above_noise(one)[0] for one in (fit, comparison.evaluate(())))
+    assert left < 0.1 * misfit
 
 
 def test_nothing_is_proposed_for_what_other_numbers_of_an_effect_explain():
