@@ -62,7 +62,7 @@ _BEYOND_NOISE = 4.0
 """Standard deviations of the noise that they must exceed as well: half of the runs that begin at
 rest would otherwise count, at 1 % of noise. Theory: one run in 10,000 exceeds it by chance."""
 _STILL, _HELD = 0.02, 0.1
-"""Change of the displacement during the first samples over its RMS, below which a device rests, and
+"""Change of the displacement in this part of a cycle over its RMS, below which a device rests, and
 force over its RMS, beyond which it may hold one there. Convention."""
 _SLOPES = (1 / 8, 1 / 32)
 """Parts of a cycle to whose displacement a parabola is fitted for the first velocity. The longest
@@ -184,7 +184,9 @@ def _begins_in_motion(run: TestRun, size: float, speed: float) -> bool:
 
 def _rests_under_a_force(run: TestRun, size: float) -> bool:
     """Whether a run of this RMS displacement begins with a rest in which its device is loaded."""
-    x, force = run.displacement[:_FEWEST], run.force[:_FEWEST]
+    cycle = cycle_time(size, float(np.std(run.velocity)))
+    n = max(int(_BEGINNING * cycle / run.step), _FEWEST)
+    x, force = run.displacement[:n], run.force[:n]
     moves = max(_STILL * size, _BEYOND_NOISE * sensor_noise(run.displacement).deviation)
     least = max(_HELD * float(np.std(run.force)), _BEYOND_NOISE * white_noise(run.force))
     held = abs(float(np.mean(force)))
