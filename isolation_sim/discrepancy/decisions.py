@@ -171,6 +171,8 @@ TRIED = 14
 """Forms that are fitted after all have been screened. Effort."""
 TERMS_TRIED = 3
 """Generic terms that are fitted beside them. Effort."""
+RATE_SAMPLES = 2.0
+"""Samples over which a term takes the rate of the current. Convention."""
 RIVALS_TRIED = 4
 """Forms, of device tests, and causes, of buildings, that are fitted in the place of one found
 before. Effort."""

@@ -8,7 +8,12 @@ import pytest
 from isolation_sim.discrepancy.device import effect_search, validated_search
 from isolation_sim.discrepancy.device.carried_history import carry_history
 from isolation_sim.discrepancy.device.effect_search import EffectSearch
-from isolation_sim.discrepancy.device.generic_terms import OUTSIDE, generic_terms, with_each_power
+from isolation_sim.discrepancy.device.generic_terms import (
+    OUTSIDE,
+    generic_terms,
+    variables,
+    with_each_power,
+)
 from isolation_sim.discrepancy.device.validated_search import ValidatedSearch
 from isolation_sim.discrepancy.search import Round, SearchResult
 from isolation_sim.effects import Signals, effect
@@ -377,6 +382,19 @@ def test_a_term_has_a_polynomial_of_the_current():
     assert family.force(signals, (), (1.0, 10.0, 100.0)) == 8 * (1 + 30 + 900)
     # inertia is of the catalogue, and the clock has no factors
     assert with_each_power(terms["a I"]) is None and with_each_power(terms["x t"]) is None
+
+
+def test_the_rate_of_the_current_is_a_term():
+    terms = {one.form: one for one in generic_terms(0.1, True, False, 0.01)}
+    term = terms["x dI/dt"]
+    assert [q.unit for q in term.parameters] == ["N s/m A"]
+    signals = Signals(x=2.0, v=0.0, a=0.0, current=3.0, force=0.0, temperature=20.0)
+    assert term.start(signals, ()) == (3.0,)
+    (before,) = term.rates(signals, (2.9,), ())
+    assert before == pytest.approx(10) and term.force(signals, (2.9,), (5.0,)) == pytest.approx(100)
+    assert variables("x dI/dt") == ("displacement", "current")
+    # of runs with a steady current there is none
+    assert not any("dI/dt" in one.form for one in generic_terms(0.1, True, False))
 
 
 def test_terms_that_would_leave_far_more_are_not_fitted(monkeypatch):

@@ -31,6 +31,7 @@ from ..decisions import (
     FAR_BETTER,
     MANY_EFFECTS,
     NOISE_EXAMPLES,
+    RATE_SAMPLES,
     REMAINS,
     RESOLVED_MISFIT,
     SIGNIFICANCE,
@@ -121,6 +122,7 @@ class DeviceTests(Problem[FittedModel]):
         places = data.places(SEARCHED)
         fitted = places[data.fitted[places]]
         current_varies = bool(np.ptp(part.current) > 0)
+        within_runs = any(np.ptp(part.current[run]) > 0 for run in part.runs)
         self.space = EffectSearch(
             base,
             observable_effects(part),
@@ -128,6 +130,7 @@ class DeviceTests(Problem[FittedModel]):
                 float(np.max(np.abs(part.x))),
                 current_varies,
                 bool(part.has_temperature and np.ptp(part.temperature) > 1),
+                RATE_SAMPLES * float(np.median(data.dt)) if within_runs else 0.0,
             ),
             noise_residuals(base, self.shifts[:, :, fitted], self.seed),
             self.pool,

@@ -201,6 +201,27 @@ def _with_play(gap: float) -> Effect:
     return _term(f"play of x over {1e3 * gap:.3g} mm", "N/m", force, state, rates)
 
 
+def _with_current_rate(time: float) -> Iterator[Effect]:
+    """Forces by the rate of the current, which is taken over a time."""
+
+    def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
+        return ((signals.current - states[0]) / time,)
+
+    def start(signals: Signals, parameters: tuple) -> tuple:
+        return (signals.current,)
+
+    before = (Quantity("before", "A", "current a moment before"),)
+    for motion in (_BY_X[0], _BY_X[1], _BY_V[1]):
+        rate = _Factor("current", "dI/dt", {"A": 1, "s": -1}, _none)
+
+        def force(signals: Signals, states: tuple, p: tuple, motion: _Factor = motion) -> Any:
+            return p[0] * motion.value(signals) * (signals.current - states[0]) / time
+
+        text = f"{motion.text} dI/dt".strip()
+        unit = _newtons_per((motion, rate))
+        yield replace(_term(text, unit, force, before, rates, current=True), start=start)
+
+
 def _by_motion() -> list[tuple[_Factor, ...]]:
     """Products of functions of displacement and velocity, and functions of the acceleration."""
     products = [tuple(f for f in pair if f is not _NOTHING) for pair in product(_BY_X, _BY_V)]
@@ -208,8 +229,10 @@ def _by_motion() -> list[tuple[_Factor, ...]]:
 
 
 @lru_cache(maxsize=8)
-def generic_terms(largest: float, has_current: bool, has_temperature: bool) -> tuple[Effect, ...]:
-    """Dictionary of terms."""
+def generic_terms(
+    largest: float, has_current: bool, has_temperature: bool, rate_time: float = 0.0
+) -> tuple[Effect, ...]:
+    """Dictionary of terms; the rate of the current is taken over a time, s, if it is not 0."""
     by_current = _BY_I if has_current else _BY_I[:1]
     result = [
         _written((*factors, *([power] if power is not _NOTHING else [])))
@@ -221,6 +244,8 @@ def generic_terms(largest: float, has_current: bool, has_temperature: bool) -> t
         warmth = _Factor("temperature", "T", {"degC": 1}, lambda s: s.temperature)
         result += [_written((warmth, f)) for f in (_BY_V[1], _BY_X[5])]
     result += list(_with_time())
+    if rate_time:
+        result += list(_with_current_rate(rate_time))
     result += [_with_play(round(part * largest, 6)) for part in (0.02, 0.06, 0.2)]
     return tuple(term for term in result if term.form not in _IN_CATALOGUE)
 
@@ -233,5 +258,5 @@ def variables(text: str) -> tuple[str, ...]:
         "x": "displacement", "v": "velocity", "a": "acceleration", "I": "current",
         "T": "temperature", "t": "time",
     }  # fmt: skip
-    cleaned = text.replace("sign", "")
+    cleaned = text.replace("sign", "").replace("dI/dt", "I")
     return tuple(name for symbol, name in symbols.items() if symbol in cleaned)

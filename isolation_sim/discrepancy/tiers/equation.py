@@ -220,7 +220,7 @@ def select(
             if not any(one.is_near(other) for other in known)
         ]  # fmt: skip
         if first and not known:
-            others = [one for one in others if one.chosen.written == first]
+            others = [one for one in others if one.chosen.written.split(", ")[0] == first]
         best = _next(regression, beside, others, n) if others else None
         if best is None:
             break

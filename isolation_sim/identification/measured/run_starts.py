@@ -3,7 +3,8 @@
 Laboratories often keep the steady cycles of a test alone. The force of such a run repeats from its
 first sample on, while that of a device at rest does not, where it depends on the past. Other motion
 may begin in the middle as well. The device then goes through the motion up to where it comes back
-to its first displacement and velocity; a fitted law tells whether that is nearer to the truth.
+to its first displacement and velocity; a fitted law tells whether that is nearer to the truth. A
+device that rests may also hold a force from the test before, as friction does.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...laws.law import Law
 from .loop_cycles import find_frequency
-from .noise import sensor_noise
+from .noise import sensor_noise, white_noise
 from .run_table import TestRun
 from .velocity import cycle_time
 
@@ -60,6 +61,9 @@ of sines that a test begins with always does."""
 _BEYOND_NOISE = 4.0
 """Standard deviations of the noise that they must exceed as well: half of the runs that begin at
 rest would otherwise count, at 1 % of noise. Theory: one run in 10,000 exceeds it by chance."""
+_STILL, _HELD = 0.02, 0.1
+"""Change of the displacement in this part of a cycle over its RMS, below which a device rests, and
+force over its RMS, beyond which it may hold one there. Convention."""
 _SLOPES = (1 / 8, 1 / 32)
 """Parts of a cycle to whose displacement a parabola is fitted for the first velocity. The longest
 tells it from noise."""
@@ -117,8 +121,8 @@ def start_note(periods: NDArray, law: Law) -> str:
     else:
         which = ("All" if count == len(periods) else f"{count} of {len(periods)}") + " runs begin"
     return (
-        f"{which} in motion and not at rest: the model first goes through the motion up to where "
-        "it comes back to its beginning"
+        f"{which} in motion, or under a force that was left from before: the model first goes "
+        "through the motion up to where it comes back to its beginning"
     )
 
 
@@ -128,8 +132,8 @@ def unsettled_note(names: Sequence[str], seconds: Sequence[float]) -> str:
     if not some:
         return ""
     return (
-        f"the first part of runs that begin in the middle of a motion is left out, since the force "
-        f"depends there on an unknown past ({', '.join(some)})"
+        f"the first part of runs that begin in the middle of a motion, or under a force, is left "
+        f"out, since the force depends there on an unknown past ({', '.join(some)})"
     )
 
 
@@ -138,7 +142,8 @@ def _return_times(run: TestRun) -> NDArray:
     x, v, current = run.displacement, run.velocity, run.current
     size, speed = float(np.std(x)), float(np.std(v))
     result = np.zeros(RETURNS)
-    if not (speed > 0 and _begins_in_motion(run, size, speed)):
+    begins_late = _rests_under_a_force(run, size) or _begins_in_motion(run, size, speed)
+    if not (speed > 0 and begins_late):
         return result
     if _is_part_of_a_cycle(run, speed):  # which stands for the motion before
         result[0] = run.step * (len(x) - 1)
@@ -177,6 +182,17 @@ def _begins_in_motion(run: TestRun, size: float, speed: float) -> bool:
     return bool(least > _MOVING * speed and abs(rates[1]) > _BEYOND_NOISE * chance)
 
 
+def _rests_under_a_force(run: TestRun, size: float) -> bool:
+    """Whether a run of this RMS displacement begins with a rest in which its device is loaded."""
+    cycle = cycle_time(size, float(np.std(run.velocity)))
+    n = max(int(_BEGINNING * cycle / run.step), _FEWEST)
+    x, force = run.displacement[:n], run.force[:n]
+    moves = max(_STILL * size, _BEYOND_NOISE * sensor_noise(run.displacement).deviation)
+    least = max(_HELD * float(np.std(run.force)), _BEYOND_NOISE * white_noise(run.force))
+    held = abs(float(np.mean(force)))
+    return bool(np.ptp(x) < moves and np.ptp(force) < held / 2 and held > least)
+
+
 def _is_part_of_a_cycle(run: TestRun, speed: float) -> bool:
     """Whether a run begins in fast motion, turns, and never moves again as it began."""
     along = run.velocity * np.sign(run.velocity[0])
@@ -204,8 +220,12 @@ def _start(run: TestRun, noise: float) -> tuple[float, NDArray]:
     for last in (np.inf, 2.1 * period):
         steady = _steady_period(run, period, last, noise)
         if steady is not None:
-            return steady, never
-    return 0.0, _return_times(run)
+            break
+    if steady:
+        return steady, never
+    if steady is None or _rests_under_a_force(run, size):
+        return 0.0, _return_times(run)
+    return 0.0, never
 
 
 def _steady_period(run: TestRun, period: float, last: float, noise: float) -> float | None:

@@ -293,3 +293,43 @@ def test_a_motion_that_does_not_come_back_counts_once_its_beginning_is_forgotten
     assert len(left_out) == (begin > 0)
     # a relaxation time of 0.17 s: what remains of a start is noise after some of them
     assert all(error.settled * STEP < 2.0 for error in result.errors)
+
+
+def _left_loaded(k, z):
+    """Random motion from rest to rest of a Dahl device with 1 % of noise, and its friction state.
+
+    It begins as friction was left.
+    """
+    random = np.random.default_rng(k)
+    time = STEP * np.arange(1280)
+    rise = np.clip(np.minimum(time, time[-1] - time) - 0.1, 0.0, 1.0)
+    phases = random.uniform(0, 2 * np.pi, 9)
+    frequencies = np.linspace(0.4, 2.0, 9) * random.uniform(0.9, 1.1, 9)
+
+    def motion(t):
+        rises = np.interp(t, time, rise * rise * (3 - 2 * rise))
+        return 4e-3 * rises * np.sin(np.multiply.outer(t, 2 * np.pi * frequencies) + phases).sum(-1)
+
+    def rate(t, z):
+        v = _slope(motion, t)
+        return (v - abs(v) * z) / 1e-3
+
+    z = solve_ivp(rate, (0.0, time[-1]), [z], "RK23", time, rtol=1e-6, max_step=STEP).y[0]
+    x, v = motion(time), np.array([_slope(motion, t) for t in time])
+    force = 500.0 * z + 3e3 * x + 200.0 * v
+    force = force + 0.01 * np.std(force) * random.standard_normal(len(time))
+    zero = np.zeros(len(time))
+    return TestRun(f"run {k}", time, x, v, force, zero, velocity_measured=True), z[-1]
+
+
+def test_a_device_may_rest_under_a_force_from_the_test_before():
+    """Friction of a device that stops stays in it, and the next run begins with it."""
+    z, runs = 0.0, []
+    for k in range(3):
+        run, z = _left_loaded(k, z)
+        runs.append(run)
+    result = fit(Campaign("one after the other", "made", tuple(runs)), "dahl")
+    assert max(error.relative for error in result.errors) < 0.013
+    # sigma is the friction force over its length of 1 mm
+    values = {each.name: each.value for each in result.estimates}
+    assert values == pytest.approx({"k": 3e3, "c": 200.0, "sigma": 5e5, "F_c": 500.0}, rel=0.03)
