@@ -1322,8 +1322,8 @@ def test_what_softens_with_its_history_is_compared_with_its_like(isolated, monke
     assert space.comparison.middle > comparison.middle
     # another form of what was taken
     other = replace(wrong, name=right.name, place=right.place, form="other")
-    again = CauseSearch(comparison)._exchange_histories(
-        comparison.fit((), ((other, (-0.05,)),))
+    again = exchange_histories(
+        CauseSearch(comparison), comparison.fit((), ((other, (-0.05,)),))
     )  # fmt: skip
     assert again.cause_values[0][0].form == right.form
     # two that follow the data alike
