@@ -13,7 +13,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from isolation_sim.discrepancy.adapters import device_tests
-from isolation_sim.discrepancy.building import cause_search
+from isolation_sim.discrepancy.building.search import cause_search
 from isolation_sim.discrepancy.device import observable_effects
 from isolation_sim.effects import EFFECTS
 from isolation_sim.identification.law_choice import choose_law

@@ -9,6 +9,7 @@ from ground_motions import Record
 from ground_motions.old_names import renamed_arguments
 from isolation_sim.archive import _object
 from isolation_sim.discrepancy.diagnosis import Cause
+from isolation_sim.effects import effect
 from isolation_sim.effects.effect import EffectParameter
 from isolation_sim.errors import InputError
 from isolation_sim.identification.campaign import TestRun
@@ -68,3 +69,5 @@ def test_saved_results_have_old_classes_and_fields():
     assert peaks.deformation_ratio == 1.0
     run = _object("isolation_sim.identification.run_table:TestRun", {"name": "run 1"})
     assert isinstance(run, TestRun) and run.name == "run 1"
+    # saved buildings name these effects by their place
+    assert effect("isolation_sim.discrepancy.building.isolator_effects:IMPACT", "dissipating")

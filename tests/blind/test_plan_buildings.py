@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import isolation_sim as iso
-from isolation_sim.discrepancy.building.cause_search import candidates
 from isolation_sim.discrepancy.building.comparison import compare_building
 from isolation_sim.discrepancy.building.model import Soil, building_model
 from isolation_sim.discrepancy.building.record import read_building_record
+from isolation_sim.discrepancy.building.search.cause_search import candidates
 from isolation_sim.scenario import Scenario
 from studies.blind import plan_buildings as blind
 

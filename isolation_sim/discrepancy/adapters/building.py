@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from ...laws import Device
 from ...structures import IsolatedStructure
 from .. import inference
-from ..building.candidate import TYPICAL_PERIOD
+from ..building.causes.candidate import TYPICAL_PERIOD
+from ..building.causes.isolator_causes import LAYER_NUMBERS
 from ..building.comparison import (
     BuildingComparison,
     CauseValues,
@@ -32,7 +33,6 @@ from ..building.errors import (
 )
 from ..building.filter_search import with_likeliest_filter
 from ..building.goodness_of_fit import cell_p_values, is_quiet, noise_chance, p_value
-from ..building.isolator_causes import LAYER_NUMBERS
 from ..building.isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 from ..building.localisation import ISOLATION_LAYER, UnknownForce, unknown_force
 from ..building.model import BuildingModel, building_model, total_force_scale
@@ -45,7 +45,7 @@ from ..building.record_checks import (
     unmeasured_floors,
     without_offsets,
 )
-from ..building.searches import search_at, search_causes
+from ..building.search.searches import search_at, search_causes
 from ..building.segment import Segment, band_edges, cell_means
 from ..building.switching import switching_error
 from ..decisions import (

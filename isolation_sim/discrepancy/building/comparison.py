@@ -18,8 +18,8 @@ from ..decisions import (
     SCREENING_STEPS,
 )
 from ..inference import at_bound
-from .candidate import Candidate, Parameter, Values
-from .isolator_causes import CURRENT_CAUSES
+from .causes.candidate import Candidate, Parameter, Values
+from .causes.isolator_causes import CURRENT_CAUSES
 from .model import JUMPS, BuildingModel
 from .noise import NoiseFloor, noise_floor
 from .record import MINIMUM_SAMPLES, BuildingRecord

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .candidate import TYPICAL_PERIOD
+from .causes.candidate import TYPICAL_PERIOD
 from .comparison import BuildingComparison, FittedBuilding
 
 

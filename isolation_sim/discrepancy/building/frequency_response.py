@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...simulation.result import Run
-from .candidate import TYPICAL_PERIOD
+from .causes.candidate import TYPICAL_PERIOD
 from .model import BuildingModel
 from .record import BuildingRecord
 

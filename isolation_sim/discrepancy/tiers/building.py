@@ -23,7 +23,7 @@ from ...identification.measured_runs import MeasuredRuns
 from ...laws.current_dependence import CurrentDependence
 from ...laws.law import Law
 from ..adapters.building import BuildingRecords, extended_device, intervals, traces_of
-from ..building.candidate import Candidate, Parameter, Values
+from ..building.causes.candidate import Candidate, Parameter, Values
 from ..building.comparison import BuildingComparison, CauseValues, FittedBuilding, with_causes
 from ..building.errors import excess_error, mean_error, relative_noise, squared_blocks
 from ..building.goodness_of_fit import is_quiet, noise_chance, p_value

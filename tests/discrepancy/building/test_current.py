@@ -12,13 +12,13 @@ from scipy.signal import butter, sosfiltfilt
 import isolation_sim as iso
 from ground_motions import Record
 from isolation_sim.discrepancy.adapters.building import BuildingRecords
-from isolation_sim.discrepancy.building.cause_exchange import between_samples
-from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.building.comparison import compare_building
 from isolation_sim.discrepancy.building.goodness_of_fit import is_quiet
 from isolation_sim.discrepancy.building.model import RecordedCurrent, building_model
 from isolation_sim.discrepancy.building.noise import _current_noise, highest_frequency
 from isolation_sim.discrepancy.building.record import BuildingRecord
+from isolation_sim.discrepancy.building.search.cause_exchange import between_samples
+from isolation_sim.discrepancy.building.search.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.building.switching import switching_error
 from isolation_sim.discrepancy.diagnose import diagnose_building
 

@@ -16,16 +16,8 @@ from scipy.signal import butter, sosfiltfilt
 import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.discrepancy.adapters.building import BuildingRecords, intervals
-from isolation_sim.discrepancy.building import cause_exchange, cause_search, searches
 from isolation_sim.discrepancy.building import comparison as comparison_module
-from isolation_sim.discrepancy.building.cause_exchange import (
-    carried_over,
-    exchange_for_simpler,
-    exchange_histories,
-    of_one_sensor,
-)
-from isolation_sim.discrepancy.building.cause_fits import CauseFits, _freed, _left_along
-from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
+from isolation_sim.discrepancy.building.causes.isolator_causes import layer_effect
 from isolation_sim.discrepancy.building.comparison import (
     BuildingComparison,
     FittedBuilding,
@@ -36,13 +28,25 @@ from isolation_sim.discrepancy.building.comparison import (
 from isolation_sim.discrepancy.building.errors import excess_error, largest_excess
 from isolation_sim.discrepancy.building.filter_search import with_likeliest_filter
 from isolation_sim.discrepancy.building.goodness_of_fit import adequacy, is_quiet, p_value
-from isolation_sim.discrepancy.building.isolator_causes import layer_effect
 from isolation_sim.discrepancy.building.model import Soil, building_model, shear_stiffness
 from isolation_sim.discrepancy.building.next_test import _tests
 from isolation_sim.discrepancy.building.noise import noise_floor, white_noise
-from isolation_sim.discrepancy.building.ranking import likelier_on_all, may_be_nearer, rivals_of
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.building.record_filter import RecordFilter
+from isolation_sim.discrepancy.building.search import cause_exchange, cause_search, searches
+from isolation_sim.discrepancy.building.search.cause_exchange import (
+    carried_over,
+    exchange_for_simpler,
+    exchange_histories,
+    of_one_sensor,
+)
+from isolation_sim.discrepancy.building.search.cause_fits import CauseFits, _freed, _left_along
+from isolation_sim.discrepancy.building.search.cause_search import CauseSearch, candidates
+from isolation_sim.discrepancy.building.search.ranking import (
+    likelier_on_all,
+    may_be_nearer,
+    rivals_of,
+)
 from isolation_sim.discrepancy.building.segment import cell_means
 from isolation_sim.discrepancy.decisions import LEAST_BUILDING_SHARE
 from isolation_sim.discrepancy.diagnose import diagnose_building

@@ -9,19 +9,19 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
-from isolation_sim.discrepancy.building.cause_exchange import exchange_for_one
-from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
+from isolation_sim.discrepancy.building.causes.isolator_causes import effect_in_plan, layer_effect
 from isolation_sim.discrepancy.building.comparison import compare_building, with_causes
-from isolation_sim.discrepancy.building.isolator_causes import effect_in_plan, layer_effect
 from isolation_sim.discrepancy.building.isolator_effects import (
     DAMPER,
     ISOLATOR_EFFECTS,
     LAYER_CAUSES,
     around_the_law,
 )
-from isolation_sim.discrepancy.building.layer_effects import proposed_effects
 from isolation_sim.discrepancy.building.model import building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
+from isolation_sim.discrepancy.building.search.cause_exchange import exchange_for_one
+from isolation_sim.discrepancy.building.search.cause_search import CauseSearch, candidates
+from isolation_sim.discrepancy.building.search.layer_effects import proposed_effects
 from isolation_sim.discrepancy.diagnose import diagnose_building
 from isolation_sim.effects import EFFECTS, Signals, effect
 from isolation_sim.structures import plan_building

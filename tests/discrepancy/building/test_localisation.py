@@ -9,9 +9,7 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import el_centro_1940
-from isolation_sim.discrepancy.building import cause_search, localisation
-from isolation_sim.discrepancy.building.cause_fits import CauseFits
-from isolation_sim.discrepancy.building.cause_search import CauseSearch, candidates
+from isolation_sim.discrepancy.building import localisation
 from isolation_sim.discrepancy.building.comparison import compare_building, with_causes
 from isolation_sim.discrepancy.building.localisation import (
     ISOLATION_LAYER,
@@ -20,6 +18,9 @@ from isolation_sim.discrepancy.building.localisation import (
 )
 from isolation_sim.discrepancy.building.model import building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
+from isolation_sim.discrepancy.building.search import cause_search
+from isolation_sim.discrepancy.building.search.cause_fits import CauseFits
+from isolation_sim.discrepancy.building.search.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.diagnose import diagnose_building
 from isolation_sim.errors import InputError
 

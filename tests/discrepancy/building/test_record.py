@@ -9,6 +9,7 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import Record
+from isolation_sim.discrepancy.building.causes.sensor_causes import _logged_together
 from isolation_sim.discrepancy.building.channels import channel, required
 from isolation_sim.discrepancy.building.record import BuildingRecord, read_building_record
 from isolation_sim.discrepancy.building.record_checks import (
@@ -17,7 +18,6 @@ from isolation_sim.discrepancy.building.record_checks import (
     unmeasured_floors,
     without_offsets,
 )
-from isolation_sim.discrepancy.building.sensor_causes import _logged_together
 from isolation_sim.errors import InputError
 
 NAMES = [

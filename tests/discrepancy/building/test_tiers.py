@@ -15,12 +15,12 @@ import isolation_sim as iso
 from ground_motions import el_centro_1940
 from isolation_sim.archive import law_of
 from isolation_sim.cli import main
-from isolation_sim.discrepancy.building import cause_search
-from isolation_sim.discrepancy.building.cause_search import candidates
 from isolation_sim.discrepancy.building.comparison import compare_building
 from isolation_sim.discrepancy.building.isolation_force import layer_model, unsupported
 from isolation_sim.discrepancy.building.model import building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
+from isolation_sim.discrepancy.building.search import cause_search
+from isolation_sim.discrepancy.building.search.cause_search import candidates
 from isolation_sim.discrepancy.diagnose import diagnose_building
 from isolation_sim.discrepancy.tiers.law_file import Chosen, law_text
 from isolation_sim.discrepancy.tiers.terms import Term

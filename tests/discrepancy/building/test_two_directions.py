@@ -7,7 +7,6 @@ import pytest
 
 import isolation_sim as iso
 from ground_motions import Record
-from isolation_sim.discrepancy.building.cause_search import candidates
 from isolation_sim.discrepancy.building.comparison import with_causes
 from isolation_sim.discrepancy.building.model import (
     building_model,
@@ -16,6 +15,7 @@ from isolation_sim.discrepancy.building.model import (
     total_force_scale,
 )
 from isolation_sim.discrepancy.building.record import BuildingRecord
+from isolation_sim.discrepancy.building.search.cause_search import candidates
 from isolation_sim.discrepancy.diagnosis import Trace, groups_in_turn
 from isolation_sim.errors import InputError
 from isolation_sim.structures import plan_building

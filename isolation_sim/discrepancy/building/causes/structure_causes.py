@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...structures import Structure
-from ...structures.yielding import storey_hysteresis
+from ....structures import Structure
+from ....structures.yielding import storey_hysteresis
+from ..channels import ROTATION
+from ..model import BuildingModel, Soil, dofs_by_level, motion_of, shear_stiffness
+from ..record import BuildingRecord
 from .candidate import EITHER_SIGN, TYPICAL_PERIOD, Candidate, Parameter, Values, add_to
-from .channels import ROTATION
-from .model import BuildingModel, Soil, dofs_by_level, motion_of, shear_stiffness
-from .record import BuildingRecord
 
 
 def structure_causes(

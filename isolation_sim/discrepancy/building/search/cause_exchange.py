@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..decisions import (
+from ...decisions import (
     LEAST_BUILDING_SHARE,
     LEAST_SENSOR_ERROR,
     MANY_NUMBERS,
@@ -18,12 +18,12 @@ from ..decisions import (
     STRONG_EVIDENCE,
     UNRESOLVED,
 )
-from .candidate import Candidate, Values
-from .comparison import CauseValues, FittedBuilding, squared, with_causes
-from .errors import mean_error
-from .goodness_of_fit import is_quiet
-from .isolator_causes import CURRENT_CAUSES, LAYER_NUMBERS
-from .isolator_effects import HISTORIES, ISOLATOR_EFFECTS, LAYER_CAUSES
+from ..causes.candidate import Candidate, Values
+from ..causes.isolator_causes import CURRENT_CAUSES, LAYER_NUMBERS
+from ..comparison import CauseValues, FittedBuilding, squared, with_causes
+from ..errors import mean_error
+from ..goodness_of_fit import is_quiet
+from ..isolator_effects import HISTORIES, ISOLATOR_EFFECTS, LAYER_CAUSES
 from .layer_effects import proposed_effects
 from .ranking import evidence, is_nearer
 from .search_state import SearchState

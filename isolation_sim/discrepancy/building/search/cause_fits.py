@@ -10,8 +10,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...identification.least_squares import orthonormal
-from ..decisions import (
+from ....identification.least_squares import orthonormal
+from ...decisions import (
     BEGUN_WELL,
     FOLLOWS,
     FORMS_TRIED,
@@ -22,9 +22,9 @@ from ..decisions import (
     STARTS_FITTED,
     WORTH_REFITTING,
 )
-from .candidate import Candidate, Values
-from .comparison import BuildingComparison, CauseValues, FittedBuilding, squared, with_causes
-from .isolator_effects import ISOLATOR_EFFECTS
+from ..causes.candidate import Candidate, Values
+from ..comparison import BuildingComparison, CauseValues, FittedBuilding, squared, with_causes
+from ..isolator_effects import ISOLATOR_EFFECTS
 from .layer_effects import helpful_effects
 from .ranking import rank
 

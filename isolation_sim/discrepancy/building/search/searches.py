@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import replace
 
-from ..decisions import INSTEAD, MISFIT_LEVEL, MOST_BUILDING_CAUSES, NEARLY_RIGHT, REMAINS
-from ..search import Round, SearchResult, search
-from .candidate import Candidate
+from ...decisions import INSTEAD, MISFIT_LEVEL, MOST_BUILDING_CAUSES, NEARLY_RIGHT, REMAINS
+from ...search import Round, SearchResult, search
+from ..causes.candidate import Candidate
+from ..comparison import BuildingComparison, CauseValues, FittedBuilding
+from ..errors import excess_error, largest_excess, relative_noise
+from ..goodness_of_fit import adequacy, noise_chance
+from ..localisation import unknown_force
 from .cause_search import CauseSearch
-from .comparison import BuildingComparison, CauseValues, FittedBuilding
-from .errors import excess_error, largest_excess, relative_noise
-from .goodness_of_fit import adequacy, noise_chance
-from .localisation import unknown_force
 
 Searched = tuple[CauseSearch, SearchResult[FittedBuilding]]
 

@@ -9,11 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...effects import Effect, EffectParameter
-from ...effects.coulomb_friction import LENGTH, VELOCITY
-from ...effects.effect import in_sentence
-from ...identification.characteristic_scales import characteristic_scale
-from ..decisions import ABRUPT
+from ....effects import Effect, EffectParameter
+from ....effects.coulomb_friction import LENGTH, VELOCITY
+from ....effects.effect import in_sentence
+from ....identification.characteristic_scales import characteristic_scale
+from ...decisions import ABRUPT
+from ..isolator_effects import IMPACT, ISOLATOR_EFFECTS
+from ..model import BuildingModel, force_scales, total_force_scale
+from ..record import BuildingRecord
 from .candidate import (
     EITHER_SIGN,
     TYPICAL_PERIOD,
@@ -23,9 +26,6 @@ from .candidate import (
     add_to,
     set_fields,
 )
-from .isolator_effects import IMPACT, ISOLATOR_EFFECTS
-from .model import BuildingModel, force_scales, total_force_scale
-from .record import BuildingRecord
 
 _WEAK = 0.05
 """Share of its magnitude with which an effect begins where it does too much in full."""

@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .channels import GROUND
-from .model import BuildingModel
+from ..channels import GROUND
+from ..model import BuildingModel
 
 Values = tuple[float, ...]
 Change = Callable[[BuildingModel, Values], BuildingModel]

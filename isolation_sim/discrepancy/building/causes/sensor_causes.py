@@ -8,10 +8,10 @@ from itertools import combinations
 
 import numpy as np
 
+from ..channels import Channel, channel
+from ..model import BuildingModel
+from ..record import BuildingRecord
 from .candidate import Candidate, Parameter, Values
-from .channels import Channel, channel
-from .model import BuildingModel
-from .record import BuildingRecord
 
 
 def sensor_causes(records: Sequence[BuildingRecord]) -> Iterator[Candidate]:

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..decisions import NEARLY_RIGHT, RIVALS_TRIED, STRONG_EVIDENCE
-from ..inference import rivals
-from .candidate import Candidate, Values
-from .comparison import FittedBuilding
+from ...decisions import NEARLY_RIGHT, RIVALS_TRIED, STRONG_EVIDENCE
+from ...inference import rivals
+from ..causes.candidate import Candidate, Values
+from ..comparison import FittedBuilding
 
 
 def rank(outcomes: Sequence[FittedBuilding]) -> list[FittedBuilding]:

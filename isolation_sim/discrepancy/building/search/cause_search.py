@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
-from ..decisions import (
+from ...decisions import (
     BUILDING_EXPLAINED,
     COMPLETES,
     FALSE_ALARM,
@@ -29,7 +29,17 @@ from ..decisions import (
     STRONG_EVIDENCE,
     TO_BLAME,
 )
-from .candidate import Candidate, Values
+from ..causes.candidate import Candidate, Values
+from ..causes.isolator_causes import current_causes, layer_causes
+from ..causes.sensor_causes import sensor_causes
+from ..causes.structure_causes import structure_causes
+from ..comparison import BuildingComparison, CauseValues, FittedBuilding
+from ..errors import excess_error, largest_excess, mean_error, relative_noise
+from ..goodness_of_fit import adequacy, p_value
+from ..isolator_effects import LAYER_CAUSES
+from ..localisation import is_elsewhere
+from ..model import BuildingModel
+from ..record import BuildingRecord
 from .cause_exchange import (
     around,
     exchange_for_one,
@@ -40,14 +50,7 @@ from .cause_exchange import (
     without_negligible,
 )
 from .cause_fits import near_the_best
-from .comparison import BuildingComparison, CauseValues, FittedBuilding
-from .errors import excess_error, largest_excess, mean_error, relative_noise
-from .goodness_of_fit import adequacy, p_value
-from .isolator_causes import current_causes, layer_causes
-from .isolator_effects import LAYER_CAUSES
 from .layer_effects import proposed_effects
-from .localisation import is_elsewhere
-from .model import BuildingModel
 from .ranking import (
     best_of_each,
     evidence,
@@ -57,10 +60,7 @@ from .ranking import (
     rivals_of,
     simplest_form,
 )
-from .record import BuildingRecord
 from .search_state import SearchState
-from .sensor_causes import sensor_causes
-from .structure_causes import structure_causes
 
 
 class CauseSearch(SearchState):

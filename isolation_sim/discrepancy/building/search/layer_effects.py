@@ -11,9 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...effects import EFFECTS, Effect
-from ...effects.followers import FLUID, RUBBER
-from ..decisions import (
+from ....effects import EFFECTS, Effect
+from ....effects.followers import FLUID, RUBBER
+from ...decisions import (
     ALONG_MOTION,
     INSTEAD,
     LEAST_PART,
@@ -22,14 +22,14 @@ from ..decisions import (
     SIGNIFICANT,
     STARTS_FITTED,
 )
-from ..device.model import FittedModel, fit_roughly
-from ..device.observable_effects import observable_effects
-from ..device.screen import fit_direction, refine, screen_effect
-from .candidate import Candidate
-from .comparison import BuildingComparison, CauseValues, squared, with_causes
-from .isolation_force import effect_values, layer_model, unsupported
-from .isolator_causes import effect_in_plan, layer_effect
-from .isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
+from ...device.model import FittedModel, fit_roughly
+from ...device.observable_effects import observable_effects
+from ...device.screen import fit_direction, refine, screen_effect
+from ..causes.candidate import Candidate
+from ..causes.isolator_causes import effect_in_plan, layer_effect
+from ..comparison import BuildingComparison, CauseValues, squared, with_causes
+from ..isolation_force import effect_values, layer_model, unsupported
+from ..isolator_effects import ISOLATOR_EFFECTS, LAYER_CAUSES
 
 
 def proposed_effects(

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..decisions import INSTEAD, LEAST_SENSOR_ERROR, SCREENING_STEPS
-from .candidate import Candidate
+from ...decisions import INSTEAD, LEAST_SENSOR_ERROR, SCREENING_STEPS
+from ..causes.candidate import Candidate
+from ..comparison import BuildingComparison, CauseValues, FittedBuilding
+from ..errors import relative_errors
+from ..goodness_of_fit import is_quiet
 from .cause_fits import CauseFits
-from .comparison import BuildingComparison, CauseValues, FittedBuilding
-from .errors import relative_errors
-from .goodness_of_fit import is_quiet
 
 
 class SearchState:

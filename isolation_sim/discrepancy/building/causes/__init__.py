@@ -1,0 +1,1 @@
+"""The causes that are tried for a building: isolators, structure, sensors."""

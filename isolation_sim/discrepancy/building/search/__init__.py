@@ -1,0 +1,1 @@
+"""The search for causes of a building."""
