@@ -29,7 +29,8 @@ FIRST_LOOK = 16  # every so many points are looked at first, to know about how l
 NEAR = 0.5  # of its peak: a smaller value does not rise above it inside the next interval
 UNREST = 0.25  # of its peak: what fast modes add to a smaller value before it is looked at
 FEWEST_DENSE, MOST_DENSE = 4, 64  # in a grid interval; in a step
-STRONGLY_CUT = 8  # steps in a grid interval from which every quantity is a candidate
+STRONGLY_CUT = 8  # a step this many times shorter than its interval: all quantities are candidates
+FEWEST_CUTS = 4  # halves: of the fewest steps, the last two are an eighth of the interval
 CHUNK = 8  # grid points whose quantities are kept at once
 PAST = 3  # grid points before them that are still kept: an interval's bound needs two on each side
 SLOTS = PAST + CHUNK
@@ -195,19 +196,19 @@ def record_layout(steps, n_pad, n_elements):
 
 @inner
 def strongly_cut(interval, lane, intervals, history):
-    """Whether a grid interval has no step that is longer than an eighth of it."""
+    """Whether a grid interval has a step of an eighth of it or less, as at a short contact."""
     steps, cuts = history.steps, history.cuts
-    if cuts[interval, lane] < STRONGLY_CUT:
+    if cuts[interval, lane] < FEWEST_CUTS:
         return False
     own = steps.shape[1] // LANES - STEP
     own = own * LANES + lane
     n_intervals = intervals.segments[intervals.segment_of[interval], 2]
     number = history.first_step[interval, lane]
     for _ in range(cuts[interval, lane]):
-        if steps[number, own + LENGTH * LANES] * n_intervals * STRONGLY_CUT > 1.0:
-            return False
+        if steps[number, own + LENGTH * LANES] * n_intervals * STRONGLY_CUT < 1.0 + 1e-9:
+            return True
         number = int(steps[number, own + NEXT * LANES])
-    return True
+    return False
 
 
 @inline
