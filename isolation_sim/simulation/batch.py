@@ -331,7 +331,7 @@ class _Conditions:
                 *end_state(isolated, modes, work, at),
                 BETWEEN.join(input_warnings(isolated, modes, lane.records)),
                 BETWEEN.join(f"{as_written(lane.controller)}: {each}" for each in listed),
-                contacts_of_lane(isolated, modes, work, at),
+                sum(contacts_of_lane(isolated, modes, work, at).values()),
             )
 
 

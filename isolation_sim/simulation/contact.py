@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..effects import separate
 from ..structures import IsolatedStructure
 from .complex_modes import Modes
-from .workspace import Workspace, modal_motion
+from .workspace import Workspace, motion_by_steps
 
 
 class Stop(NamedTuple):
@@ -47,16 +47,19 @@ def contacts_of_outputs(
     return result
 
 
-def contacts_of_lane(isolated: IsolatedStructure, modes: Modes, work: Workspace, lane: int) -> int:
-    """Contacts with all stops in one lane of a finished block."""
-    all_stops = stops(isolated)
-    if not all_stops:
-        return 0
-    motion, total = modal_motion(work, modes.eigenvalues.size, lane, work.grid.samples), 0
-    for stop in all_stops:
+def contacts_of_lane(
+    isolated: IsolatedStructure, modes: Modes, work: Workspace, lane: int = 0
+) -> dict[str, int]:
+    """Contacts with each stop by the element's name, in one lane of a finished block."""
+    result: dict[str, int] = {}
+    if not stops(isolated):
+        return result
+    motion = motion_by_steps(work, modes.eigenvalues.size, lane)
+    for stop in stops(isolated):
         length = isolated.elements[stop.element].device.length
-        total += _entries(stop, length * (motion @ modes.deformation[stop.element, 0]).real)
-    return total
+        deformation = length * (motion @ modes.deformation[stop.element, 0]).real
+        result[isolated.element_names[stop.element]] = _entries(stop, deformation)
+    return result
 
 
 def _entries(stop: Stop, deformation: NDArray) -> int:

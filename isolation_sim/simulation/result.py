@@ -21,7 +21,7 @@ from ..io.files import write_netcdf
 from ..io.results_folder import files_into
 from ..rendering import Printed, render
 from ..written_names import as_written
-from .contact import contacts_of_outputs, stops
+from .contact import contacts_of_lane, contacts_of_outputs, stops
 from .outputs import level_dofs
 from .plausibility import end_state, input_warnings, saved_end_state
 from .tested_range import TestComparison, compare_with_tests, peak_currents
@@ -226,6 +226,8 @@ class Run(Printed, Trajectory):
     @cached_property
     def contacts(self) -> dict[str, int]:
         """Number of contacts with each moat wall or end stop, by the element's name."""
+        if "work" in vars(self):
+            return contacts_of_lane(self.isolated, self.modes, self.work)
         if not stops(self.isolated):  # outputs at all samples take as long as a simulation
             return {}
         return contacts_of_outputs(self.isolated, self.outputs.names, self.values)

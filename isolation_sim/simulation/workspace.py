@@ -32,7 +32,7 @@ from .kernel.arguments import (
     TimeGrid,
 )
 from .kernel.loading import Kernel, Shape
-from .kernel.slots import BUFFER_FULL, FORCES, STEP
+from .kernel.slots import BUFFER_FULL, FORCES, NEXT, STEP
 
 N_LEVELS = 24
 """The shortest step is a segment divided by 2**23."""
@@ -355,3 +355,21 @@ def modal_motion(work: Workspace, n_modes: int, lane: int, points: Any = slice(N
     n_points = len(work.grid.time)
     z = work.z.reshape(n_points + 2, 2, padded(work.kernel.shape, n_modes), -1)[:n_points]
     return z[points, 0, :n_modes, lane] + 1j * z[points, 1, :n_modes, lane]
+
+
+def motion_by_steps(work: Workspace, n_modes: int, lane: int) -> NDArray:
+    """As ``modal_motion`` at all grid points, and where steps begin between them."""
+    lanes, n_pad = work.cuts.shape[1], padded(work.kernel.shape, n_modes)
+    steps = work.steps.reshape(len(work.steps), -1, lanes)[:, :, lane]
+    following = steps.shape[1] - STEP + NEXT
+    numbers, intervals = [], []
+    for interval in np.flatnonzero(work.cuts[:, lane] > 1).tolist():
+        number = int(work.first_step[interval, lane])
+        for _ in range(work.cuts[interval, lane] - 1):
+            number = int(steps[number, following])
+            numbers.append(number)
+            intervals.append(interval)
+    inside = steps[numbers]
+    within = inside[:, :n_modes] + 1j * inside[:, n_pad : n_pad + n_modes]
+    points = modal_motion(work, n_modes, lane)
+    return np.insert(points, np.array(intervals, int) + 1, within, axis=0)

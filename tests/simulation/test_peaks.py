@@ -13,6 +13,7 @@ from controllers.prescribed import Prescribed
 from ground_motions import Record, el_centro_1940
 from isolation_sim.effects.extend import extend
 from isolation_sim.effects.registry import effect
+from isolation_sim.scenario.building import MoatWall
 from isolation_sim.simulation.batch import FEWEST, Case, simulate_many
 from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.outputs import quantity_rows
@@ -138,6 +139,27 @@ def test_a_moat_wall_hit_within_a_sample(isolated):
     run = iso.simulate(stopped, el_centro_1940().cut(0, 8), controller("passive_off"))
     assert run.work.cuts.max() > 3
     assert_peaks(run)
+
+
+@pytest.mark.filterwarnings("ignore::isolation_sim.PlausibilityWarning")
+@pytest.mark.parametrize("share", [0.965, 0.8])
+def test_contacts_that_begin_and_end_between_two_samples(share):
+    """A stiff wall throws the slab back within 5 ms, a quarter of a sample."""
+    stiffness, ground = 1e11, el_centro_1940().cut(0.0, 8.0)
+    slab = iso.shear_building([2e5] * 3, [3e8] * 3, base_mass=3e5)
+    isolated = slab.on(iso.law("kelvin_voigt", {"k": 8e6, "c": 4e5}))
+    gap = share * iso.simulate(isolated, ground).criteria["peak_base_displacement_m"]
+    hit = MoatWall(gap_m=gap, stiffness_N_per_m=stiffness).add_to(isolated)
+    run, fine = iso.simulate(hit, ground), iso.simulate(hit, ground.resampled(0.001))
+    penetration = run.criteria["peak_base_displacement_m"] - gap
+    assert run.criteria["peak_wall_force_N"] == pytest.approx(stiffness * penetration, rel=1e-3)
+    beyond = np.abs(fine.output("base_displacement_m")) > gap
+    entries = np.count_nonzero(np.diff(beyond.astype(int)) == 1)
+    assert run.contacts == fine.contacts == {"moat_wall": entries}
+    case = Case(hit, ground, controller("passive_off"))
+    batch = simulate_many([case] * 16)
+    assert set(batch.contacts) == {entries}
+    assert set(batch.criteria["peak_wall_force_N"]) == {run.criteria["peak_wall_force_N"]}
 
 
 def test_two_directions():

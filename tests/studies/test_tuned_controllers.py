@@ -48,7 +48,11 @@ def test_the_study_says_what_its_table_says(tmp_path):
     for row in outcome.table:
         for what in ("published", "tuned"):
             assert row[f"{what}_from"] <= row[what] <= row[f"{what}_to"]
-        assert row["tuned"] < row["published"] and as_written(row["controller"]) in outcome.finding
+        assert row["tuned"] < row["published"]
+        # named where the interval excludes zero, and the one of the least score
+        least = min(each["tuned"] for each in outcome.table)
+        if row["tuned_from"] > 0 or row["tuned_to"] < 0 or row["tuned"] == least:
+            assert as_written(row["controller"]) in outcome.finding
     assert "Tuned worse than published: none" in outcome.finding
 
 

@@ -30,6 +30,7 @@ NEAR = 0.5  # of its peak: a smaller value does not rise above it inside the nex
 UNREST = 0.25  # of its peak: what fast modes add to a smaller value before it is looked at
 FEWEST_DENSE, MOST_DENSE = 4, 64  # in a grid interval; in a step
 STRONGLY_CUT = 8  # steps in a grid interval from which every quantity is a candidate
+FEWEST_CUTS = 4  # steps in a grid interval in which a force may come and go
 CHUNK = 8  # grid points whose quantities are kept at once
 PAST = 3  # grid points before them that are still kept: an interval's bound needs two on each side
 SLOTS = PAST + CHUNK
@@ -167,7 +168,9 @@ def find_peaks(sizes, intervals, quantities, history, modes, candidates, scratch
         )
     for interval in range(n_points - 1):
         for lane in range(LANES):
-            if strongly_cut(interval, lane, intervals, history):
+            if strongly_cut(interval, lane, intervals, history) or comes_and_goes(
+                interval, lane, sizes, intervals, history
+            ):
                 for item in range(n_quantities):
                     candidates.chosen[item] = item
                 raise_peaks(
@@ -208,6 +211,28 @@ def strongly_cut(interval, lane, intervals, history):
             return False
         number = int(steps[number, own + NEXT * LANES])
     return True
+
+
+@inner
+def comes_and_goes(interval, lane, sizes, intervals, history):
+    """Whether a force inside a grid interval is above those at both ends, as at an impact."""
+    n_elements, forces = sizes.n_elements, history.forces
+    steps, cuts = history.steps, history.cuts
+    if cuts[interval, lane] < FEWEST_CUTS:
+        return False
+    width, own = record_layout(steps, sizes.n_pad, n_elements)
+    number = history.first_step[interval, lane]
+    for step in range(cuts[interval, lane]):
+        if step > 0:
+            number = int(steps[number, (own + NEXT) * LANES + lane])
+            for e in range(n_elements):
+                at = (interval * n_elements + e) * FORCES
+                first = abs(forces[(at + AFTER) * LANES + lane])
+                last = abs(forces[(at + n_elements * FORCES + BEFORE) * LANES + lane])
+                force = abs(steps[number, (2 * sizes.n_pad + e * width) * LANES + lane])
+                if force > 2.0 * max(first, last):
+                    return True
+    return False
 
 
 @inline
