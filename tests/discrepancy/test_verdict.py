@@ -301,6 +301,17 @@ def test_noise_that_grows_towards_low_frequencies_is_noise():
     assert [(c.name, c.is_named) for c in hidden.causes] == [("coulomb_friction", True)]
 
 
+@pytest.mark.usefixtures("few_effects")
+def test_the_fitted_runs_tell_slow_noise():
+    tests = campaign(pink=0.01)
+    # a law that is not right beyond them
+    runs = [replace(run, force=(1.0 + 0.1 * run.hold_out) * run.force) for run in tests.runs]
+    tests = replace(tests, runs=tuple(runs))
+    diagnosis = diagnose(tests, "kelvin_voigt", tiers="causes", threads=1)
+    assert diagnosis.verdict == "adequate" and diagnosis.error_before.held_out > 0.05
+    assert diagnosis.noise_floor == pytest.approx(np.hypot(NOISE, 0.01), rel=0.3)
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_effects")
 def test_slow_noise_is_not_said_to_be_an_error_of_the_simulation():

@@ -89,16 +89,16 @@ class ForceErrors:
         return bool(data.cost(force, chosen) < ratio * max(np.sum(noise), np.sum(least)))
 
     def beside_slow_noise(self, force: NDArray) -> ForceErrors:
-        """These, with noise that grows as 1/f, if that is all by which a force misses the samples.
+        """These, with noise that grows as 1/f, if that is all that a force misses where fitted.
 
         The noise of every run is that of the force's residual above the frequencies of the motion.
         """
-        data, residual, every = self.data, force - self.data.force, np.ones(len(force), bool)
-        if data.relative(residual, every) > REMAINS:
+        data, residual = self.data, force - self.data.force
+        if data.relative(residual, data.fitted) > REMAINS:
             return self
         slow = np.array([slow_noise(residual[run], data.x[run]) for run in data.runs])
         squares = (np.repeat(slow, data.lengths) * data.weight) ** 2
-        if data.cost(force, every) >= ADEQUATE * float(np.sum(squares)):
+        if data.cost(force, data.fitted) >= ADEQUATE * float(np.sum(squares[data.fitted])):
             return self
         own = np.mean(self.noise**2, axis=1)
         ratio = [np.sum(squares[run]) / max(float(np.sum(own[run])), 1e-300) for run in data.runs]

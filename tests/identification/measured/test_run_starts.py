@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from isolation_sim.discrepancy.diagnose import diagnose
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
+from isolation_sim.identification.measured.run_starts import find_starts
 from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured.velocity import smooth
 from isolation_sim.identification.measured_runs import measured_runs
@@ -333,3 +334,10 @@ def test_a_device_may_rest_under_a_force_from_the_test_before():
     # sigma is the friction force over its length of 1 mm
     values = {each.name: each.value for each in result.estimates}
     assert values == pytest.approx({"k": 3e3, "c": 200.0, "sigma": 5e5, "F_c": 500.0}, rel=0.03)
+
+
+@pytest.mark.parametrize(("z", "offset", "held"), [(0.8, 0.0, True), (0.0, 250.0, False)])
+def test_an_offset_of_the_load_cell_is_no_force_from_before(z, offset, held):
+    run = _left_loaded(0, z)[0]
+    starts = find_starts([replace(run, force=run.force + offset)], np.array([3.0]))
+    assert starts.return_times.any() == held
