@@ -32,10 +32,8 @@ def _gain_by_noise(
     # noise of the ground's sensors moves many residuals together, along what a cause changes
     noise, small, large = comparison.fitted_noise, *_derivatives(smaller, larger)
     along = [np.sum((noise @ orthonormal(one)) ** 2, axis=1) for one in (small, large)]
-    ratio = float(np.mean(along[1] - along[0]) / (added * np.mean(noise**2)))
-    # what remains beyond noise is not moved by it
-    share = sum(segment.noise_cost for segment in comparison.fitted) / larger.cost
-    return max(1 + min(share, 1.0) * (ratio - 1), 1.0)
+    ratio = np.mean(along[1] - along[0]) / (added * np.mean(noise**2))
+    return max(float(ratio), 1.0)
 
 
 def _derivatives(smaller: FittedBuilding, larger: FittedBuilding) -> tuple[NDArray, NDArray]:

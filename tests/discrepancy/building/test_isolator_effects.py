@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,14 +18,15 @@ from isolation_sim.discrepancy.building.isolator_effects import (
     LAYER_CAUSES,
     around_the_law,
 )
-from isolation_sim.discrepancy.building.model import building_model
+from isolation_sim.discrepancy.building.model import BuildingModel, building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
 from isolation_sim.discrepancy.building.search.cause_exchange import exchange_for_one
 from isolation_sim.discrepancy.building.search.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.building.search.layer_effects import proposed_effects
 from isolation_sim.discrepancy.diagnose import diagnose_building
 from isolation_sim.effects import EFFECTS, Signals, effect
-from isolation_sim.structures import plan_building
+from isolation_sim.laws import LAWS
+from isolation_sim.structures import load_change_rows, plan_building
 
 CHANNELS = (
     "base_acceleration_m_s2",
@@ -151,6 +153,18 @@ def test_biaxial_isolators_that_heat_are_proposed_to():
     fit = comparison.fit((), ((found, found.starts[0]),))
     left, misfit = (comparison.above_noise(one)[0] for one in (fit, comparison.evaluate(())))
     assert left < 0.1 * misfit
+
+
+def test_nothing_is_proposed_to_isolators_whose_load_changes():
+    plan = plan_building(
+        [2e5], [2e8], [1.5e8], base_mass=2.5e5, plan=(20.0, 12.0), heights=[3.0]
+    )  # fmt: skip
+    pendulum = iso.law("friction_pendulum", LAWS["friction_pendulum"].example)
+    rows = load_change_rows(plan, overturning=True)
+    isolated = plan.on(pendulum, biaxial=True, load_changes=rows)
+    assert {law.directions for law in isolated.group_laws} == {3}
+    comparison = SimpleNamespace(model=BuildingModel(isolated, plan))
+    assert proposed_effects(comparison, ()) == []
 
 
 def test_nothing_is_proposed_for_what_other_numbers_of_an_effect_explain():

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ....effects import EFFECTS, Effect
+from ....effects.extend import ExtendedLaw
 from ....effects.followers import FLUID, RUBBER
 from ...decisions import (
     ALONG_MOTION,
@@ -44,8 +45,10 @@ def proposed_effects(
     After it, its nearest form of fewer numbers, if it leaves little more. With ``of_parts`` also
     each in the nearest form that acts on a part of the force, such as that of a lead core.
     """
-    if any(law.directions > 1 for law in comparison.model.nominal.group_laws):
-        return _in_plan(comparison, causes, names, of_parts)
+    directions = max(law.directions for law in comparison.model.nominal.group_laws)
+    if directions > 1:
+        bare = directions == 2 and not isinstance(comparison.model.device.law, ExtendedLaw)
+        return _in_plan(comparison, causes, names, of_parts) if bare else []
     base = _along_motion(comparison, causes)
     if base is None:
         return []
