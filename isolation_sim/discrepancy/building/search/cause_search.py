@@ -64,7 +64,7 @@ from .search_state import SearchState
 
 
 class CauseSearch(SearchState):
-    """The search space of building records; see ``search.SearchSpace``."""
+    """The search space of building records; see ``SearchSpace`` in ``discrepancy/search.py``."""
 
     def __init__(
         self,
