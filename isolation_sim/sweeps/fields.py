@@ -101,7 +101,12 @@ def _put(value: Any, steps: tuple[Step, ...], new: Callable[[Any], Any], place: 
         if not isinstance(step, int):
             if not value:
                 raise InputError(f"field {_dotted(place)}: is not in the scenario")
-            return [_put(each, steps, new, place) for each in value]
+            # without an index all items change; the one that cannot is named
+            many = len(value) > 1
+            return [
+                _put(each, steps, new, (*place, k) if many else place)
+                for k, each in enumerate(value)
+            ]
         if step >= len(value):
             raise InputError(
                 f"field {_dotted((*place, step))}: the scenario has {len(value)}, counted from 0"
@@ -113,6 +118,11 @@ def _put(value: Any, steps: tuple[Step, ...], new: Callable[[Any], Any], place: 
     if not isinstance(value, dict) or isinstance(step, int):
         raise InputError(f"field {_dotted((*place, step))}: {_dotted(place)} has no such part")
     inner = _with_default(value, step, place)
+    if not inner:
+        raise InputError(
+            f"field {_dotted((*place, step))}: {_dotted(place)} has no keys; expected: the "
+            "number of an item that has this key, in brackets"
+        )
     if step not in inner:
         raise unknown_name("field", _dotted((*place, step)), (_dotted((*place, k)) for k in inner))
     put = {**inner, step: _put(inner[step], rest, new, (*place, step))}

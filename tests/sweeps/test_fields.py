@@ -104,6 +104,7 @@ def test_an_unknown_field_names_the_nearest(field, nearest):
         (Change("element.count", 2.0), "is not in the scenario"),
         (Change("controller[7].period", 1.0), "the scenario has 5"),
         (Change("isolator.count.x", 1.0), "no such part"),
+        (Change("controller.settings.x", 1.0), r"controller\[0\]\.settings has no keys"),
         (Change("ground.scale_factor", 2.0, factor=True), "cannot be multiplied"),
         (Change("structure.kind", 2.0, factor=True), "cannot be multiplied"),
     ],
