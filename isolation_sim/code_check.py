@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from .simulation.result import Run
 
-DAMPING_COEFFICIENT = {0.02: 0.8, 0.05: 1.0, 0.10: 1.2, 0.20: 1.5, 0.30: 1.7, 0.40: 1.9}
+DAMPING_COEFFICIENT = {0.02: 0.8, 0.05: 1.0, 0.10: 1.2, 0.20: 1.5, 0.30: 1.7, 0.40: 1.9, 0.50: 2.0}
 """B_M by the effective damping (Table 17.5-1; equal to that of a public program for ASCE 7-16)."""
 MOST_DAMPING, LONGEST_PERIOD, LEAST_LENGTHENING = 0.30, 5.0, 3.0
 """Limits of the equivalent lateral force procedure (17.4.1, from memory)."""

@@ -38,8 +38,9 @@ def building():
 
 
 def test_table_of_damping_coefficients():
-    assert damping_coefficient(0.0) == 0.8 and damping_coefficient(0.6) == 1.9
+    assert damping_coefficient(0.0) == 0.8 and damping_coefficient(0.6) == 2.0
     assert damping_coefficient(0.15) == pytest.approx(1.35)
+    assert damping_coefficient(0.45) == pytest.approx(1.95)
 
 
 def test_spring_and_dashpot():
