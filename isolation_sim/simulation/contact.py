@@ -52,10 +52,11 @@ def contacts_of_lane(
 ) -> dict[str, int]:
     """Contacts with each stop by the element's name, in one lane of a finished block."""
     result: dict[str, int] = {}
-    if not stops(isolated):
+    all_stops = stops(isolated)
+    if not all_stops:
         return result
     motion = motion_by_steps(work, modes.eigenvalues.size, lane)
-    for stop in stops(isolated):
+    for stop in all_stops:
         length = isolated.elements[stop.element].device.length
         deformation = length * (motion @ modes.deformation[stop.element, 0]).real
         result[isolated.element_names[stop.element]] = _entries(stop, deformation)

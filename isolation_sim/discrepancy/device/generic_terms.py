@@ -211,8 +211,8 @@ def _with_current_rate(time: float) -> Iterator[Effect]:
         return (signals.current,)
 
     before = (Quantity("before", "A", "current a moment before"),)
+    rate = _Factor("current", "dI/dt", {"A": 1, "s": -1}, _none)
     for motion in (_BY_X[0], _BY_X[1], _BY_V[1]):
-        rate = _Factor("current", "dI/dt", {"A": 1, "s": -1}, _none)
 
         def force(signals: Signals, states: tuple, p: tuple, motion: _Factor = motion) -> Any:
             return p[0] * motion.value(signals) * (signals.current - states[0]) / time
