@@ -68,6 +68,10 @@ def import_tests(
             "above the table say."
         ),
     ] = None,
+    test_column: Annotated[
+        str | None,
+        typer.Option(help="Column whose values tell the tests of a table apart."),
+    ] = None,
     hold_out: Annotated[
         list[str] | None,
         typer.Option(help="Tests to hold out of a fit: every k-th, or a pattern as '*_2A'."),
@@ -96,6 +100,7 @@ def import_tests(
         for option, value in (
             ("--current", current is not None),
             ("--current-from-name", current_from_name),
+            ("--test-column", test_column is not None),
             ("--hold-out", hold_out),
         ):
             if value:
@@ -124,6 +129,7 @@ def import_tests(
             current=current,
             current_from_name=current_from_name,
             rate=rate,
+            test_column=test_column,
             hold_out=int(held[0]) if every else held,
             leave_out=leave_out or [],
             progress=step,

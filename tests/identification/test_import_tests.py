@@ -184,6 +184,18 @@ def test_matlab_files(tmp_path, kind):
     assert_is_the_test(imported.campaign.runs[0])
 
 
+@pytest.mark.parametrize("kind", ["beside", "above"])
+def test_a_current_that_is_one_number_of_a_struct(tmp_path, kind):
+    from scipy.io import savemat
+
+    columns = {"time_s": TIME, "disp_mm": 1e3 * X, "force_N": FORCE}
+    struct = {**columns, "current_A": 2.0, "i": 3}
+    above = {"current_A": 2.0, "data": {**columns, "amplitude": 4.0}}
+    savemat(tmp_path / "a.mat", {"test": struct if kind == "beside" else above})
+    (run,) = iso.import_tests(tmp_path).campaign.runs
+    assert run.current_measured and set(run.current) == {2.0}
+
+
 def test_matlab_files_of_version_7_3(tmp_path):
     # as MATLAB writes them: columns first, texts as numbers, cells and structs by references
     h5py = pytest.importorskip("h5py")
@@ -414,6 +426,22 @@ def test_several_tables_of_a_file(tmp_path):
         assert_is_the_test(run)
 
 
+def test_a_column_that_tells_the_tests_apart(tmp_path):
+    numbers = rows("%.4f,%.6f,%.6f,%.2f", TIME, 1e3 * X, FORCE, CURRENT).splitlines()
+    names = ["R2", "R10", ""]
+    stacked = [f"{name},{line}" for name in names for line in numbers] + ["R4,0,0,0,0", ""]
+    path = written(
+        tmp_path, "Specimen,Time (s),Disp (mm),Force (N),Current (A)\n" + "\n".join(stacked)
+    )
+    assert "--test-column" in refused(path)
+    assert "expected: one of 'Specimen', 'Time (s)'" in refused(path, test_column="specimens")
+    imported = iso.import_tests(path, test_column="Specimen")
+    assert [run.name for run in imported.campaign.runs] == ["test_R2", "test_R10"]
+    assert "1 rows of test 'R4' left out" in " ".join(imported.notes)
+    for run in imported.campaign.runs:
+        assert_is_the_test(run)
+
+
 def test_a_text_among_the_numbers(tmp_path):
     lines = rows("%.4f,%.6f,%.6f,%.2f", TIME, 1e3 * X, FORCE, CURRENT).splitlines(keepends=True)
     heading = "Time,Disp,Force,Current\ns,mm,N,A\n"
@@ -469,6 +497,8 @@ def test_a_reader_of_ones_own(tmp_path, monkeypatch):
         ('Geschwindigkeit "mm/s"', "mm/s", ("velocity",)),
         ("Weg 'mm'", "mm", ("displacement",)),
         ('Sensor "left"', "", ()),
+        ("Amps", "Amps", ()),
+        ("A", "", ()),
         ("Force (mN)", "mN", ()),
         ("Force setpoint (N)", "N", ()),
         ("Temp [deg_C]", "deg_C", ("temperature",)),

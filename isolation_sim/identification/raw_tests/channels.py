@@ -240,7 +240,8 @@ def _split(text: str, unit_below: str) -> tuple[str, str]:
         one = alone and not any(unit_factor(q, unit) for q in named_quantities(name))
         if name and is_unit(unit) and not one:
             return name, unit
-    return text, ""
+    # "Amps" or "mm" for a name; a letter may be one
+    return text, text.strip() if len(text.strip()) > 1 and is_unit(text) else ""
 
 
 def named_quantities(name: str) -> tuple[str, ...]:

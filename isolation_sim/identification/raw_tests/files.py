@@ -13,10 +13,10 @@ from ground_motions.registry import Registry
 
 from ...errors import InputError
 from ..measured.run_table import MINIMUM_SAMPLES
-from .raw_table import RawTable, tables_of_frames
+from .raw_table import RawTable, tables_by_column, tables_of_frames
 
-_KIND = re.compile(r"\b(sheet|table) ")
-"""Words before the name of a sheet and the number of a table."""
+_KIND = re.compile(r"\b(sheet|table|test) ")
+"""Words before the name of a sheet and the number of a table or a test."""
 _NOT_IN_NAMES = re.compile(r'[\\/:*?"<>|\s]+')
 
 TEST_READERS: Registry[Callable[[Path], Any]] = Registry(
@@ -38,8 +38,12 @@ def tables_by_name(
     leave_out: Sequence[str],
     kind: str = "test",
     progress: Callable[[str], None] = lambda text: None,
+    test_column: str | None = None,
 ) -> tuple[dict[str, RawTable], list[str]]:
-    """Tables by the names of their tests or records, and notes of files without one."""
+    """Tables by the names of their tests or records, and notes of files without one.
+
+    ``test_column``: column that tells the tests of one table apart.
+    """
     by_name: dict[str, RawTable] = {}
     notes: list[tuple[str, str]] = []  # Files and what is said of them
     fitting: set[str] = set()
@@ -53,6 +57,8 @@ def tables_by_name(
         progress(f"reading {path.name}")
         try:
             tables = [] if left_out(path.name, path.stem) else read_tables(path)
+            if test_column is not None:
+                tables = [one for table in tables for one in tables_by_column(table, test_column)]
         except AnotherQuantityError:
             if path in places:
                 raise

@@ -104,6 +104,7 @@ def import_tests(
     current: float | None = None,
     current_from_name: bool = False,
     rate: float | None = None,
+    test_column: str | int | None = None,
     hold_out: int | Sequence[str] = (),
     leave_out: Sequence[str] = (),
     progress: Callable[[str], None] | None = None,
@@ -137,6 +138,8 @@ def import_tests(
     rate : float, optional
         Samples per second of the tests without a column of time. By default the rate that the
         lines above the table name.
+    test_column : str or int, optional
+        Heading or number of the column whose values tell the tests of a table apart.
     hold_out : int or sequence of str
         Tests to hold out of a fit: every k-th, or patterns of their names such as ``"*_2A"``.
     leave_out : sequence of str
@@ -177,7 +180,9 @@ def import_tests(
         check_writable(Path(out).parent)
     places = [tests] if isinstance(tests, str | Path) else list(tests)
     report = progress or (lambda text: None)
-    tables, notes = tables_by_name([Path(place) for place in places], leave_out, progress=report)
+    apart = None if test_column is None else str(test_column)
+    files = [Path(place) for place in places]
+    tables, notes = tables_by_name(files, leave_out, progress=report, test_column=apart)
     runs, channels = [], []
     for name, table in tables.items():
         report(f"checking {name}")

@@ -6,7 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,16 @@ from .raw_table import RawTable, are_units
 
 _MOST_COLUMNS = 64
 """Columns of a matrix without names, at most."""
+
+
+class _Scalars(NamedTuple):
+    """What the scalars of a struct, or of those around it, say of its columns."""
+
+    rate: float | None  # Samples per second, Hz
+    currents: dict[str, float]  # By name, as the file has them
+
+
+_NO_SCALARS = _Scalars(None, {})
 
 
 def read_mat(path: Path) -> list[RawTable]:
@@ -84,7 +94,9 @@ def _of_lists(value: Any) -> Any:
         return [_of_lists(each) for each in value]
 
 
-def _structs(path: Path, name: str, value: Any, above: float | None = None) -> Iterator[RawTable]:
+def _structs(
+    path: Path, name: str, value: Any, above: _Scalars = _NO_SCALARS
+) -> Iterator[RawTable]:
     """Tables of a struct, of a list of structs, or of the variables of a file."""
     if isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):
         for number, each in enumerate(value, 1):
@@ -92,7 +104,7 @@ def _structs(path: Path, name: str, value: Any, above: float | None = None) -> I
         return
     if not isinstance(value, dict):
         return
-    rate = rate_of(value) or above
+    scalars = _Scalars(rate_of(value) or above.rate, _currents_of(value) or above.currents)
     arrays = {key: a for key, each in value.items() if (a := _numbers(each)) is not None}
     vectors = {key: a.ravel() for key, a in arrays.items() if a.size == max(a.shape)}
     lengths = Counter(a.size for a in vectors.values() if a.size >= MINIMUM_SAMPLES)
@@ -102,7 +114,7 @@ def _structs(path: Path, name: str, value: Any, above: float | None = None) -> I
             units = value.get("units")
             texts = units if isinstance(units, dict) else {}
             headings = [heading_of(key, str(texts.get(key, ""))) for key in alike]
-            yield RawTable(path, name, headings, [*alike.values()], _one_to(length), rate=rate)
+            yield _table(path, name, headings, [*alike.values()], scalars)
     for key, array in arrays.items():
         own = f"{name} {key}".strip()
         matrix = array.ndim == 2 and len(array) >= MINIMUM_SAMPLES
@@ -110,10 +122,31 @@ def _structs(path: Path, name: str, value: Any, above: float | None = None) -> I
             headings = _column_headings(value, array.shape[1])
             beside = {} if any(map(_is_time, headings)) else _time_beside(vectors, len(array))
             headings = [*map(heading_of, beside), *headings]
-            columns = [*beside.values(), *array.T]
-            yield RawTable(path, own, headings, columns, _one_to(len(array)), rate=rate)
+            yield _table(path, own, headings, [*beside.values(), *array.T], scalars)
     for key, each in value.items():
-        yield from _structs(path, f"{name} {key}".strip(), each, rate)
+        yield from _structs(path, f"{name} {key}".strip(), each, scalars)
+
+
+def _table(
+    path: Path, name: str, headings: list[Heading], columns: list[NDArray], scalars: _Scalars
+) -> RawTable:
+    """A test of columns, with the current that a scalar beside them says if none has it."""
+    length = len(columns[0])
+    if not any("current" in heading.quantities for heading in headings):
+        headings = [*headings, *map(heading_of, scalars.currents)]
+        columns = [*columns, *(np.full(length, one) for one in scalars.currents.values())]
+    lines = list(range(1, length + 1))
+    return RawTable(path, name, headings, [*columns], lines, rate=scalars.rate)
+
+
+def _currents_of(struct: dict[str, Any]) -> dict[str, float]:
+    """Scalars of a struct that are named a current; not ``i``, which counts loops."""
+    return {
+        name: float(value)
+        for name, value in struct.items()
+        if isinstance(value, int | float | np.number) and not isinstance(value, bool)
+        and name != "i" and heading_of(name).quantities == ("current",)
+    }  # fmt: skip
 
 
 def _is_sample(value: Any) -> bool:
@@ -133,10 +166,6 @@ def _time_beside(vectors: dict[str, NDArray], length: int) -> dict[str, NDArray]
 def _numbers(value: Any) -> NDArray | None:
     real = isinstance(value, np.ndarray) and value.dtype.kind in "fiu" and value.size
     return np.asarray(value, float) if real else None
-
-
-def _one_to(length: int) -> list[int]:
-    return list(range(1, length + 1))
 
 
 def _column_headings(struct: dict[str, Any], number: int) -> list[Heading]:

@@ -14,7 +14,7 @@ from ground_motions.readers.lines import is_number, other_decimal_mark, two_mark
 
 from ...errors import InputError
 from ..measured.run_table import MINIMUM_SAMPLES
-from .channels import Heading, heading_of, is_unit, names_quantity
+from .channels import Heading, columns_named, heading_of, is_unit, listed, names_quantity
 from .rate import (
     CLOCK_UNIT,
     are_clocks,
@@ -89,6 +89,32 @@ class RawTable:
             place = f"{self.place}, line {self.lines[row]}, column {self.headings[k].text}"
             raise InputError(place, repr(cell), "a number, or an empty cell")
         return np.nan
+
+
+def tables_by_column(table: RawTable, choice: str) -> list[RawTable]:
+    """Tables of the tests in one table, whose numbers or names are in a column; see `RawTable`."""
+    matches = columns_named(choice, table.headings)
+    if len(matches) != 1:
+        expected = f"one of {listed(table.headings)}, or its number"
+        raise InputError(f"{table.place}, --test-column", repr(choice), expected)
+    rows_of: dict[str, list[int]] = {}
+    for row, cell in enumerate(table.columns[matches[0]]):
+        name = f"{cell:.12g}" if isinstance(cell, float) else cell
+        rows_of.setdefault(name, []).append(row)
+    tables, left_out = [], []
+    for name, rows in rows_of.items():
+        if name.lower() in _MISSING or len(rows) < MINIMUM_SAMPLES:
+            left_out.append(f"{len(rows)} rows of test {name!r} left out")
+            continue
+        columns = [
+            each[rows] if isinstance(each, np.ndarray) else [each[k] for k in rows]
+            for each in table.columns
+        ]
+        part, lines = f"{table.part} test {name}".strip(), [table.lines[k] for k in rows]
+        tables.append(replace(table, part=part, columns=columns, lines=lines, notes=[*table.notes]))
+    if tables:
+        tables[0].notes.extend(left_out)
+    return tables
 
 
 def tables_of_rows(path: Path, part: str, rows: Sequence[Row]) -> list[RawTable]:

@@ -86,7 +86,7 @@ def _increasing(time: NDArray, lines: NDArray, place: str, notes: list[str]) -> 
         k = back[0] + 1
         raise InputError(
             f"{place}, line {lines[k]}", f"a time of {time[k]:.10g} s after {time[k - 1]:.10g} s",
-            "times that increase, one test per file",
+            "times that increase, or --test-column HEADING of the column that tells tests apart",
         )  # fmt: skip
     again = np.flatnonzero(steps == 0) + 1
     if again.size > max(_MOST_REPEATED * len(time), 1):
