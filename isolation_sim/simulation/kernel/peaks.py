@@ -221,17 +221,16 @@ def comes_and_goes(interval, lane, sizes, intervals, history):
     if cuts[interval, lane] < FEWEST_CUTS:
         return False
     width, own = record_layout(steps, sizes.n_pad, n_elements)
-    number = history.first_step[interval, lane]
-    for step in range(cuts[interval, lane]):
-        if step > 0:
+    for e in range(n_elements):
+        at = (interval * n_elements + e) * FORCES
+        first = abs(forces[(at + AFTER) * LANES + lane])
+        last = abs(forces[(at + n_elements * FORCES + BEFORE) * LANES + lane])
+        number = history.first_step[interval, lane]
+        for _ in range(cuts[interval, lane] - 1):
             number = int(steps[number, (own + NEXT) * LANES + lane])
-            for e in range(n_elements):
-                at = (interval * n_elements + e) * FORCES
-                first = abs(forces[(at + AFTER) * LANES + lane])
-                last = abs(forces[(at + n_elements * FORCES + BEFORE) * LANES + lane])
-                force = abs(steps[number, (2 * sizes.n_pad + e * width) * LANES + lane])
-                if force > 2.0 * max(first, last):
-                    return True
+            force = abs(steps[number, (2 * sizes.n_pad + e * width) * LANES + lane])
+            if force > 2.0 * max(first, last):
+                return True
     return False
 
 
