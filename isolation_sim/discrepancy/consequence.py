@@ -48,7 +48,7 @@ class Performance:
     # peak_base_displacement_m, peak_floor_acceleration_m_s2: As in ``isolation_sim.criteria``
     peak_base_displacement_m: float
     peak_floor_acceleration_m_s2: float
-    J: float  # Mean of both peaks over those with the coils off, on the same plant
+    J: float  # Sum of both peaks, each over that with the coils off on the same plant
     rank: int  # Place among the controllers by ``J``, 1 the best
 
 
@@ -144,7 +144,7 @@ def _ranked(runs: Mapping[str, Run | None]) -> dict[str, Performance | None]:
     if off is None:
         return ranked
     numbers = {name: criteria(run, off) for name, run in runs.items() if run is not None}
-    scores = {name: round((n[_BASE] + n[_FLOOR]) / 2, DIGITS) for name, n in numbers.items()}
+    scores = {name: round(n[_BASE] + n[_FLOOR], DIGITS) for name, n in numbers.items()}
     for name, result in numbers.items():
         ranked[name] = Performance(
             peak_base_displacement_m=result["peak_base_displacement_m"],

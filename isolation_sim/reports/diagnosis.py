@@ -304,7 +304,7 @@ def consequence_note(consequence: Consequence) -> str:
     old, new = SUBJECTS[consequence.subject]
     return (
         f"Old: building and controllers use the {old}. New: the building uses the {new}, the "
-        f"controllers the old one. New design: both use the {new}. J: mean of the two peaks, each "
+        f"controllers the old one. New design: both use the {new}. J: sum of the two peaks, each "
         "over its value with the coils off. Rank: by J."
     )
 
