@@ -11,6 +11,8 @@ from .fitted import RunError, pooled
 _ALONE, _FAR_WORSE = 2 / 3, 3.0
 """Share of the squared misfit in one run, and its error over that of the other runs, from which the
 run alone makes the misfit. Convention."""
+_GROSS = 0.3
+"""Error from which a wrong sign, unit or channel is likelier than a test apart. Convention."""
 
 
 def outlier_note(errors: Sequence[RunError]) -> str:
@@ -25,10 +27,17 @@ def outlier_note(errors: Sequence[RunError]) -> str:
     others = pooled(one for k, one in enumerate(errors) if k != worst)
     if not (squares[worst] > _ALONE * squares.sum() and error > _FAR_WORSE * others):
         return ""
+    run = errors[worst].run
+    if error > _GROSS:
+        advice = "Check its signs, units and channels first, or leave it out"
+    elif run.hold_out:
+        advice = "It was not fitted: the other runs may not determine the law there"
+    else:
+        advice = "Compare its amplitude, rate, current and history with those of the others"
     return (
-        f"{errors[worst].run.name} alone makes {100 * squares[worst] / squares.sum():.0f} % of the "
-        f"squared misfit: its error is {100 * error:.3g} %, that of the other runs "
-        f"{100 * others:.3g} %. Check its signs, units and channels first, or leave it out"
+        f"{run.name} alone makes {100 * squares[worst] / squares.sum():.0f} % of the squared "
+        f"misfit: its error is {100 * error:.3g} %, that of the other runs {100 * others:.3g} %. "
+        f"{advice}"
     )
 
 

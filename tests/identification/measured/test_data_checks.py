@@ -268,6 +268,16 @@ def test_a_run_that_alone_makes_the_misfit_is_named(runs):
     turned = RunError(replace(runs[2], force=-runs[2].force), 0.98 * runs[2].force)
     note = outlier_note([*right[:2], turned, *right[3:]])
     assert note.startswith("third alone makes 100 % of the squared misfit: its error is 198 %")
+    assert note.endswith("Check its signs, units and channels first, or leave it out")
+
+
+@pytest.mark.parametrize(
+    ("held_out", "advice"), [(True, "It was not fitted"), (False, "Compare its amplitude")]
+)
+def test_an_error_that_no_wrong_sign_makes_is_told_so(runs, held_out, advice):
+    right = [RunError(run, 0.998 * run.force) for run in runs]
+    worse = RunError(replace(runs[2], hold_out=held_out), 0.9 * runs[2].force)
+    assert advice in outlier_note([*right[:2], worse, *right[3:]])
 
 
 def test_a_fit_says_what_is_wrong_in_the_data(runs):
