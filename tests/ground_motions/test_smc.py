@@ -6,6 +6,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from ground_motions import read, read_folder, read_smc
+from isolation_sim.identification.raw_tests.smc_file import read_smc as read_table
 
 NULL, NO_REAL = -32768, 1.7e38
 
@@ -20,7 +21,10 @@ def rows(cells, columns):
     return ["".join(cells[k : k + columns]) for k in range(0, len(cells), columns)]
 
 
-def smc(values, rate=200.0, kind="2 CORRECTED ACCELEROGRAM  ", component="  360", comments=2):
+def smc(
+    values, rate=200.0, kind="2 CORRECTED ACCELEROGRAM  ", component="  360", comments=2,
+    corners=(),
+):  # fmt: skip
     """The text of a file."""
     text = [kind, "*", "2555b", "     2011  08  23    1751 SOMEWHERE, XX", "Moment Mag= 5.80",
             f"station = XX: Hill; Fire Station  component={component}     ",
@@ -29,6 +33,7 @@ def smc(values, rate=200.0, kind="2 CORRECTED ACCELEROGRAM  ", component="  360"
     integers, reals = [NULL] * 48, [NO_REAL] * 50
     integers[15], integers[16] = comments or NULL, len(values)
     reals[1] = rate
+    reals[32 : 32 + len(corners)] = corners
     text += rows([f"{each:10d}" for each in integers], 8)
     text += rows([f"{each:15.7E}" for each in reals], 5)
     text += [f"| comment {k}" for k in range(comments)]
@@ -91,3 +96,27 @@ def test_what_is_no_smc_file(written, refused, text, parts):
     path = written("a.smc", text)
     with refused(path, *parts):
         read(path)
+
+
+@pytest.mark.parametrize(
+    ("kind", "heading", "values"),
+    [
+        ("2 CORRECTED ACCELEROGRAM", "acceleration 171 deg Roof, east core [cm/s2]", "cm/s2"),
+        ("4 DISPLACEMENT", "displacement 171 deg Roof, east core [cm]", "cm"),
+    ],
+)
+def test_a_channel_of_a_structure_has_its_place_and_filter(written, kind, heading, values):
+    # as of station 1103 on 4 January 2018: a corner of 0.3 Hz twice, and a ramp from 54 to 60 Hz
+    text = smc([1.0, -2.0] * 8, kind=kind, component=" 171", corners=(0.3, -2.0, 54.0, 60.0))
+    path = written("RE.smc", text.replace("| comment 1", "|<loclbl=>Roof, east core<end>"))
+    (table,) = read_table(path)
+    assert [(one.text, one.unit) for one in table.headings] == [(heading, values)]
+    assert (table.rate, table.filtered) == (200.0, ((0.3,), (54.0, 60.0)))
+    assert table.notes == ["filtered below 0.3 Hz: slower and residual motion is missing"]
+    np.testing.assert_array_equal(table.numbers(0)[:2], [1.0, -2.0])
+
+
+def test_a_channel_without_a_filter(written):
+    (table,) = read_table(written("raw.smc", smc([1.0] * 16, kind="1 UNCORRECTED ACCELEROGRAM")))
+    assert (table.filtered, table.notes) == (None, ["uncorrected accelerations"])
+    assert table.headings[0].text == "acceleration 360 deg [cm/s2]"

@@ -27,6 +27,9 @@ from .rate import (
 
 _MISSING = {"", "-", "--", "---", "na", "n/a", "#n/a", "nan", "null", "none", "1.#qnan", "-1.#ind"}
 
+Corners = tuple[tuple[float, ...], tuple[float, ...]]
+"""Corners of a high-pass and of a low-pass filter, each one or the two ends of a ramp, Hz."""
+
 
 class Row(NamedTuple):
     """Cells of a line or of a sheet's row."""
@@ -49,9 +52,7 @@ class RawTable:
     notes: list[str] = field(default_factory=list)  # What was left out
     rate: float | None = None  # Samples per second that the file names beside the table, Hz
     current: float | None = None  # That the file names above the table, A
-    # Corners of the high-pass and the low-pass filter that the file names, each one or the two
-    # ends of a ramp, Hz
-    filtered: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+    filtered: Corners | None = None  # That the file names
 
     @property
     def place(self) -> str:
@@ -89,6 +90,12 @@ class RawTable:
             place = f"{self.place}, line {self.lines[row]}, column {self.headings[k].text}"
             raise InputError(place, repr(cell), "a number, or an empty cell")
         return np.nan
+
+
+def filter_note(filters: Sequence[Corners]) -> str:
+    """Note of the filters that a file names."""
+    below = ", ".join("-".join(f"{corner:g}" for corner in high) for high, _ in filters)
+    return f"filtered below {below} Hz: slower and residual motion is missing"
 
 
 def tables_by_column(table: RawTable, choice: str) -> list[RawTable]:

@@ -12,16 +12,16 @@ from ground_motions.readers.lines import read_lines
 from ground_motions.readers.v2 import Series, all_series, samples_of
 
 from .channels import heading_of
-from .raw_table import RawTable
+from .raw_table import Corners, RawTable, filter_note
 
 _NUMBER = r"\d*\.?\d+"
 _FILTERED = (
     # of COSMOS: "Record filtered below  0.08 Hz (periods over 12.5 secs), and above 40.0 Hz"
     re.compile(rf"\bfiltered below\s+({_NUMBER})\s*Hz(?:.*\band above\s+({_NUMBER})\s*Hz)?", re.I),
-    # of CSMIP: "Accelerogram bandpass-filtered with ramps at .05-.10 and 23.0-25.0 Hz", and "with
-    # 3dB points at  .08 and 40.0 Hz"
+    # of CSMIP: "Accelerogram bandpass filtered with ramps at .05-.10 and 23.0-25.0 cyc/sec", and
+    # "with 3 dB pts at   .07 and 40.00 cyc/sec"
     re.compile(
-        rf"\bfiltered with (?:ramps|3 ?dB points) at\s+({_NUMBER}(?:\s*-\s*{_NUMBER})?)"
+        rf"\bfiltered with (?:ramps|3 ?dB p(?:oin)?ts) at\s+({_NUMBER}(?:\s*-\s*{_NUMBER})?)"
         rf"(?:\s+and\s+({_NUMBER}(?:\s*-\s*{_NUMBER})?))?", re.I,
     ),
 )  # fmt: skip
@@ -35,8 +35,6 @@ def read_v2(path: Path) -> list[RawTable]:
         groups[one.count, one.dt].append(one)
     tables = []
     filters = sorted({found for line in lines if (found := _corners(line))})
-    filtered = ", ".join("-".join(f"{f:g}" for f in high) for high, _ in filters)
-    notes = [f"filtered below {filtered} Hz: slower and residual motion is missing"]
     one_filter = filters[0] if len(filters) == 1 else None
     for number, ((_, step), group) in enumerate(groups.items(), 1):
         part = f"table {number}" if len(groups) > 1 else ""
@@ -46,14 +44,14 @@ def read_v2(path: Path) -> list[RawTable]:
         length = min(map(len, columns))
         columns = [column[:length] for column in columns]
         rows = list(range(1, length + 1))
-        own = notes if filters else []
+        own = [filter_note(filters)] if filters else []
         tables.append(RawTable(
             path, part, headings, [*columns], rows, own, rate=1 / step, filtered=one_filter
         ))  # fmt: skip
     return tables
 
 
-def _corners(line: str) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+def _corners(line: str) -> Corners | None:
     """Corners of a high-pass and a low-pass filter that a line of a header names."""
     for pattern in _FILTERED:
         if found := pattern.search(line):

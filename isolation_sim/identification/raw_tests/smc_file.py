@@ -1,0 +1,30 @@
+"""Records of instrumented buildings of the US Geological Survey, a channel per file (SMC)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ground_motions.readers.smc import read_channel
+
+from .channels import heading_of
+from .raw_table import RawTable, filter_note
+
+_UNITS = {"acceleration": "cm/s2", "displacement": "cm"}
+
+
+def read_smc(path: Path) -> list[RawTable]:
+    """Accelerations or displacements of a sensor."""
+    channel = read_channel(path, displacements=True)
+    azimuth = f"{channel.direction} deg" if channel.direction.isdigit() else channel.direction
+    words = f"{channel.quantity} {azimuth} {channel.location}".strip()
+    heading = heading_of(f"{words} [{_UNITS[channel.quantity]}]")
+    notes = [] if channel.is_corrected else ["uncorrected accelerations"]
+    if channel.corners is not None:
+        notes.append(filter_note([channel.corners]))
+    lines = list(range(1, len(channel.samples) + 1))
+    return [RawTable(
+        path, "", [heading], [np.array(channel.samples)], lines, notes, rate=channel.rate,
+        filtered=channel.corners,
+    )]  # fmt: skip
