@@ -422,12 +422,12 @@ def read_peer(path: str | Path, *, on_unreadable: OnUnreadable = None) -> list[S
 def _components(path: Path, unit: str | None, dt: float | None, column: Columns) -> list[Record]:
     """The components in a file: the chosen columns, or both of two."""
     suffix = path.suffix.lower()
-    if suffix in _TEXT:
-        return [_read_with_step(path, unit, dt)]
     columns: list[str | None] = [column] if isinstance(column, str) else list(column or ())
     if len(columns) > 3:
         raise InputError("column", f"{len(columns)} columns", "1 to 3")
-    if suffix == ".mat":
+    if suffix in _TEXT:  # names are of other files of the folder
+        columns = [each for each in columns if each is not None and each.isdecimal()]
+    if suffix in _TEXT or suffix == ".mat":
         return [_read_with_step(path, unit, dt, each) for each in columns or [None]]
     present: dict[str, str] = {}  # names of components, and their directions where headers tell
     if suffix == ".csv":

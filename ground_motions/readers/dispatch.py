@@ -64,8 +64,8 @@ def read(
         ``.mat`` (`read_mat`), ``.v2`` or ``.v2c`` (`read_v2`), ``.v2a`` (`read_geonet`), or a
         suffix for which a package brings a reader.
     column : str, optional
-        Name of the acceleration column (CSV) or variable (MAT), number of the channel (V2) or
-        direction (V2A).
+        Name of the acceleration column (CSV) or variable (MAT), number of the channel (V2) or of
+        the column (text, times first), or direction (V2A).
     unit : str, optional
         Unit of the accelerations: needed for text, and for CSV and MAT without one.
     dt : float, optional

@@ -1,4 +1,4 @@
-"""Plain text: accelerations, or times and accelerations."""
+"""Plain text: accelerations, or times and one or several columns of accelerations."""
 
 from __future__ import annotations
 
@@ -24,9 +24,14 @@ from ground_motions.units import to_m_s2, unit_name
 
 @checked
 def read_text(
-    path: str | Path, unit: str, dt: float | None = None, *, skip_lines: int = 0
+    path: str | Path,
+    unit: str,
+    dt: float | None = None,
+    *,
+    column: str | None = None,
+    skip_lines: int = 0,
 ) -> Record:
-    """Read accelerations at a fixed step, or two columns of times and accelerations.
+    """Read accelerations at a fixed step, or columns of times and accelerations.
 
     Parameters
     ----------
@@ -42,6 +47,9 @@ def read_text(
         Sampling step, s, of accelerations without times: one a line, or several that go on from
         line to line, as the files of OpenSees have them. Refused beside a column of times. Not
         needed where the first line has the number of samples and the step.
+    column : str, optional
+        Number of the column of accelerations, such as ``"3"``, where several stand beside the
+        times, which are the first.
     skip_lines : int
         Lines to pass over at the top, for a header with lines that begin with a number.
 
@@ -53,9 +61,9 @@ def read_text(
     Raises
     ------
     InputError
-        If the file cannot be read, the unit is unknown, ``dt`` is missing or given for nothing, a
-        line has another number of columns, a cell is not a finite number, or the times do not
-        increase uniformly.
+        If the file cannot be read, the unit or the column is unknown, ``dt`` is missing or given
+        for nothing, a line has another number of columns, a cell is not a finite number, or the
+        times do not increase uniformly.
     """
     factor = to_m_s2(unit, f"{path}, unit")
     rows: list[list[float]] = []
@@ -88,14 +96,18 @@ def read_text(
                 f"{width}, as above{'' if dt is None else '; fewer in the last line alone'}",
             )  # fmt: skip
     if dt is None:
-        if width != 2:
+        if column is not None and column not in map(str, range(2, width + 1)):
+            choices = f"a number from 2 to {width}, the first being times"
+            raise InputError(f"{path}, column", repr(column), choices)
+        if column is None and width != 2:
             raise InputError(
                 f"{path}, dt", f"{'one column' if width == 1 else f'{width} columns'} and no dt",
                 "for accelerations without times: dt=, the step in s; dt_s in a scenario"
-                + ("; or two columns, times first" if width > 2 else ""),
+                + ('; or column="2" of several beside times in the first' if width > 2 else ""),
             )  # fmt: skip
         require_two(len(rows), str(path))
-        times, samples = np.array(rows).T
+        table = np.array(rows).T
+        times, samples = table[0], table[int(column or 2) - 1]
         dt = uniform_step(times.tolist(), line_numbers, f"{path}, column 1")
     elif width > 1 and _are_times(rows):
         given = f"{dt!r} beside a column of times"
@@ -104,7 +116,7 @@ def read_text(
     return Record(
         samples * factor,
         positive(f"{path}, dt (s)", dt),
-        name=Path(path).stem,
+        name=Path(path).stem + (f"_{column}" if column and width > 2 else ""),
         source=f"{path}, {unit}",
         file_unit=unit_name(unit) or unit,
     )

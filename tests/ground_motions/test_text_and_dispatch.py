@@ -3,7 +3,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from ground_motions import STANDARD_GRAVITY, el_centro_1940, read, read_text, write_csv
+from ground_motions import (
+    STANDARD_GRAVITY,
+    el_centro_1940,
+    read,
+    read_folder,
+    read_text,
+    write_csv,
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -48,6 +55,23 @@ def test_two_columns(text, delimiter):
     np.testing.assert_allclose(record.acceleration, np.array([1, 2, 3]) * STANDARD_GRAVITY)
     assert record.dt == 0.05
     assert record.file_unit == "g"
+
+
+def test_a_column_of_several_beside_times(text, refused, tmp_path):
+    """As the files of Taiwan's agency, whose data are time, up, north and east, in gal."""
+    rows = "".join(f"{0.02 * k:10.3f}{k:10.3f}{-2 * k:10.3f}{3 * k:10.3f}\n" for k in range(3))
+    path = text("#SampleRate(Hz): 50\n#DataSequence: Time U(+); N(+); E(+)\n" + rows, "1-EAS.dat")
+    north = read(path, unit="gal", column="3")
+    np.testing.assert_allclose(north.acceleration, [0.0, -0.02, -0.04])
+    assert (north.dt, north.name) == (0.02, "1-EAS_3")
+    with refused(f"{path}, dt", "4 columns and no dt", 'column="2" of several'):
+        read(path, unit="gal")
+    with refused(f"{path}, column", "'5'", "2 to 4"):
+        read(path, unit="gal", column="5")
+    (record,) = read_folder(tmp_path, unit="gal", column=["3", "4", "2"])
+    assert [each.name for each in (*record.components, record.vertical)] == [
+        "1-EAS_3", "1-EAS_4", "1-EAS_2",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("delimiter", ["\t", ";", " ", "   "])
@@ -163,7 +187,7 @@ def test_an_error_in_a_reader_names_the_reader(text, tmp_path, refused):
         ("a.vt2", {}, ("a .vt2 file", "units of g")),
         ("a.csv", {"dt": 0.1}, ("option dt", "0.1", "for .csv files: column, unit")),
         ("a.at2", {"dt": 0.1}, ("option dt", "0.1", "for .at2 files: no options")),
-        ("a.txt", {"column": "x"}, ("option column", "'x'", "for .txt files: unit, dt")),
+        ("a.at2", {"column": "x"}, ("option column", "'x'", "for .at2 files: no options")),
         ("a.txt", {}, ("option unit", "nothing", "unit='g'")),
     ],
 )
