@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from .current_basis import STEADY, group_currents
 from .law_model import LawModel
 from .measured_runs import MeasuredRuns
 
@@ -55,6 +56,31 @@ def folds_of(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
     ]  # fmt: skip
     result = [(name, _runs_mask(data, [own[k] for k in group])) for name, group in named]
     return [one for one in result if one[1].any()]
+
+
+def determined_folds(data: MeasuredRuns, n_currents: int) -> list[NDArray]:
+    """Folds without the runs that alone have a current, where the others have too few currents.
+
+    Parameters that depend on ``n_currents`` currents would be those of no data without these runs.
+    """
+    masks = [mask for _, mask in folds_of(data)]
+    if of_parts(data):
+        return masks
+    same = STEADY * float(np.max(np.abs(data.current)))
+    own = [run for run in data.runs if data.fitted[run].any()]
+
+    def seen(runs: Sequence[slice]) -> int:
+        ends = [end(data.current[run]) for run in runs for end in (np.min, np.max)]
+        return len(group_currents(ends, same)) if ends else 0
+
+    needed = min(n_currents, seen(own))
+    for mask in masks:
+        rest = [run for run in own if not mask[run].any()]
+        for run in own:
+            if seen(rest) < needed and seen([*rest, run]) > seen(rest):
+                rest.append(run)
+                mask[run] = False
+    return [mask for mask in masks if mask.any()]
 
 
 def fitted_without(

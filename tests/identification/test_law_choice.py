@@ -17,7 +17,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.identification import fit as fit_module
 from isolation_sim.identification import law_choice
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.cross_validation import fitted_without
+from isolation_sim.identification.cross_validation import determined_folds, fitted_without
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.law_choice import LawChoice, LawRank, choose_law
 from isolation_sim.identification.measured.run_table import TestRun
@@ -45,6 +45,38 @@ def test_the_law_that_made_the_data_is_chosen(choice):
     assert [one.law for one in result.near] == near
     assert {one.law for one in result.ranks} == set(COMPARED)
     assert f"Of 3 laws {name} fits best" in result.text and "another family" in result.text
+
+
+def hysteretic_run(amplitude, current, dt=0.005):
+    """A run of a hysteretic isolator that stiffens with the current, by Euler's rule."""
+    finer, omega = 20, 4 * np.pi
+    t = np.arange(0, 2.0, dt / finer)
+    x, v = amplitude * np.sin(omega * t), amplitude * omega * np.cos(omega * t)
+    z = np.zeros(len(t))
+    for i in range(len(t) - 1):
+        z[i + 1] = z[i] + dt / finer * (v[i] - 300 * (abs(v[i]) * z[i] + v[i] * abs(z[i])))
+    force = (8e3 + 3e3 * current) * x + (60 + 80 * current) * v + (1e5 + 1.5e5 * current) * z
+    force += 0.004 * np.std(force) * np.random.default_rng(1).standard_normal(len(t))
+    at = slice(None, None, finer)
+    name = f"{amplitude}, {current} A"
+    return TestRun(name, t[at], x[at], v[at], force[at], np.full(len(t[at]), current))
+
+
+def test_a_run_that_alone_has_a_current_is_not_left_out():
+    """Without one of these three no law has its current, and a poor one would miss it least."""
+    runs = [hysteretic_run(0.002, 0.0), hysteretic_run(0.002, 2.0), hysteretic_run(0.006, 0.0)]
+    data = measured_runs(runs)
+    left_out = [
+        [run.name for run, at in zip(runs, data.runs, strict=True) if mask[at].any()]
+        for mask in determined_folds(data, 2)
+    ]
+    assert left_out == [["0.002, 0.0 A"], ["0.006, 0.0 A"]]
+    assert sum(mask.sum() for mask in determined_folds(data, 1)) == len(data.x)
+    with workers(1) as pool:
+        laws = ("gamota_filisko", "bouc_wen")
+        result = choose_law(Campaign("three", "", tuple(runs)), data, 1, pool, laws=laws)
+    assert [one.law for one in result.near] == ["bouc_wen"]
+    assert result.least < 0.05
 
 
 def sliding_run(k, amplitude, frequency, dt):

@@ -363,9 +363,9 @@ class DeviceTests(Problem[FittedModel]):
     @cached_property
     def data_notes(self) -> tuple[str, ...]:
         """Return suspicious features of the runs."""
-        runs = self.campaign.runs
+        runs, fitted = self.campaign.runs, self.data.fitted
         errors = [
-            RunError(run, self.after[at], first)
+            RunError(replace(run, hold_out=not bool(fitted[at.start])), self.after[at], first)
             for run, at, first in zip(runs, self.data.runs, self.data.settled, strict=True)
         ]
         alone = outlier_note(errors)
