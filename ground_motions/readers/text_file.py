@@ -48,8 +48,8 @@ def read_text(
         line to line, as the files of OpenSees have them. Refused beside a column of times. Not
         needed where the first line has the number of samples and the step.
     column : str, optional
-        Number of the column of accelerations, such as ``"3"``, where several stand beside the
-        times, which are the first.
+        Number of the column of accelerations, such as ``"3"``, where there are several; without
+        ``dt`` the first has the times.
     skip_lines : int
         Lines to pass over at the top, for a header with lines that begin with a number.
 
@@ -89,16 +89,18 @@ def read_text(
 
     width = len(rows[0])
     for number, row in zip(line_numbers, rows, strict=True):
-        last = number == line_numbers[-1] and dt is not None and len(row) < width
+        goes_on = dt is not None and column is None
+        last = number == line_numbers[-1] and goes_on and len(row) < width
         if len(row) != width and not last:
             raise InputError(
                 f"{path}, line {number}", counted(len(row), "column"),
-                f"{width}, as above{'' if dt is None else '; fewer in the last line alone'}",
+                f"{width}, as above{'; fewer in the last line alone' * goes_on}",
             )  # fmt: skip
+    first = 1 if dt is not None else 2
+    if column is not None and column not in map(str, range(first, width + 1)):
+        choices = f"a number from {first} to {width}{', behind the times' * (dt is None)}"
+        raise InputError(f"{path}, column", repr(column), choices)
     if dt is None:
-        if column is not None and column not in map(str, range(2, width + 1)):
-            choices = f"a number from 2 to {width}, the first being times"
-            raise InputError(f"{path}, column", repr(column), choices)
         if column is None and width != 2:
             raise InputError(
                 f"{path}, dt", f"{'one column' if width == 1 else f'{width} columns'} and no dt",
@@ -106,13 +108,15 @@ def read_text(
                 + ('; or column="2" of several beside times in the first' if width > 2 else ""),
             )  # fmt: skip
         require_two(len(rows), str(path))
-        table = np.array(rows).T
-        times, samples = table[0], table[int(column or 2) - 1]
-        dt = uniform_step(times.tolist(), line_numbers, f"{path}, column 1")
+        table = np.array(rows)
+        samples = table[:, int(column or 2) - 1]
+        dt = uniform_step(table[:, 0].tolist(), line_numbers, f"{path}, column 1")
     elif width > 1 and _are_times(rows):
         given = f"{dt!r} beside a column of times"
         expected = "dt for accelerations without times; or two columns, times first, and no dt"
         raise InputError(f"{path}, dt", given, expected)
+    elif column is not None:
+        samples = np.array(rows)[:, int(column) - 1]
     return Record(
         samples * factor,
         positive(f"{path}, dt (s)", dt),

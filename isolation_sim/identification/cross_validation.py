@@ -67,19 +67,20 @@ def determined_folds(data: MeasuredRuns, n_currents: int) -> list[NDArray]:
     if of_parts(data):
         return masks
     same = STEADY * float(np.max(np.abs(data.current)))
-    own = [run for run in data.runs if data.fitted[run].any()]
+    runs = [run for run in data.runs if data.fitted[run].any()]
+    ends = [(float(np.min(data.current[run])), float(np.max(data.current[run]))) for run in runs]
 
-    def seen(runs: Sequence[slice]) -> int:
-        ends = [end(data.current[run]) for run in runs for end in (np.min, np.max)]
-        return len(group_currents(ends, same)) if ends else 0
+    def seen(places: Sequence[int]) -> int:
+        currents = [end for k in places for end in ends[k]]
+        return len(group_currents(currents, same)) if currents else 0
 
-    needed = min(n_currents, seen(own))
+    needed = min(n_currents, seen(range(len(runs))))
     for mask in masks:
-        rest = [run for run in own if not mask[run].any()]
-        for run in own:
-            if seen(rest) < needed and seen([*rest, run]) > seen(rest):
-                rest.append(run)
-                mask[run] = False
+        rest = [k for k, run in enumerate(runs) if not mask[run].any()]
+        for k in set(range(len(runs))).difference(rest):
+            if seen(rest) < needed and seen([*rest, k]) > seen(rest):
+                rest.append(k)
+                mask[runs[k]] = False
     return [mask for mask in masks if mask.any()]
 
 

@@ -68,6 +68,9 @@ def test_a_column_of_several_beside_times(text, refused, tmp_path):
         read(path, unit="gal")
     with refused(f"{path}, column", "'5'", "2 to 4"):
         read(path, unit="gal", column="5")
+    alone = text("1 2 3\n-4 5 6\n7 8 9\n", "alone.acc")
+    assert read(alone, unit="m/s2", dt=0.02, column="2").acceleration.tolist() == [2, 5, 8]
+    alone.unlink()
     (record,) = read_folder(tmp_path, unit="gal", column=["3", "4", "2"])
     assert [each.name for each in (*record.components, record.vertical)] == [
         "1-EAS_3", "1-EAS_4", "1-EAS_2",
