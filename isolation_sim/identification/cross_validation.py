@@ -77,8 +77,8 @@ def determined_folds(data: MeasuredRuns, n_currents: int) -> list[NDArray]:
     needed = min(n_currents, seen(range(len(runs))))
     for mask in masks:
         rest = [k for k, run in enumerate(runs) if not mask[run].any()]
-        for k in set(range(len(runs))).difference(rest):
-            if seen(rest) < needed and seen([*rest, k]) > seen(rest):
+        for k in range(len(runs)):
+            if k not in rest and seen(rest) < needed and seen([*rest, k]) > seen(rest):
                 rest.append(k)
                 mask[runs[k]] = False
     return [mask for mask in masks if mask.any()]
