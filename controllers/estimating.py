@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
@@ -39,9 +41,11 @@ class Estimating(Controller):
         self, context: RunContext, kind: str = "kalman", measured_ground: bool = False
     ) -> Observer:
         """Build the observer that the settings describe."""
+        lag, slew = np.asarray(context.driver.lag), np.asarray(context.driver.slew)
         return {"kalman": KalmanFilter, "extended": ExtendedKalmanFilter}[kind](
             context.nominal, context.period,
             GroundNoise(self.ground_intensity, self.ground_frequency, self.ground_damping),
             Noise(self.acceleration_noise, self.deformation_noise),
             limits=(lowest(context), highest_tested(context)), measured_ground=measured_ground,
+            held=bool(np.all(lag == 0) and np.all(slew == np.inf)),
         )  # fmt: skip

@@ -118,6 +118,9 @@ class Observer(ABC):
     measured_ground : bool, optional
         Whether the ground acceleration is measured too. White noise has no acceleration that could
         be measured: it is ignored then.
+    held : bool, optional
+        Whether the currents jump, as in coils without lag: a measured one is then that of the whole
+        interval before the measurement. By default they change steadily.
 
     Raises
     ------
@@ -138,6 +141,7 @@ class Observer(ABC):
         reference: float | None = None,
         limits: ArrayLike | None = None,
         measured_ground: bool = False,
+        held: bool = False,
     ):
         if not (np.isfinite(period) and period > 0):
             raise InputError("observer: period", f"{period} s", "above 0")
@@ -150,6 +154,7 @@ class Observer(ABC):
         self.nominal, self.period = nominal, float(period)
         self.ground, self.noise = ground or GroundNoise(), noise or Noise()
         self.measured_ground = measured_ground and self.ground.frequency is not None
+        self.held = held
         low, high = np.asarray(limits, float)
         context = RunContext(nominal, self.period, 0.0, low, high, tested, self.outputs)
         self.tracking = force_tracking(nominal.elements, context, self.devices)
