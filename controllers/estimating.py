@@ -41,11 +41,13 @@ class Estimating(Controller):
         self, context: RunContext, kind: str = "kalman", measured_ground: bool = False
     ) -> Observer:
         """Build the observer that the settings describe."""
-        lag, slew = np.asarray(context.driver.lag), np.asarray(context.driver.slew)
+        driver, jump = context.driver, None
+        if np.all(np.equal(driver.lag, 0)) and np.all(np.isinf(driver.slew)):
+            jump = round(sum(context.delays) / context.period, 6) % 1.0
         return {"kalman": KalmanFilter, "extended": ExtendedKalmanFilter}[kind](
             context.nominal, context.period,
             GroundNoise(self.ground_intensity, self.ground_frequency, self.ground_damping),
             Noise(self.acceleration_noise, self.deformation_noise),
             limits=(lowest(context), highest_tested(context)), measured_ground=measured_ground,
-            held=bool(np.all(lag == 0) and np.all(slew == np.inf)),
+            jump=jump,
         )  # fmt: skip

@@ -118,9 +118,10 @@ class Observer(ABC):
     measured_ground : bool, optional
         Whether the ground acceleration is measured too. White noise has no acceleration that could
         be measured: it is ignored then.
-    held : bool, optional
-        Whether the currents jump, as in coils without lag: a measured one is then that of the whole
-        interval before the measurement. By default they change steadily.
+    jump : float, optional
+        Instant within an interval at which the currents jump, as those of coils without lag, from 0
+        to 1: 0 if commands act at the instants of the measurements. By default currents change
+        steadily from one measurement to the next.
 
     Raises
     ------
@@ -141,7 +142,7 @@ class Observer(ABC):
         reference: float | None = None,
         limits: ArrayLike | None = None,
         measured_ground: bool = False,
-        held: bool = False,
+        jump: float | None = None,
     ):
         if not (np.isfinite(period) and period > 0):
             raise InputError("observer: period", f"{period} s", "above 0")
@@ -154,7 +155,7 @@ class Observer(ABC):
         self.nominal, self.period = nominal, float(period)
         self.ground, self.noise = ground or GroundNoise(), noise or Noise()
         self.measured_ground = measured_ground and self.ground.frequency is not None
-        self.held = held
+        self.jump = -1.0 if jump is None else float(jump)
         low, high = np.asarray(limits, float)
         context = RunContext(nominal, self.period, 0.0, low, high, tested, self.outputs)
         self.tracking = force_tracking(nominal.elements, context, self.devices)

@@ -281,11 +281,12 @@ class Watching(Estimating):
 
 
 @pytest.mark.parametrize("kind", ["kalman", "extended"])
-@pytest.mark.parametrize("lag", [0.0, 0.05])
-def test_a_current_that_jumps_is_held_between_the_measurements(isolated, kind, lag):
+@pytest.mark.parametrize(("lag", "delay"), [(0.0, 0.0), (0.0, 0.01), (0.0, 0.02), (0.05, 0.0)])
+def test_a_current_that_jumps_is_held_between_the_measurements(isolated, kind, lag, delay):
     watching = Watching(kind)
     record = kanai_tajimi_motion("firm", 10.0, PERIOD, seed=3, intensity=INTENSITY, envelope=None)
-    run = simulate(isolated, record, watching, driver=CoilDriver(lag=lag))
+    driver = CoilDriver(lag=lag)
+    run = simulate(isolated, record, watching, driver=driver, computation_delay=delay)
     time, estimate = np.array(watching.seen).T
     velocity = run.output("base_velocity_m_s")[np.round(time / record.dt).astype(int)]
     error = np.sqrt(np.mean((estimate - velocity) ** 2) / np.mean(velocity**2))
