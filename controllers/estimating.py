@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from isolation_sim.simulation.control import RunContext
 from isolation_sim.structures import IsolatedStructure
 
@@ -39,9 +41,13 @@ class Estimating(Controller):
         self, context: RunContext, kind: str = "kalman", measured_ground: bool = False
     ) -> Observer:
         """Build the observer that the settings describe."""
+        driver, jump = context.driver, None
+        if np.all(np.equal(driver.lag, 0)) and np.all(np.isinf(driver.slew)):
+            jump = round(sum(context.delays) / context.period, 6) % 1.0
         return {"kalman": KalmanFilter, "extended": ExtendedKalmanFilter}[kind](
             context.nominal, context.period,
             GroundNoise(self.ground_intensity, self.ground_frequency, self.ground_damping),
             Noise(self.acceleration_noise, self.deformation_noise),
             limits=(lowest(context), highest_tested(context)), measured_ground=measured_ground,
+            jump=jump,
         )  # fmt: skip

@@ -132,7 +132,7 @@ def with_factors(
 def effective_properties(
     isolated: IsolatedStructure, spectral_acceleration: float, current: float = 0.0
 ) -> EffectiveProperties:
-    """Effective period and damping at the displacement D_M, by iteration."""
+    """Effective properties at the displacement D_M, by iteration; S_M1 in m/s^2."""
     period, displacement = 2.0, 0.1
     earlier: tuple[float, float] | None = None
     for _ in range(100):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from .criterion import Criterion
 from .simulation.outputs import quantity_rows
 from .simulation.pieces import refined_displacements
+from .simulation.plausibility import LAST
 from .simulation.trajectory import currents_at
 from .structures import load_change_rows
 
@@ -18,19 +19,32 @@ if TYPE_CHECKING:
 
 _PARTS = 4
 """Parts of a sampling interval in which peaks are looked for."""
+_SWING = 0.01
+"""Largest swing of a base that stays, over its peak displacement."""
 
 
 def _travel(run: Run) -> float:
     """Length of the path of the base over the ground, of the slab that travels furthest, m."""
-    rows = quantity_rows(run.isolated, run.outputs.names)["base_displacement_m"]
-    path = np.tensordot(run.values, rows, axes=(1, 2))  # samples, slabs, directions
+    # the base turns between the samples
+    path = _base_path(run, refined_displacements(run, _PARTS))
     return float(np.linalg.norm(np.diff(path, axis=0), axis=-1).sum(axis=0).max())
 
 
+def _base_path(run: Run, displacements: NDArray) -> NDArray:
+    """Displacements of the slabs from those of all dofs, (n_instants, n_slabs, n_directions)."""
+    rows = quantity_rows(run.isolated, run.outputs.names)["base_displacement_m"]
+    return np.tensordot(displacements, rows[..., : displacements.shape[1]], axes=(1, 2))
+
+
 def _residual(run: Run) -> float:
-    """Displacement at which the base stays, m; NaN while the building moves."""
-    moves, share = run.end
-    return float("nan") if moves else share * run.criteria["peak_base_displacement_m"]
+    """Displacement at which the base stays, of the furthest slab, m; NaN while it moves."""
+    last = run.time >= run.time[-1] - LAST
+    path = _base_path(run, run.values[last, : run.isolated.structure.n_dofs])
+    low, high = path.min(axis=0), path.max(axis=0)
+    swing = np.linalg.norm(high - low, axis=-1).max() / 2
+    if run.end[0] or swing > _SWING * run.criteria["peak_base_displacement_m"]:
+        return float("nan")
+    return float(np.linalg.norm(low + high, axis=-1).max() / 2)
 
 
 def _rms_current(run: Run) -> float:
@@ -63,7 +77,10 @@ ISOLATOR_TRAVEL = Criterion("isolator_travel_m", "travel of the isolators", _tra
 """Accumulated path of the base over the ground: wear and heat of sliding and rubber bearings."""
 
 RESIDUAL = Criterion("residual_base_displacement_m", "residual base displacement", _residual)
-"""Displacement at which the base stays after the motion; NaN if the building still moves."""
+"""Displacement at which the base stays in the last 2 s; NaN while it swings by 1 % of its peak.
+
+Quiet time after the motion lets it come to rest: ``quiet_after_s``, ``Record.padded(after=)``.
+"""
 
 RMS_CURRENT = Criterion("rms_current_A", "RMS coil current", _rms_current)
 """Effort of control: the heat in a coil grows with its square."""

@@ -19,8 +19,9 @@ from .small_matrices import conjugate, step_matrices
 from .tangent import TangentModel
 
 # settings: every observer's; these; the linear equations; the noise; the measured ground
-# accelerations; elements' directions; how many states each device has; the force tracking
-EACH, WIDTH, PERIOD, ACCELERATION, DEFORMATION, DEVICES, FIRST = range(4, 11)
+# accelerations; elements' directions; how many states each device has; the force tracking.
+# JUMP: the instant in the interval at which currents jump; -1 where they change steadily
+EACH, WIDTH, PERIOD, ACCELERATION, DEFORMATION, DEVICES, JUMP, FIRST = range(4, 12)
 # memory: whether it has begun; the state, the rates, the last currents; normalised innovations;
 # covariance, dynamics, transition, added covariance; rows of the measurements; a tangent; scratch
 
@@ -103,6 +104,9 @@ def extended_update(
         # needs them.
         for half in range(2):
             way = 1.0 / 4.0 + half * (2.0 / 3.0 - 1.0 / 4.0)
+            if settings[JUMP] >= 0.0:
+                # the part of this half, and of that before, with the present current
+                way = min(max(1.0 + half - 2.0 * settings[JUMP], 0.0), 1.0)
             for c in range(n_coils):
                 currents[c] += way * (measured[n_y + c] - currents[c])
             equations(z, currents, settings, dynamics, rates, work, tangent)
@@ -232,7 +236,7 @@ class ExtendedKalmanFilter(Observer):
         n_all, n_y = len(a) + m * model.n_states, n + m + len(on_ground)
         head = [
             n, len(a), n_y, m, model.n_states, model.n_numbers, self.period,
-            self.noise.acceleration, self.noise.deformation, FIRST + len(own),
+            self.noise.acceleration, self.noise.deformation, FIRST + len(own), self.jump,
         ]  # fmt: skip
         widest = (1 + model.n_states) * (3 + model.n_states)
         size = 1 + 2 * n_all + self.nominal.n_channels + n_y + n_y * n_all

@@ -15,10 +15,11 @@ from ..force_tracking import MOTION, coil_current, device_force, follow_device
 from .nominal_linear_model import sampled, structure_and_ground
 from .observer import N_DOFS, N_ELEMENTS, N_Y, N_Z, Estimate, Observer
 
-# settings: every observer's; where the force tracking begins; the step's matrices; those of the
+# settings: every observer's; where the force tracking begins; the instant in the interval at which
+# currents jump, -1 where they change steadily; the step's matrices; those of the
 # measurements; the filter's gain and the innovations' inverse root; elements' directions; the
 # force tracking
-TRACKING, HEAD = 4, 5
+TRACKING, JUMP, HEAD = 4, 5, 6
 # memory: whether it has begun; z, each element's force, innovations, scratch; the force tracking
 
 
@@ -64,6 +65,15 @@ def kalman_update(
             for e in range(m):
                 predicted[i] += (at_start[i * m + e] + at_end[i * m + e]) * force[e]
     currents = measured[n_y:]
+    for e in range(m):
+        if begun and settings[JUMP] >= 0.0:
+            # the force that jumps has the impulse of one that is linear over the interval
+            amperes = coil_current(e, tracking, currents)
+            start = device_force(e, amperes, tracking, devices, combined_force)
+            start += 2.0 * settings[JUMP] * (force[e] - start)
+            for i in range(n_z):
+                predicted[i] += (at_start[i * m + e] + at_end[i * m + e]) * (start - force[e])
+            force[e] = start
     for e in range(m):
         v = 0.0
         for i in range(n):
@@ -179,7 +189,9 @@ class KalmanFilter(Observer):
         names = ("transition", "at_start", "at_end", "on_state", "on_force", "gain", "root")
         own = np.concatenate([*(design[name].ravel() for name in names), rows.ravel()])
         m, n = rows.shape
-        settings = np.concatenate([[n, n_z, n_y, m, HEAD + len(own)], own, tracking.settings])
+        settings = np.concatenate(
+            [[n, n_z, n_y, m, HEAD + len(own), self.jump], own, tracking.settings]
+        )
         memory = np.zeros(1 + 2 * n_z + m + 2 * n_y + len(tracking.memory))
         return Decision(kalman_row, settings, memory, tracking.model)
 

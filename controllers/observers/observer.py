@@ -118,6 +118,10 @@ class Observer(ABC):
     measured_ground : bool, optional
         Whether the ground acceleration is measured too. White noise has no acceleration that could
         be measured: it is ignored then.
+    jump : float, optional
+        Instant within an interval at which the currents jump, as those of coils without lag, from 0
+        to 1: 0 if commands act at the instants of the measurements. By default currents change
+        steadily from one measurement to the next.
 
     Raises
     ------
@@ -138,6 +142,7 @@ class Observer(ABC):
         reference: float | None = None,
         limits: ArrayLike | None = None,
         measured_ground: bool = False,
+        jump: float | None = None,
     ):
         if not (np.isfinite(period) and period > 0):
             raise InputError("observer: period", f"{period} s", "above 0")
@@ -150,6 +155,7 @@ class Observer(ABC):
         self.nominal, self.period = nominal, float(period)
         self.ground, self.noise = ground or GroundNoise(), noise or Noise()
         self.measured_ground = measured_ground and self.ground.frequency is not None
+        self.jump = -1.0 if jump is None else float(jump)
         low, high = np.asarray(limits, float)
         context = RunContext(nominal, self.period, 0.0, low, high, tested, self.outputs)
         self.tracking = force_tracking(nominal.elements, context, self.devices)

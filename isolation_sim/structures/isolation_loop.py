@@ -85,10 +85,14 @@ def isolation_loop(
                 at_x, at_v = size * np.sin(omega * t), size * omega * np.cos(omega * t)
                 return tuple(law.rates(at_x, at_v, tuple(s), parameters))
 
-            solution = solve_ivp(
-                rates, (0.0, time[-1] + period / 4), device.initial_states(), "LSODA",
-                t_eval=time + period / 4, rtol=1e-7, atol=1e-10, max_step=period / 50,
-            )  # fmt: skip
+            # Radau where the trial steps of LSODA overflow, as at a sharp corner of friction
+            for method in ("LSODA", "Radau"):
+                solution = solve_ivp(
+                    rates, (0.0, time[-1] + period / 4), device.initial_states(), method,
+                    t_eval=time + period / 4, rtol=1e-7, atol=1e-10, max_step=period / 50,
+                )  # fmt: skip
+                if np.all(np.isfinite(solution.y)):
+                    break
             followed[key] = solution.y
         force = force + along * device.force(along * x, along * v, tuple(followed[key]), at)
     return x, np.asarray(force)

@@ -363,7 +363,7 @@ class Structure:
         if not self.base:
             raise InputError(f"{self.name} has no base; expected: a base, for the isolators")
         sizing = Sizing(target_period_s, effective_period_s, design_displacement_m, damping)
-        if sizing.gives_period(*["count"] * (count != 1)):
+        if sizing.gives_period(*(["count"] if count != 1 else [])):
             device = sizing.scale(self, device, biaxial)
         isolated = add_isolators(
             IsolatedStructure(self, ()), device.scaled(force=count), biaxial, load_changes

@@ -34,7 +34,7 @@ def test_target_forces_are_the_regulators_on_the_estimate(isolated, record, whic
     one.reset(context)
     observer = OBSERVERS[which](
         isolated, context.period, GroundNoise(0.1), Noise(0.02, 2e-4),
-        limits=(context.low, context.high),
+        limits=(context.low, context.high), jump=0.0,
     )  # fmt: skip
     estimate = observer.run(seen)
     gains = one.force_gains(isolated, np.array([1.5]))

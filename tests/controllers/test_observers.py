@@ -9,6 +9,7 @@ from scipy.linalg import expm
 from scipy.stats import chi2
 
 from controllers import controller
+from controllers.estimating import Estimating
 from controllers.observers import ExtendedKalmanFilter, GroundNoise, KalmanFilter, Noise, Observer
 from controllers.observers.nominal_linear_model import sampled, structure_and_ground
 from controllers.observers.observer import ground_outputs
@@ -256,6 +257,40 @@ def test_the_extended_filter_follows_a_field_faster_than_its_interval():
     # with one step an interval 50 % of an extension would be wrong, and 4 % of the field's current
     miss = np.std(error[100:], axis=0) / np.std(states[100:], axis=0)
     assert np.all(miss < 0.15) and miss[-1] < 0.03
+
+
+class Watching(Estimating):
+    """Changes the current at every decision, and keeps what its observer estimates."""
+
+    name, period = "watching", PERIOD
+
+    def __init__(self, kind):
+        super().__init__()
+        self.kind = kind
+
+    def measures(self, nominal):
+        return (*super().measures(nominal), *ground_outputs(nominal))
+
+    def reset(self, context):
+        self.seen, self.rng = [], np.random.default_rng(1)
+        self.watcher = self.observer(context, self.kind, measured_ground=True)
+
+    def current(self, t, measurement):
+        self.seen.append((t, self.watcher.update(measurement).velocity[0, 0]))
+        return self.rng.uniform(0.0, 3.0)
+
+
+@pytest.mark.parametrize("kind", ["kalman", "extended"])
+@pytest.mark.parametrize(("lag", "delay"), [(0.0, 0.0), (0.0, 0.01), (0.0, 0.02), (0.05, 0.0)])
+def test_a_current_that_jumps_is_held_between_the_measurements(isolated, kind, lag, delay):
+    watching = Watching(kind)
+    record = kanai_tajimi_motion("firm", 10.0, PERIOD, seed=3, intensity=INTENSITY, envelope=None)
+    driver = CoilDriver(lag=lag)
+    run = simulate(isolated, record, watching, driver=driver, computation_delay=delay)
+    time, estimate = np.array(watching.seen).T
+    velocity = run.output("base_velocity_m_s")[np.round(time / record.dt).astype(int)]
+    error = np.sqrt(np.mean((estimate - velocity) ** 2) / np.mean(velocity**2))
+    assert error < 0.01
 
 
 @pytest.mark.parametrize("factor", [0.8, 1.2])

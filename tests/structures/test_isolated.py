@@ -25,6 +25,8 @@ def test_isolators_sit_between_ground_and_base():
     np.testing.assert_array_equal(element.direction, [1, 0, 0, 0, 0, 0])
     assert isolated.current_range() == (0.0, 5.203125)
     assert reference_building().on(SPRING).n_channels == 0
+    (one,) = reference_building().on(SPRING, count=np.float64(0.5)).elements
+    assert one.device.force_scale == 0.5
 
 
 def test_further_elements():

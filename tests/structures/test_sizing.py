@@ -100,6 +100,16 @@ def test_effective_properties_of_spring_and_dashpot_are_exact(slab):
         reference.effective(0.08, 9.0)
 
 
+@pytest.mark.parametrize(("n", "tau"), [(2.0, 1.0), (1000.0, 2e-5)])
+def test_effective_properties_of_a_friction_pendulum(slab, n, tau):
+    W, R, mu, u_y, D = 1e6, 2.5, 0.06, 1e-3, 0.2
+    values = {"W": W, "R": R, "mu_max": mu, "mu_min": mu, "a": 50.0, "u_y": u_y, "n": n, "tau": tau}
+    effective = slab.on(iso.law("friction_pendulum", values)).effective(D)
+    assert effective.stiffness == pytest.approx(W / R + mu * W / D, rel=1e-6)
+    damping = 2 / np.pi * mu / (D / R + mu) * (1 - u_y / D)
+    assert effective.damping == pytest.approx(damping, rel=1e-3)
+
+
 def test_springs_beside_the_isolators_limit_the_effective_period():
     """A slab on springs of its own: isolators only make it stiffer."""
     held = iso.from_matrices([[MASS]], [[0.0]], [[STIFFNESS]], name="slab")

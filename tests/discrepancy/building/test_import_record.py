@@ -198,6 +198,7 @@ def test_a_record_in_any_dialect_comes_back(tmp_path_factory, dialect):
         ("Basement below base isolators [cm]", ("ground", "", "displacement")),
         ("oberhalb der Lager x [mm/s2]", ("base", "x", "acceleration")),
         ("1st floor above isolators [g]", ("floor1", "", "acceleration")),
+        ("1st floor 90 Deg (mg)", ("floor1", "90deg", "acceleration")),
         ("rel. displacement above isolators [mm]", ("isolator", "", "displacement")),
         ("Base force [kN]", ("base", "", "")),
     ],

@@ -162,6 +162,7 @@ def _without_axis(word: str) -> list[str]:
 
 def _place(name: str, parts: set[str], relative: bool, quantity: str) -> str:
     """The place that a name in small letters says."""
+    name = _AZIMUTH.sub(" ", name)  # "1st floor 90 deg" is no floor 90
     for pattern in _NUMBERED:
         numbers = {int(number) for number in pattern.findall(name)}
         if len(numbers) == 1:
