@@ -279,7 +279,7 @@ def _by_motion(model: LawModel, best: Optimum, at_currents: NDArray) -> tuple[ND
     """Shift and half interval of the values at the currents by noise of the displacement."""
     if not np.any(model.data.displacement_noise > 0):
         return np.zeros(len(at_currents)), np.zeros(len(at_currents))
-    shifts = motion_noise(model.data, INTERVAL_EXAMPLES)
+    shifts = list(motion_noise(model.data, INTERVAL_EXAMPLES))
     return interval_of(errors_by_motion(model, best.x, shifts) @ at_currents.T)
 
 
