@@ -133,11 +133,6 @@ NUMBERS_WRONG = 0.02
 
 NOISE_EXAMPLES = 6
 """Simulated residuals of noise alone. Effort."""
-INTERVAL_EXAMPLES = 12
-"""Simulated displacement noises behind an interval; Student's t accounts for their number.
-Effort."""
-LEAST_EXAMPLES = 4
-"""Examples under which the law must not diverge; with fewer an interval is unbounded. Effort."""
 UNDETERMINED = 0.1
 """Share of a value in directions that the data do not determine, above which its interval is
 unbounded. Convention."""

@@ -97,7 +97,7 @@ def rates_released(signals: Signals, states: tuple, parameters: tuple) -> tuple:
 
 
 GAP = EffectParameter(
-    "gap", "m", "half of the free play", lower=0.0, magnitude=True, starts=(0.01, 0.03, 0.1),
+    "gap", "m", "half of the free play", lower=0.0, magnitude=True, starts=(0.001, 0.01, 0.03, 0.1),
     difference=0.05,
 )  # fmt: skip
 OPEN_GAP = replace(GAP, least=5e-4)

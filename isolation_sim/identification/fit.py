@@ -28,6 +28,7 @@ from .measured.data_checks import data_notes, refuse_swapped
 from .measured.noise import correlation_time
 from .measured.run_starts import start_note
 from .measured_runs import LEAST_NOISE, hold_out_some, measured_runs
+from .motion_noise import INTERVAL_EXAMPLES, errors_by_motion, interval_of, motion_noise
 from .parameterisation import Parameterisation
 from .run_preparation import repaired, thin_runs
 from .sensitivities import laws_to_compile
@@ -249,7 +250,9 @@ def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], ND
     to_values = at_currents * size
     covariance = to_values @ covariance @ to_values.T
     values = at_currents @ best.x
-    half = 1.96 * np.sqrt(np.diag(covariance))
+    shift, half = _by_motion(model, best, at_currents)
+    half = np.hypot(1.96 * np.sqrt(np.diag(covariance)), half)
+    middle = values - shift
     # whatever basis of the open directions the decomposition has chosen
     undirected = np.linalg.norm(vt[~keep], axis=0) > 0.3
     bounded = (best.x <= p.lower) | (best.x >= p.upper)
@@ -260,8 +263,8 @@ def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], ND
             unit=quantity.unit,
             current=float(current) if n > 1 else None,
             value=value,
-            low=float(max(value - half[i], quantity.lower)),
-            high=float(min(value + half[i], quantity.upper)),
+            low=float(max(min(value, middle[i] - half[i]), quantity.lower)),
+            high=float(min(max(value, middle[i] + half[i]), quantity.upper)),
             determined=bool(half[i] < abs(value) and not loose[i]),
             at_bound=at_bound(value, p.lower[i], p.upper[i], max(p.scale[i], abs(value))),
         )
@@ -270,6 +273,14 @@ def _estimates(model: LawModel, best: Optimum) -> tuple[tuple[Estimate, ...], ND
         for value in [float(values[i])]
     )
     return estimates, covariance
+
+
+def _by_motion(model: LawModel, best: Optimum, at_currents: NDArray) -> tuple[NDArray, NDArray]:
+    """Shift and half interval of the values at the currents by noise of the displacement."""
+    if not np.any(model.data.displacement_noise > 0):
+        return np.zeros(len(at_currents)), np.zeros(len(at_currents))
+    shifts = list(motion_noise(model.data, INTERVAL_EXAMPLES))
+    return interval_of(errors_by_motion(model, best.x, shifts) @ at_currents.T)
 
 
 def _notes(

@@ -389,9 +389,22 @@ def test_the_rate_of_the_current_is_a_term():
     term = terms["x dI/dt"]
     assert [q.unit for q in term.parameters] == ["N s/m A"]
     signals = Signals(x=2.0, v=0.0, a=0.0, current=3.0, force=0.0, temperature=20.0)
-    assert term.start(signals, ()) == (3.0,)
-    (before,) = term.rates(signals, (2.9,), ())
-    assert before == pytest.approx(10) and term.force(signals, (2.9,), (5.0,)) == pytest.approx(100)
+    assert term.start(signals, ()) == (3.0, 3.0)
+    assert term.force(signals, (3.0, 3.0), (5.0,)) == 0
+    # a ramp of 10 A/s, once both low-passes follow it
+    assert term.rates(signals, (2.9, 2.8), ()) == pytest.approx((10, 10))
+    assert term.force(signals, (2.9, 2.8), (5.0,)) == pytest.approx(100)
+    # what a low-pass of 10 ms alone would make late by 10 ms
+    omega, time = 2 * np.pi * 3, np.arange(0, 1, 1e-4)
+    states, rate = (0.0, 0.0), []
+    for current in np.sin(omega * time).tolist():
+        now = signals._replace(x=1.0, current=current)
+        rate.append(term.force(now, states, (1.0,)))
+        states = tuple(
+            s + 1e-4 * r for s, r in zip(states, term.rates(now, states, ()), strict=True)
+        )
+    late = np.array(rate) - omega * np.cos(omega * time)
+    assert np.sqrt(np.mean(late[time > 0.3] ** 2)) < 0.05 * omega
     assert variables("x dI/dt") == ("displacement", "current")
     # of runs with a steady current there is none
     assert not any("dI/dt" in one.form for one in generic_terms(0.1, True, False))

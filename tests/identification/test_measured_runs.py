@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from isolation_sim.discrepancy.device.noise_examples import motion_noise
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured.velocity import smooth
 from isolation_sim.identification.measured_runs import measured_runs
+from isolation_sim.identification.motion_noise import motion_noise
 
 from ..pink_noise import pink_noise
 

@@ -22,6 +22,7 @@ from ...identification.measured.data_checks import data_notes
 from ...identification.measured.noise import correlation_time
 from ...identification.measured.run_starts import start_note
 from ...identification.measured_runs import MeasuredRuns, hold_out_some, measured_runs
+from ...identification.motion_noise import motion_noise
 from ...laws import Device
 from ...laws.law import Law
 from ...laws.registry import LAWS
@@ -53,7 +54,7 @@ from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
 from ..device.model import FittedModel, Model, fit_model
 from ..device.next_test import rival_tests
-from ..device.noise_examples import motion_noise, noise_residuals
+from ..device.noise_examples import noise_residuals
 from ..device.observable_effects import observable_effects
 from ..device.validated_search import ValidatedSearch
 from ..diagnosis import Cause, Errors, Trace, worst_first

@@ -203,19 +203,25 @@ def _with_play(gap: float) -> Effect:
 
 def _with_current_rate(time: float) -> Iterator[Effect]:
     """Forces by the rate of the current, which is taken over a time."""
+    # One low-pass makes the rate late by its time, which two correct to first order.
 
     def rates(signals: Signals, states: tuple, parameters: tuple) -> tuple:
-        return ((signals.current - states[0]) / time,)
+        before, earlier = states
+        return ((signals.current - before) / time, (before - earlier) / time)
 
     def start(signals: Signals, parameters: tuple) -> tuple:
-        return (signals.current,)
+        return (signals.current, signals.current)
 
-    before = (Quantity("before", "A", "current a moment before"),)
+    before = (
+        Quantity("before", "A", "current a moment before"),
+        Quantity("earlier", "A", "current a moment before that"),
+    )
     rate = _Factor("current", "dI/dt", {"A": 1, "s": -1}, _none)
     for motion in (_BY_X[0], _BY_X[1], _BY_V[1]):
 
         def force(signals: Signals, states: tuple, p: tuple, motion: _Factor = motion) -> Any:
-            return p[0] * motion.value(signals) * (signals.current - states[0]) / time
+            change = 2 * signals.current - 3 * states[0] + states[1]
+            return p[0] * motion.value(signals) * change / time
 
         text = f"{motion.text} dI/dt".strip()
         unit = _newtons_per((motion, rate))

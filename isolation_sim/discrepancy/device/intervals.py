@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...effects.effect import EffectParameter
-from ...identification.law_fit import SEARCHED
-from ...identification.least_squares import DETERMINED, levenberg_marquardt, unit_columns
+from ...identification.least_squares import levenberg_marquardt
 from ...identification.measured.noise import correlation_time
-from ..decisions import (
-    BOUND_NEEDED,
+from ...identification.motion_noise import (
     INTERVAL_EXAMPLES,
-    LEAST_EXAMPLES,
-    OFF_BOUND,
-    VANISHES,
+    errors_by_motion,
+    interval_of,
+    motion_noise,
 )
+from ..decisions import BOUND_NEEDED, OFF_BOUND, VANISHES
 from ..inference import at_bound, half_widths
 from ..interval import Interval
 from .model import FittedModel, Model
-from .noise_examples import motion_noise
 
 
 def intervals(final: FittedModel, shifts: NDArray, seed: int = 0) -> list[dict[str, Interval]]:
@@ -34,20 +31,9 @@ def intervals(final: FittedModel, shifts: NDArray, seed: int = 0) -> list[dict[s
     half = _by_force_noise(final)
     if not np.any(final.model.data.displacement_noise > 0):
         return _intervals(final.model, final.values, final.values, half)
-    from scipy.special import stdtrit
-
     more = motion_noise(final.model.data, INTERVAL_EXAMPLES - len(shifts), seed + 1)
-    errors = errors_by_motion(final, [*shifts, *more])
-    errors = errors[np.isfinite(errors).all(axis=1)]
-    if len(errors) < LEAST_EXAMPLES:
-        return _intervals(final.model, final.values, final.values, np.full_like(half, np.inf))
-    # an example under which a law runs away must not count for all
-    below, shift, above = np.percentile(
-        errors, [15.87, 50.0, 84.13], axis=0, method="median_unbiased"
-    )
-    sure = stdtrit(len(errors) - 1, 0.975) * np.sqrt(1 + 1 / len(errors))
-    half = np.hypot(half, sure * (above - below) / 2)
-    return _intervals(final.model, final.values, final.values - shift, half)
+    shift, by_motion = interval_of(errors_by_motion(final.model, final.values, [*shifts, *more]))
+    return _intervals(final.model, final.values, final.values - shift, np.hypot(half, by_motion))
 
 
 def may_be_zero(final: FittedModel, place: int, numbers: Mapping[str, Interval]) -> bool:
@@ -68,29 +54,6 @@ def may_be_zero(final: FittedModel, place: int, numbers: Mapping[str, Interval])
     without = final.model.without(place).forces(others, False)[0]
     left = np.linalg.norm(final.model.forces(nothing, False)[0] - without)
     return bool(left < VANISHES * np.linalg.norm(final.force - without))
-
-
-def errors_by_motion(final: FittedModel, shifts: Sequence[NDArray]) -> NDArray:
-    """Scatter of fitted values by noise of the displacement alone, from examples."""
-    # The fitted model's own force under the motion takes the place of the measured one; one step of
-    # Gauss and Newton fits the model to it under the same motion with noise that passed the same
-    # smoothing.
-    full, model = final.model.data, final.model
-    keep = full.places(SEARCHED)
-    # thinned samples are longer, and take more integration steps
-    thin = replace(model, data=full.thinned(SEARCHED)).resolve_steps(final.values)
-    part, clean = thin.data, thin.forces(final.values, False)[0]
-    errors = []
-    for shift in shifts:
-        dx, dv, da = shift[:, keep]
-        data = replace(part, x=part.x + dx, v=part.v + dv, a=part.a + da, force=clean)
-        residual, jacobian = replace(model, data=data).residuals(final.values, True)
-        if not np.isfinite(residual).all():
-            errors.append(np.full(len(final.values), np.inf))
-            continue
-        scaled, norm = unit_columns(jacobian)
-        errors.append(-np.linalg.lstsq(scaled, residual, rcond=DETERMINED)[0] / norm)
-    return np.array(errors)
 
 
 def linear_intervals(

@@ -7,27 +7,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...identification.measured.holds import hold_still
 from ...identification.measured.noise import coloured_noise
-from ...identification.measured_runs import MeasuredRuns, smooth_motion
 from ..decisions import RUNAWAY_SHIFT
 from .model import FittedModel
 
 _FINER = 2
 """Factor on the integration steps: noise asks for finer ones than smooth motion."""
-_LEAST = 1e-6
-"""Noise over the size of a channel below which there is none."""
-
-
-def motion_noise(full: MeasuredRuns, number: int, seed: int = 0) -> NDArray:
-    """Draw noise of displacement, velocity and acceleration after smoothing, (number, 3, n)."""
-    random = np.random.default_rng(seed)
-    return np.stack(
-        [
-            np.concatenate([_carried(full, run, random) for run in range(len(full.dt))], axis=1)
-            for _ in range(number)
-        ]
-    )
 
 
 def noise_residuals(base: FittedModel, shifts: NDArray, seed: int = 0) -> NDArray:
@@ -53,22 +38,3 @@ def noise_residuals(base: FittedModel, shifts: NDArray, seed: int = 0) -> NDArra
         )
         columns.append(shift * data.weight)
     return np.stack(columns, axis=1)
-
-
-def _carried(full: MeasuredRuns, run: int, random: np.random.Generator) -> NDArray:
-    """Noise of a run's displacement and velocity as it passes the smoothing: (3, n_samples)."""
-    a, b = full.starts[run], full.starts[run + 1]
-    x, v = full.x[a:b], full.v[a:b]
-    level, of_velocity = full.displacement_noise[run], full.velocity_noise[run]
-    noisy_velocity = bool(0 < of_velocity < np.inf)
-    if level < _LEAST * np.std(x) and not noisy_velocity:
-        return np.zeros((3, b - a))
-    # with the signal, so that the smoothing is the same one and its own error is in the result
-    step = float(full.dt[run])
-    displacement = x + level * random.standard_normal(b - a)
-    velocity = v + of_velocity * random.standard_normal(b - a) if noisy_velocity else None
-    noisy = hold_still(*smooth_motion(displacement, step, velocity, None), step, level)
-    shift = np.stack(noisy) - [x, v, full.a[a:b]]
-    if of_velocity == 0:
-        shift[1] = 0.0
-    return shift

@@ -20,6 +20,8 @@ _ROUNDING = 1e-4
 """The same up to which it is noise of any sensor."""
 _MOVES = 5.0
 """Distance from the line over the scatter of the middle of a rest, from which the device moves."""
+_CREEPS = 3.0
+"""Speed in a rest over its standard deviation by noise, from which a device creeps."""
 _Motion = tuple[NDArray, NDArray, NDArray]
 
 
@@ -41,6 +43,9 @@ def hold_still(
         rest = _trimmed(x, rest_samples, noise if np.isfinite(noise) else 0.0)
         time = step * np.arange(rest.stop - rest.start)
         slope, first = np.polyfit(time, x[rest], 1)
+        chance = noise / np.linalg.norm(time - np.mean(time))
+        if np.isfinite(chance) and abs(slope) < _CREEPS * chance:
+            slope, first = 0.0, np.mean(x[rest])
         x[rest], v[rest], a[rest] = first + slope * time, slope, 0.0
     return x, v, a
 
@@ -56,8 +61,9 @@ def _trimmed(x: NDArray, rest: slice, noise: float) -> slice:
     # a low-pass rings behind a stop, within the noise
     moves = np.flatnonzero(distance > max(_MOVES * scatter, noise))
     before, after = moves[moves < quarter], moves[moves >= middle.stop]
-    first = int(before[-1]) + 1 if before.size else 0
-    end = int(after[0]) if after.size else len(time)
+    # smoothing is least certain at the ends of a run
+    first = int(before[-1]) + 1 if before.size and rest.start > 0 else 0
+    end = int(after[0]) if after.size and rest.stop < len(x) else len(time)
     return slice(rest.start + first, rest.start + end)
 
 
@@ -80,7 +86,8 @@ def _rests(x: NDArray, v: NDArray, step: float, noise: float) -> Iterator[slice]
         largest = float(np.max(np.abs(x)))
         level &= scatter < min(_SCATTER * largest, max(noise, _ROUNDING * largest))
         for first, end in _stretches(np.concatenate([[False], level, [False]])):
-            if end - first >= n // 2:  # at its crest a sinusoid is level for a moment
+            # at its crest a sinusoid is level for a moment; a test begins and ends at rest
+            if end - first >= n // 2 or first == 0 or end == len(level):
                 rests[first + 1 : end + n] = 1
     yield from (slice(int(first), int(end)) for first, end in _stretches(rests))
 

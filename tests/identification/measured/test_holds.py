@@ -95,3 +95,19 @@ def test_a_device_rests_between_bursts_of_motion():
     for begin in (1.5, 3.5):
         rest = still[1][(time > begin + 0.1) & (time < begin + 0.4)]
         assert np.ptp(rest) < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_short_rest_at_an_end_of_a_run_reaches_it(seed):
+    step, rest, noise = 1 / 200, 0.4, 1e-3
+    time = np.arange(0, 10 + 2 * rest, step)
+    x = np.sin(np.pi * np.clip((time - rest) / 10, 0, 1) * 20)
+    smoothed = smooth(noisy(x, noise, seed), step)
+    moved = np.abs(smoothed[1]) > 0.05
+    still = hold_still(*smoothed, step, noise)
+    for begin, end in ((-1, 0.37), (10.44, 12)):
+        held = (time > begin) & (time < end)
+        assert np.max(np.abs(smoothed[1][held])) > 0.05
+        np.testing.assert_array_equal(still[1][held], 0.0)
+    between = (time > 0.5) & (time < 10.3) & moved
+    np.testing.assert_array_equal(still[1][between], smoothed[1][between])
