@@ -8,7 +8,7 @@ from dataclasses import replace
 from ...decisions import INSTEAD, MISFIT_LEVEL, MOST_BUILDING_CAUSES, NEARLY_RIGHT, REMAINS
 from ...search import Round, SearchResult, search
 from ..causes.candidate import Candidate
-from ..comparison import BuildingComparison, CauseValues, FittedBuilding
+from ..comparison import BuildingComparison, CauseValues, FittedBuilding, with_causes
 from ..errors import excess_error, largest_excess, relative_noise
 from ..goodness_of_fit import adequacy, noise_chance
 from ..localisation import unknown_force
@@ -22,9 +22,20 @@ def search_causes(
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Searched:
+    """Search for causes: those seen whatever the isolators' force first, and all of them."""
+    start = CauseSearch(comparison, most_causes, progress)
+    by_structure = _search_by_structure(start)
+    if by_structure is not None and _explain(*by_structure):
+        return by_structure
+    ordinary = _search(start)
+    if by_structure is not None and _left(*by_structure) < _left(*ordinary):
+        return by_structure
+    return ordinary
+
+
+def _search(start: CauseSearch) -> Searched:
     """Search for causes, again with more of the last record fitted where only that shows them."""
-    start, late = CauseSearch(comparison, most_causes, progress), None
-    before = start.before
+    comparison, before, late = start.comparison, start.before, None
     missed, missed_fitted = (excess_error(comparison, before, part) for part in (True, False))
     if missed_fitted < NEARLY_RIGHT * missed:
         # what grows or comes late is seen in the held-out data alone
@@ -35,7 +46,7 @@ def search_causes(
                 return again
     space, result = _search_as_expected(start)
     best, comes_late = result.best, False
-    if not space.explains(best, noise_chance(space.comparison, best)):
+    if not _explain(space, result):
         # a cause that imitates two others, taken first, may keep both out
         least = INSTEAD * largest_excess(space.comparison, best)
         of_pair = _search_from_pair(start, start.choices, least)
@@ -62,6 +73,35 @@ def search_causes(
         beside = _search_beside(space, result, start.over(reopened), INSTEAD * remains)
         return found if beside is None else beside
     return found
+
+
+def _search_by_structure(start: CauseSearch) -> Searched | None:
+    """Search for what is seen whatever the isolators' force first, then beside it; None without.
+
+    Their effects, and what is wrong in the structure or with sensors, may imitate each other.
+    """
+    expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
+    seen = start.over(start.comparison.expecting(expected)).beside_any_force()
+    if not seen:
+        return None
+    corrected = replace(
+        start.comparison, model=with_causes(start.comparison.model, seen), _cache={}
+    )
+    others = [cause for cause in start.choices if cause not in start.not_of_layer]
+    space, of_layer = _search(start.over(corrected, others))
+    more = start.comparison.fitting_more() if space.comparison.middle != corrected.middle else None
+    begin = start if more is None else start.over(more)
+    return _search_as_expected(begin, (*seen, *of_layer.best.cause_values))
+
+
+def _explain(space: CauseSearch, result: SearchResult[FittedBuilding]) -> bool:
+    """Whether the causes of a search explain the records."""
+    return space.explains(result.best, noise_chance(space.comparison, result.best))
+
+
+def _left(space: CauseSearch, result: SearchResult[FittedBuilding]) -> float:
+    """Error that the causes of a search leave, fitted or held out."""
+    return largest_excess(space.comparison, result.best)
 
 
 def _search_beside(
