@@ -112,7 +112,7 @@ def without_force(
     # a constant force moves the free base without end
     whitening[0] = 0.0
     added = whitening @ ends
-    added = np.stack([added.real, added.imag], axis=2).reshape(-1, ends.shape[2])
+    added = np.stack([added.real, added.imag], axis=2).reshape(-1, added.shape[2])
     left_out = orthonormal(added / np.maximum(np.linalg.norm(added, axis=0), 1e-300))
     result = replace(segment, whitening=whitening, left_out=left_out)
     cells = [cell_means(one) for one in result.whiten_noise(floor)]

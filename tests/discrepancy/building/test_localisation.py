@@ -258,6 +258,25 @@ def test_a_search_at_a_place_begins_with_the_best_pair(isolated):
     assert space.pairs([]) == []
 
 
+@pytest.mark.parametrize("end", [None, 250])
+@pytest.mark.parametrize(
+    ("of_layer", "values"),
+    [("isolator_force_error", (-0.12,)), ("isolator_amplitude_softening", (0.4, 0.03, 2.0, 1.0))],
+)
+def test_what_is_wrong_in_the_structure_shows_beside_any_force(isolated, of_layer, values, end):
+    """Whatever the isolators lack, and although the record ends in strong motion."""
+    of_isolators = _cause(isolated, of_layer, "", values)
+    weak = _cause(isolated, "storey_stiffness_loss", "storey2", (0.2,))
+    model, found = building_model(isolated, [_blank()]), []
+    for causes in ((of_isolators,), (weak, of_isolators)):
+        record = _record(with_causes(model, causes), end)
+        comparison = compare_building(building_model(isolated, [record]), [record])
+        found.append(CauseSearch(comparison).beside_any_force())
+    assert found[0] == ()
+    assert [cause.label for cause, _ in found[1]] == ["storey_stiffness_loss (storey2)"]
+    assert found[1][0][1][0] == pytest.approx(0.2, rel=0.1)
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("few_causes")
 def test_a_tuned_mass_is_blamed_on_its_floor_and_on_no_cause(isolated):
