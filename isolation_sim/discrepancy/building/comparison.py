@@ -271,16 +271,19 @@ class BuildingComparison:
         k = self.records[0].channels.index(name)
         return self._weighted(lambda segment, floor: without_channel(segment, floor, k))
 
-    def beside_any_force(self) -> BuildingComparison:
-        """Compare the same data beside any force of the isolators."""
+    def beside_any_force(self) -> BuildingComparison | None:
+        """Compare the same data beside any force of the isolators; None if that leaves nothing."""
         from scipy.linalg import orth
+
+        elements = [self.model.nominal.elements[e] for e in self.model.isolators]
+        forces = orth(np.transpose([one.direction for one in elements]))
+        if forces.shape[1] >= len(self.records[0].channels):
+            return None
 
         def weight(segment: Segment, floor: NoiseFloor) -> Segment:
             record, frequencies = segment.record, segment.frequencies.copy()
             frequencies[0] = frequencies[1]
             run = self.model.run(record)
-            elements = [run.isolated.elements[e] for e in self.model.isolators]
-            forces = orth(np.transpose([one.direction for one in elements]))
             response = frequency_response(self.model, record, run, frequencies, forces)
             ends = end_response(self.model, record, run, frequencies)
             return without_force(segment, floor, response, ends)

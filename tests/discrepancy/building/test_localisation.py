@@ -261,7 +261,7 @@ def test_a_search_at_a_place_begins_with_the_best_pair(isolated):
 @pytest.mark.parametrize("end", [None, 250])
 @pytest.mark.parametrize(
     ("of_layer", "values"),
-    [("isolator_force_error", (-0.12,)), ("isolator_amplitude_softening", (0.4, 0.03, 2.0, 1.0))],
+    [("isolator_force_error", (-0.12,)), ("isolator_amplitude_softening", (0.1, 0.03, 2.0, 1.0))],
 )
 def test_what_is_wrong_in_the_structure_shows_beside_any_force(isolated, of_layer, values, end):
     """Whatever the isolators lack, and although the record ends in strong motion."""

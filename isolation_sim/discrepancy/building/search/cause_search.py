@@ -142,10 +142,11 @@ class CauseSearch(SearchState):
 
     def beside_any_force(self) -> CauseValues:
         """Causes that are seen whatever force the isolators exert, the most telling ones first."""
-        if len(self.comparison.records[0].axes) > 1:
-            return ()
         choices = [cause for cause in self.not_of_layer if not (cause.late or cause.instead)]
-        space = self.over(self.comparison.beside_any_force(), choices)
+        beside = self.comparison.beside_any_force()
+        if beside is None:
+            return ()
+        space = self.over(beside, choices)
         current = space.before
         while not space.is_explained(current) and len(current.cause_values) < self.most_causes:
             tried = space.fits.refined(current, space.fits.rough(current, choices, SIMULATED))
