@@ -98,9 +98,7 @@ def without_channel(segment: Segment, floor: NoiseFloor, channel: int) -> Segmen
     return replace(segment, whitening=whitening, noise_cells=np.array(cells))
 
 
-def without_force(
-    segment: Segment, floor: NoiseFloor, response: NDArray, ends: NDArray
-) -> Segment:
+def without_force(segment: Segment, floor: NoiseFloor, response: NDArray, ends: NDArray) -> Segment:
     """Leave out what forces explain, and what motion at both ends of the time adds.
 
     ``response`` (n_frequencies, n_channels, n_forces) is that of the channels, and ``ends``
