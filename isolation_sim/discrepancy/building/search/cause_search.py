@@ -8,7 +8,7 @@ on data not fitted is then the floor, and the search is repeated with weights th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -221,9 +221,9 @@ class CauseSearch(SearchState):
             again = again.with_noise_beside(causes)
         return self.fit_under(again, causes)
 
-    def pairs(self, first: Collection[Candidate]) -> list[FittedBuilding]:
-        """Roughly fit causes of some beside one more, the best first."""
-        pairs = self.fits.pairs(self.choices, first)
+    def pairs(self) -> list[FittedBuilding]:
+        """Roughly fit pairs of causes, the best first."""
+        pairs = self.fits.pairs(self.choices)
         for pair in pairs:
             self.chances[pair] = p_value(self.comparison, self.before, pair)
         return pairs

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import replace
 
 from ...decisions import INSTEAD, MISFIT_LEVEL, MOST_BUILDING_CAUSES, NEARLY_RIGHT, REMAINS
 from ...search import Round, SearchResult, search
-from ..causes.candidate import Candidate
 from ..comparison import BuildingComparison, CauseValues, FittedBuilding, with_causes
 from ..errors import excess_error, largest_excess, relative_noise
 from ..goodness_of_fit import adequacy, noise_chance
@@ -49,7 +48,7 @@ def _search(start: CauseSearch) -> Searched:
     if not _explain(space, result):
         # a cause that imitates two others, taken first, may keep both out
         least = INSTEAD * largest_excess(space.comparison, best)
-        of_pair = _search_from_pair(start, start.choices, least)
+        of_pair = _search_from_pair(start, least)
         if of_pair is not None:
             return of_pair
         unknown = unknown_force(space.comparison, space.before, best.cause_values)
@@ -121,31 +120,11 @@ def _search_beside(
     return again if found else None
 
 
-def search_at(
-    space: CauseSearch,
-    best: FittedBuilding,
-    comparison: BuildingComparison,
-    places: Collection[str],
-    others: Collection[str],
-) -> Searched | None:
-    """Search from the best pair of a cause at some places and one more; None without one.
-
-    One that is known to be at a place may stand out only beside another, which a third cause
-    imitates together with it. The pair must leave far less than the causes that a search found.
-    """
-    choices = [cause for cause in space.choices if cause.place in (*places, *others)]
-    first = [cause for cause in choices if cause.place in places]
-    least = INSTEAD * largest_excess(space.comparison, best)
-    return _search_from_pair(space.over(comparison, choices), first, least)
-
-
-def _search_from_pair(
-    start: CauseSearch, first: Collection[Candidate], least: float
-) -> Searched | None:
-    """Search from the best pair, one of which is among some; None unless it leaves less."""
+def _search_from_pair(start: CauseSearch, least: float) -> Searched | None:
+    """Search from the best pair; None unless it leaves less."""
     expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
     begun = start.over(start.comparison.expecting(expected))
-    pairs = begun.pairs(first)
+    pairs = begun.pairs()
     if not pairs or not largest_excess(begun.comparison, pairs[0]) < least:
         return None
     space, result = _search_as_expected(start, pairs[0].cause_values)
