@@ -286,9 +286,8 @@ def test_a_tuned_mass_is_blamed_on_its_floor_and_on_no_cause(isolated):
     assert "With an unknown force at floor5" in diagnosis.steps[-1].text
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("few_causes")
-def test_two_causes_that_a_third_imitates_are_found_where_the_force_is(isolated):
+def test_two_causes_that_a_third_imitates_are_found_beside_any_force(isolated):
     """All floors seem heavier, which keeps the softer storey and the smaller force out."""
     causes = (
         _cause(isolated, "storey_stiffness_loss", "storey2", (0.4,)),
