@@ -237,8 +237,8 @@ LEAST_BUILDING_SHARE = 0.02
 """Least share of the whole misfit that a cause must remove. Blind buildings."""
 MINOR_IN_BUILDING = 0.01
 """Share of the signal. A cause beside others that corrects less, and less than
-``LEAST_BUILDING_SHARE`` of what all correct, only mends their form, unless nothing but noise is
-left with it. Convention; seen on blind pairs.
+``LEAST_BUILDING_SHARE`` of what all correct, only mends their form. Convention; seen on
+blind pairs.
 """
 NEARLY_RIGHT = 0.1
 """Share of the error that even the right cause leaves, since its form is not exact. Unknown forces

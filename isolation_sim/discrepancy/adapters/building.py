@@ -45,7 +45,7 @@ from ..building.record_checks import (
     unmeasured_floors,
     without_offsets,
 )
-from ..building.search.searches import search_at, search_causes
+from ..building.search.searches import search_causes
 from ..building.segment import Segment, band_edges, cell_means
 from ..building.switching import switching_error
 from ..decisions import (
@@ -130,8 +130,6 @@ class BuildingRecords(Problem[FittedBuilding]):
             result = replace(result, best=self.space.before)
         else:
             self.unknown = self._unknown_force(result.best)
-        if self.unknown is not None:
-            result = self._search_at(self.unknown, result)
         self.progress("measuring the gain")
         if self.unknown is not None:
             best = self.space.comparison.fit((), self.unknown.beside)
@@ -152,28 +150,6 @@ class BuildingRecords(Problem[FittedBuilding]):
         if chance >= MISFIT_LEVEL and self.space.explains(best, chance):
             return None
         return unknown_force(self.space.comparison, self.space.before, best.cause_values)
-
-    def _search_at(
-        self, unknown: UnknownForce, found: SearchResult[FittedBuilding]
-    ) -> SearchResult[FittedBuilding]:
-        """Search again from a cause at an unknown force's place, where one elsewhere was found.
-
-        What was taken first may imitate two causes and keep both out.
-        """
-        own = {"" if place == ISOLATION_LAYER else place for place in unknown.places}
-        beside = {"", *(cause.place for cause, _ in unknown.beside)}
-        known = {cause.place for cause, _ in found.best.cause_values}
-        if known & own and known <= own | beside:
-            return found
-        again = search_at(self.space, found.best, self.first, own, beside)
-        if again is None or not again[1].best.cause_values:
-            return found
-        space, self.space = self.space, again[0]
-        if self._unknown_force(again[1].best) is None:
-            self.unknown = None
-            return again[1]
-        self.space = space
-        return found
 
     def _switching(self) -> float:
         """Error by unknown moments of the current's changes where the model misses no more."""

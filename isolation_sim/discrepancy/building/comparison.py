@@ -20,10 +20,11 @@ from ..decisions import (
 from ..inference import at_bound
 from .causes.candidate import Candidate, Parameter, Values
 from .causes.isolator_causes import CURRENT_CAUSES
+from .frequency_response import end_response, frequency_response
 from .model import JUMPS, BuildingModel
 from .noise import NoiseFloor, noise_floor
 from .record import MINIMUM_SAMPLES, BuildingRecord
-from .segment import Segment, make_segment, without_channel
+from .segment import Segment, make_segment, without_channel, without_force
 
 _STEP = 1e-3
 _MOST_STEPS = 15
@@ -269,6 +270,25 @@ class BuildingComparison:
         """Compare the same data beside an unknown signal in one channel."""
         k = self.records[0].channels.index(name)
         return self._weighted(lambda segment, floor: without_channel(segment, floor, k))
+
+    def beside_any_force(self) -> BuildingComparison | None:
+        """Compare the same data beside any force of the isolators; None if that leaves nothing."""
+        from scipy.linalg import orth
+
+        elements = [self.model.nominal.elements[e] for e in self.model.isolators]
+        forces = orth(np.transpose([one.direction for one in elements]))
+        if forces.shape[1] >= len(self.records[0].channels):
+            return None
+
+        def weight(segment: Segment, floor: NoiseFloor) -> Segment:
+            record, frequencies = segment.record, segment.frequencies.copy()
+            frequencies[0] = frequencies[1]
+            run = self.model.run(record)
+            response = frequency_response(self.model, record, run, frequencies, forces)
+            ends = end_response(self.model, record, run, frequencies)
+            return without_force(segment, floor, response, ends)
+
+        return self._weighted(weight)
 
     def _weighted(self, weight: Callable[[Segment, NoiseFloor], Segment]) -> BuildingComparison:
         fitted, held_out = (

@@ -29,10 +29,11 @@ def frequency_response(
 def end_response(
     model: BuildingModel, record: BuildingRecord, run: Run, frequencies: NDArray
 ) -> NDArray:
-    """Channels by displacements and velocities of the dofs at a record's end.
+    """Channels by displacements and velocities of the dofs at a record's end, and by their jumps.
 
-    (n_frequencies, n_channels, 2 n_dofs). They are the boundary terms of the Fourier transform of
-    a record that begins at rest and ends in motion; as ``frequency_response`` otherwise.
+    (n_frequencies, n_channels, 2 n_dofs + 2 n_channels). They are the boundary terms of the Fourier
+    transform of a record that begins at rest and ends in motion, and those by which a sum over its
+    samples differs from an integral; as ``frequency_response`` otherwise.
     """
     structure, n = run.isolated.structure, run.isolated.structure.n_dofs
     omega = 2 * np.pi * frequencies[:, np.newaxis, np.newaxis]
@@ -44,7 +45,9 @@ def end_response(
     speeds = 1j * omega * moved + np.concatenate([unit, rest], axis=2)
     accelerations = 1j * omega * speeds + np.concatenate([rest, unit], axis=2)
     outputs = np.concatenate([moved, speeds, accelerations], axis=1)
-    return _channels(model, record, run, outputs)
+    by_motion = _channels(model, record, run, outputs)
+    jumps = np.broadcast_to(np.eye(by_motion.shape[1]), (len(omega), *2 * by_motion.shape[1:2]))
+    return np.concatenate([by_motion, jumps, 1j * omega * jumps], axis=2)
 
 
 def linear_stiffness(run: Run, element: int, frequencies: NDArray) -> NDArray:

@@ -56,7 +56,6 @@ class UnknownForce(NamedTuple):
     left_by_causes: float  # The same with all causes in its stead
 
     channel: str = ""  # Channel that could alone show it as a signal; empty for a force
-    places: tuple[str, ...] = ()  # All places and channels in which the data do not tell it apart
 
     @property
     def complexity(self) -> int:
@@ -126,7 +125,6 @@ def unknown_force(
     return likeliest[0]._replace(
         place=_places_in_words(likeliest),
         channel=_channels_in_words(likeliest),
-        places=tuple(one.channel or one.place for one in likeliest),
     )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import prev_fast_len
 
+from ...identification.least_squares import orthonormal
 from ..decisions import LEAST_SENSOR_ERROR
 from .noise import NoiseFloor, covariance, smooth_spectrum, spectra
 from .record import BuildingRecord
@@ -31,13 +32,19 @@ class Segment:
     # (n_examples, n_cells): Mean square that examples of noise alone leave in each cell, a
     # channel's residual in a band
     noise_cells: NDArray
+    # (2 n_frequencies n_residuals, n): Orthonormal weighted residuals that are left out
+    left_out: NDArray | None = None
 
     def whiten(self, residual: NDArray) -> NDArray:
         """Weight a record's residual (n, n_channels) by the noise, (n_frequencies, n_channels, 2).
 
         Real and imaginary parts have unit variance for noise alone.
         """
-        return _whiten(residual[self.transformed], self.whitening)
+        white = _whiten(residual[self.transformed], self.whitening)
+        if self.left_out is None:
+            return white
+        along = self.left_out.T @ white.ravel()
+        return white - (self.left_out @ along).reshape(white.shape)
 
     def whiten_noise(self, floor: NoiseFloor) -> NDArray:
         """Weight residuals of noise alone, (n_examples, n_frequencies, n_residuals, 2)."""
@@ -89,6 +96,25 @@ def without_channel(segment: Segment, floor: NoiseFloor, channel: int) -> Segmen
     whitening = basis[:, :, 1:].conj().swapaxes(1, 2) @ segment.whitening
     cells = [cell_means(_whiten(one[segment.transformed], whitening)) for one in floor.examples]
     return replace(segment, whitening=whitening, noise_cells=np.array(cells))
+
+
+def without_force(segment: Segment, floor: NoiseFloor, response: NDArray, ends: NDArray) -> Segment:
+    """Leave out what forces explain, and what motion at both ends of the time adds.
+
+    ``response`` (n_frequencies, n_channels, n_forces) is that of the channels, and ``ends``
+    (n_frequencies, n_channels, n) that to the motion at an end.
+    """
+    basis = np.linalg.qr(segment.whitening @ response, mode="complete")[0]
+    rest = basis[:, :, response.shape[2] :].conj().swapaxes(1, 2)
+    whitening = rest @ segment.whitening
+    # a constant force moves the free base without end
+    whitening[0] = 0.0
+    added = whitening @ ends
+    added = np.stack([added.real, added.imag], axis=2).reshape(-1, added.shape[2])
+    left_out = orthonormal(added / np.maximum(np.linalg.norm(added, axis=0), 1e-300))
+    result = replace(segment, whitening=whitening, left_out=left_out)
+    cells = [cell_means(one) for one in result.whiten_noise(floor)]
+    return replace(result, noise_cells=np.array(cells))
 
 
 def make_segment(

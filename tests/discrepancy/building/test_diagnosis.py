@@ -906,8 +906,15 @@ def test_a_small_cause_beside_another_of_its_place_only_acts_like_one(
     assert [cause.doubtful for cause in found] == [False, doubtful]
 
 
-def test_a_cause_that_corrects_next_to_nothing_is_dropped(isolated):
-    record = _record(isolated, _heavier(0.15), seed=7, noise=1e-3)
+@pytest.mark.parametrize("error", [0.0, 0.02])
+def test_a_cause_that_corrects_next_to_nothing_is_dropped(isolated, monkeypatch, error):
+    """Also where the record has it and shows noise alone with it."""
+    monkeypatch.setattr(CauseSearch, "is_explained", lambda _, one: len(one.cause_values) > 1)
+
+    def change(model):
+        return _with(_heavier(0.4)(model), "floor_mass_error", "floor2", (error,))
+
+    record = _record(isolated, change, seed=7, noise=1e-3)
     model = building_model(isolated, [record])
     listed = {(c.name, c.place): c for c in candidates(model, [record])}
     space = CauseSearch(compare_building(model, [record]))

@@ -36,7 +36,6 @@ def exchange_for_one(state: SearchState, current: FittedBuilding) -> FittedBuild
     if len(several) < 2 or not any(cause.name in LAYER_NUMBERS for cause, _ in several):
         return current
     rest = tuple(one for one in current.cause_values if one not in several)
-    rest = state.comparison.fit((), rest).cause_values
     for nearest, *simpler in proposed_effects(state.comparison, rest):
         trial = state.fit_effect_instead(rest, len(rest), nearest, current)
         no_worse = trial.held_out_cost <= current.held_out_cost
@@ -80,7 +79,7 @@ def exchange_histories(state: SearchState, current: FittedBuilding) -> FittedBui
         if more is not None:  # how fast something cools shows late
             current = state.fit_under(more, current.cause_values)
         before, (cause, _), after = around(current, k)
-        rest = state.comparison.fit((), (*before, *after)).cause_values
+        rest = (*before, *after)  # fitted without a history, they would follow it in part
         fits = [
             state.fit_effect_instead(rest, k, one, current)
             for one, *_ in proposed_effects(state.comparison, rest, HISTORIES, 0.0, True)
@@ -151,9 +150,7 @@ def without_negligible(state: SearchState, best: FittedBuilding) -> FittedBuildi
         small = corrected[least] < np.minimum(
             MINOR_IN_BUILDING**2, LEAST_BUILDING_SHARE * (nominal - after)
         )
-        completes = state.is_explained(best) and not state.is_explained(trials[least])
-        enough = corrected[least].max() > LEAST_SENSOR_ERROR**2
-        if enough and (completes or not small.all()):
+        if corrected[least].max() > LEAST_SENSOR_ERROR**2 and not small.all():
             break
         best = trials[least]
     return best

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import TypeVar
@@ -126,14 +126,12 @@ class CauseFits:
         helpful = helpful_effects(self.comparison, current.cause_values, effects)
         return [cause for cause in choices if all(one in helpful for one in added[cause])]
 
-    def pairs(
-        self, choices: Sequence[Candidate], first: Collection[Candidate]
-    ) -> list[FittedBuilding]:
-        """Roughly fit causes of some beside one more, best first; what both change is screened."""
+    def pairs(self, choices: Sequence[Candidate]) -> list[FittedBuilding]:
+        """Roughly fit pairs of causes, best first; what both change is screened."""
         trials: list[tuple[float, Candidate, Values, NDArray]] = []
         residual = _joined(self.comparison.fitted_residuals(()))
         for cause in choices:
-            if cause.instead or (cause.late and cause not in first):
+            if cause.instead:
                 continue
             own = []
             for start in cause.starts:
@@ -148,7 +146,7 @@ class CauseFits:
         for i, j in combinations(range(len(trials)), 2):
             one, other = trials[i][1], trials[j][1]
             apart = 1 - alike[i, j] ** 2
-            if one.key == other.key or apart < _ALIKE or not (one in first or other in first):
+            if one.key == other.key or apart < _ALIKE:
                 continue
             both = gains[i] ** 2 + gains[j] ** 2 - 2 * alike[i, j] * gains[i] * gains[j]
             pairs.append((-both / apart, i, j))

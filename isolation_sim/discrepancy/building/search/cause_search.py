@@ -8,7 +8,8 @@ on data not fitted is then the floor, and the search is repeated with weights th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -130,6 +131,32 @@ class CauseSearch(SearchState):
             return [last[0], *rank(best + last[1:])] if stands else best + last
         return best or last
 
+    @cached_property
+    def not_of_layer(self) -> list[Candidate]:
+        """Causes in the structure and of sensors, which are seen whatever the isolators' force."""
+        model, records = self.comparison.model, self.comparison.records
+        names = {one.name for one in (*structure_causes(model, records), *sensor_causes(records))}
+        # a mass of the base acts at the isolators
+        names.discard("base_mass_error")
+        return [cause for cause in self.choices if cause.name in names]
+
+    def beside_any_force(self) -> CauseValues:
+        """Causes that are seen whatever force the isolators exert, the most telling ones first."""
+        choices = [cause for cause in self.not_of_layer if not (cause.late or cause.instead)]
+        beside = self.comparison.beside_any_force()
+        if beside is None:
+            return ()
+        space = self.over(beside, choices)
+        current = space.before
+        while not space.is_explained(current) and len(current.cause_values) < self.most_causes:
+            tried = space.fits.refined(current, space.fits.rough(current, choices, SIMULATED))
+            found = [one for one in tried if space._stands_out(current, one)
+                     and one.held_out_cost < current.held_out_cost]  # fmt: skip
+            if not found:
+                break
+            current = found[0]
+        return current.cause_values
+
     def _is_little(self, current: FittedBuilding) -> bool:
         """Whether causes leave so little of the misfit that no late one would be named for it."""
         left, misfit = (self.comparison.above_noise(one) for one in (current, self.before))
@@ -194,9 +221,9 @@ class CauseSearch(SearchState):
             again = again.with_noise_beside(causes)
         return self.fit_under(again, causes)
 
-    def pairs(self, first: Collection[Candidate]) -> list[FittedBuilding]:
-        """Roughly fit causes of some beside one more, the best first."""
-        pairs = self.fits.pairs(self.choices, first)
+    def pairs(self) -> list[FittedBuilding]:
+        """Roughly fit pairs of causes, the best first."""
+        pairs = self.fits.pairs(self.choices)
         for pair in pairs:
             self.chances[pair] = p_value(self.comparison, self.before, pair)
         return pairs
@@ -259,11 +286,15 @@ class CauseSearch(SearchState):
         )
         return left < INSTEAD * nominal and self.chances[one] * self._n_tests < FALSE_ALARM
 
-    def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
+    def _stands_out(self, current: FittedBuilding, one: FittedBuilding) -> bool:
+        """Whether a further cause follows the fitted data better than chance would."""
         n = one.n_independent
         self.chances[one] = p_value(self.comparison, current, one)
         stands_out = self.chances[one] * self._n_tests < FALSE_ALARM
-        if not (stands_out and one.criterion(n) < current.criterion(n)):
+        return stands_out and one.criterion(n) < current.criterion(n)
+
+    def _is_significant(self, current: FittedBuilding, one: FittedBuilding) -> bool:
+        if not self._stands_out(current, one):
             return False
         gain, gain_held_out = current.cost - one.cost, current.held_out_cost - one.held_out_cost
         left, left_held_out = self.comparison.above_noise(current)

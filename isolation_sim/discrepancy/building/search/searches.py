@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import replace
 
 from ...decisions import INSTEAD, MISFIT_LEVEL, MOST_BUILDING_CAUSES, NEARLY_RIGHT, REMAINS
 from ...search import Round, SearchResult, search
-from ..causes.candidate import Candidate
-from ..comparison import BuildingComparison, CauseValues, FittedBuilding
+from ..comparison import BuildingComparison, CauseValues, FittedBuilding, with_causes
 from ..errors import excess_error, largest_excess, relative_noise
 from ..goodness_of_fit import adequacy, noise_chance
 from ..localisation import unknown_force
@@ -22,9 +21,20 @@ def search_causes(
     most_causes: int = MOST_BUILDING_CAUSES,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Searched:
+    """Search for causes: those seen whatever the isolators' force first, and all of them."""
+    start = CauseSearch(comparison, most_causes, progress)
+    by_structure = _search_by_structure(start)
+    if by_structure is not None and _explain(*by_structure):
+        return by_structure
+    ordinary = _search(start)
+    if by_structure is not None and _left(*by_structure) < _left(*ordinary):
+        return by_structure
+    return ordinary
+
+
+def _search(start: CauseSearch) -> Searched:
     """Search for causes, again with more of the last record fitted where only that shows them."""
-    start, late = CauseSearch(comparison, most_causes, progress), None
-    before = start.before
+    comparison, before, late = start.comparison, start.before, None
     missed, missed_fitted = (excess_error(comparison, before, part) for part in (True, False))
     if missed_fitted < NEARLY_RIGHT * missed:
         # what grows or comes late is seen in the held-out data alone
@@ -35,10 +45,10 @@ def search_causes(
                 return again
     space, result = _search_as_expected(start)
     best, comes_late = result.best, False
-    if not space.explains(best, noise_chance(space.comparison, best)):
+    if not _explain(space, result):
         # a cause that imitates two others, taken first, may keep both out
         least = INSTEAD * largest_excess(space.comparison, best)
-        of_pair = _search_from_pair(start, start.choices, least)
+        of_pair = _search_from_pair(start, least)
         if of_pair is not None:
             return of_pair
         unknown = unknown_force(space.comparison, space.before, best.cause_values)
@@ -64,6 +74,35 @@ def search_causes(
     return found
 
 
+def _search_by_structure(start: CauseSearch) -> Searched | None:
+    """Search for what is seen whatever the isolators' force first, then beside it; None without.
+
+    Their effects, and what is wrong in the structure or with sensors, may imitate each other.
+    """
+    expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
+    seen = start.over(start.comparison.expecting(expected)).beside_any_force()
+    if not seen:
+        return None
+    corrected = replace(
+        start.comparison, model=with_causes(start.comparison.model, seen), _cache={}
+    )
+    others = [cause for cause in start.choices if cause not in start.not_of_layer]
+    space, of_layer = _search(start.over(corrected, others))
+    more = start.comparison.fitting_more() if space.comparison.middle != corrected.middle else None
+    begin = start if more is None else start.over(more)
+    return _search_as_expected(begin, (*seen, *of_layer.best.cause_values))
+
+
+def _explain(space: CauseSearch, result: SearchResult[FittedBuilding]) -> bool:
+    """Whether the causes of a search explain the records."""
+    return space.explains(result.best, noise_chance(space.comparison, result.best))
+
+
+def _left(space: CauseSearch, result: SearchResult[FittedBuilding]) -> float:
+    """Error that the causes of a search leave, fitted or held out."""
+    return largest_excess(space.comparison, result.best)
+
+
 def _search_beside(
     space: CauseSearch, result: SearchResult[FittedBuilding], more: CauseSearch, least: float
 ) -> Searched | None:
@@ -81,31 +120,11 @@ def _search_beside(
     return again if found else None
 
 
-def search_at(
-    space: CauseSearch,
-    best: FittedBuilding,
-    comparison: BuildingComparison,
-    places: Collection[str],
-    others: Collection[str],
-) -> Searched | None:
-    """Search from the best pair of a cause at some places and one more; None without one.
-
-    One that is known to be at a place may stand out only beside another, which a third cause
-    imitates together with it. The pair must leave far less than the causes that a search found.
-    """
-    choices = [cause for cause in space.choices if cause.place in (*places, *others)]
-    first = [cause for cause in choices if cause.place in places]
-    least = INSTEAD * largest_excess(space.comparison, best)
-    return _search_from_pair(space.over(comparison, choices), first, least)
-
-
-def _search_from_pair(
-    start: CauseSearch, first: Collection[Candidate], least: float
-) -> Searched | None:
-    """Search from the best pair, one of which is among some; None unless it leaves less."""
+def _search_from_pair(start: CauseSearch, least: float) -> Searched | None:
+    """Search from the best pair; None unless it leaves less."""
     expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
     begun = start.over(start.comparison.expecting(expected))
-    pairs = begun.pairs(first)
+    pairs = begun.pairs()
     if not pairs or not largest_excess(begun.comparison, pairs[0]) < least:
         return None
     space, result = _search_as_expected(start, pairs[0].cause_values)
