@@ -336,7 +336,8 @@ class MPC(Estimating, CompiledController):
     def _n_late(self, context: RunContext) -> int:
         """Steps from a measurement to its decision."""
         delay = 0.0 if self.filter == "none" else sum(context.delays)
-        return round((delay if self.delay is None else self.delay) / context.period)
+        steps = (delay if self.delay is None else self.delay) / context.period
+        return int(steps + 0.5 + 1e-9)  # half a step is one
 
     def _n_known(self, context: RunContext) -> int:
         """Samples of the ground motion that are known after the measured one."""

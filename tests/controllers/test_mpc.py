@@ -748,6 +748,15 @@ def test_a_nominal_delay_makes_up_for_the_sensors(isolated, record):
     assert carried - prompt < 0.5 * (late - prompt)
 
 
+def test_half_a_period_of_delay_counts_as_one(isolated, record):
+    none, half, whole = (
+        simulate(isolated, record, controller("mpc", delay=delay, period=0.02)).command
+        for delay in (0.0, 0.01, 0.02)
+    )
+    np.testing.assert_array_equal(half, whole)
+    assert np.abs(half - none).max() > 0.1
+
+
 def force_scale(isolated, step):
     """Estimate with a memory of 10 s."""
     prior = 0.1**2 / step
