@@ -140,22 +140,25 @@ class CauseSearch(SearchState):
         names.discard("base_mass_error")
         return [cause for cause in self.choices if cause.name in names]
 
-    def beside_any_force(self) -> CauseValues:
-        """Causes that are seen whatever force the isolators exert, the most telling ones first."""
+    def beside_any_force(self) -> tuple[CauseValues, CauseValues]:
+        """Causes that are seen whatever force the isolators exert, and which of them matter."""
         choices = [cause for cause in self.not_of_layer if not (cause.late or cause.instead)]
         beside = self.comparison.beside_any_force()
         if beside is None:
-            return ()
+            return (), ()
         space = self.over(beside, choices)
-        current = space.before
+        current, gains = space.before, []
         while not space.is_explained(current) and len(current.cause_values) < self.most_causes:
             tried = space.fits.refined(current, space.fits.rough(current, choices, SIMULATED))
             found = [one for one in tried if space._stands_out(current, one)
                      and one.held_out_cost < current.held_out_cost]  # fmt: skip
             if not found:
                 break
+            gains.append(current.cost - found[0].cost)
             current = found[0]
-        return current.cause_values
+        least = LEAST_BUILDING_SHARE * sum(gains)
+        seen = current.cause_values
+        return seen, tuple(one for one, gain in zip(seen, gains, strict=True) if gain > least)
 
     def _is_little(self, current: FittedBuilding) -> bool:
         """Whether causes leave so little of the misfit that no late one would be named for it."""

@@ -80,7 +80,7 @@ def _search_by_structure(start: CauseSearch) -> Searched | None:
     Their effects, and what is wrong in the structure or with sensors, may imitate each other.
     """
     expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
-    seen = start.over(start.comparison.expecting(expected)).beside_any_force()
+    seen, main = start.over(start.comparison.expecting(expected)).beside_any_force()
     if not seen:
         return None
     corrected = replace(
@@ -90,7 +90,7 @@ def _search_by_structure(start: CauseSearch) -> Searched | None:
     space, of_layer = _search(start.over(corrected, others))
     more = start.comparison.fitting_more() if space.comparison.middle != corrected.middle else None
     begin = start if more is None else start.over(more)
-    return _search_as_expected(begin, (*seen, *of_layer.best.cause_values))
+    return _search_as_expected(begin, (*main, *of_layer.best.cause_values))
 
 
 def _explain(space: CauseSearch, result: SearchResult[FittedBuilding]) -> bool:
