@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from ...decisions import INSTEAD, MISFIT_LEVEL, MOST_BUILDING_CAUSES, NEARLY_RIGHT, REMAINS
+from ...decisions import (
+    INSTEAD,
+    MISFIT_LEVEL,
+    MOST_BESIDE_FORCE,
+    MOST_BUILDING_CAUSES,
+    NEARLY_RIGHT,
+    REMAINS,
+)
 from ...search import Round, SearchResult, search
 from ..comparison import BuildingComparison, CauseValues, FittedBuilding, with_causes
 from ..errors import excess_error, largest_excess, relative_noise
@@ -81,7 +88,7 @@ def _search_by_structure(start: CauseSearch) -> Searched | None:
     """
     expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
     seen, main = start.over(start.comparison.expecting(expected)).beside_any_force()
-    if not seen:
+    if not seen or len(main) > MOST_BESIDE_FORCE:
         return None
     corrected = replace(
         start.comparison, model=with_causes(start.comparison.model, seen), _cache={}
