@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from isolation_sim.discrepancy.building.localisation import (
 )
 from isolation_sim.discrepancy.building.model import building_model
 from isolation_sim.discrepancy.building.record import BuildingRecord
-from isolation_sim.discrepancy.building.search import cause_search
+from isolation_sim.discrepancy.building.search import cause_search, searches
 from isolation_sim.discrepancy.building.search.cause_fits import CauseFits
 from isolation_sim.discrepancy.building.search.cause_search import CauseSearch, candidates
 from isolation_sim.discrepancy.diagnose import diagnose_building
@@ -300,3 +301,13 @@ def test_two_causes_that_a_third_imitates_are_found_beside_any_force(isolated):
     assert found.keys() == {("storey_stiffness_loss", "storey2"), ("isolator_force_error", "")}
     loss = found["storey_stiffness_loss", "storey2"]["loss"]
     assert loss.value == pytest.approx(0.4, rel=0.02)
+
+
+def test_more_than_two_causes_beside_any_force_are_not_begun_with(monkeypatch):
+    """So many imitate something else, and the search beside them has no end."""
+    seen = tuple((name, (0.1,)) for name in ("storey", "damping", "gain"))
+    comparison = SimpleNamespace(expecting=lambda error: None)
+    beside = SimpleNamespace(beside_any_force=lambda: (seen, seen))
+    start = SimpleNamespace(comparison=comparison, before=None, over=lambda compared: beside)
+    monkeypatch.setattr(searches, "excess_error", lambda *arguments: 0.1)
+    assert searches._search_by_structure(start) is None
