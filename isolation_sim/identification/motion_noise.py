@@ -12,7 +12,6 @@ from .law_fit import SEARCHED
 from .law_model import LawModel
 from .least_squares import DETERMINED, unit_columns
 from .measured.holds import hold_still
-from .measured.velocity import as_before
 from .measured_runs import MeasuredRuns, smooth_motion
 
 _LEAST = 1e-6
@@ -27,10 +26,9 @@ LEAST_EXAMPLES = 4
 def motion_noise(full: MeasuredRuns, number: int, seed: int = 0) -> NDArray:
     """Draw noise of displacement, velocity and acceleration after smoothing, (number, 3, n)."""
     random = np.random.default_rng(seed)
-    before = [_before(full, run, random) for run in range(len(full.dt))]
     return np.stack(
         [
-            np.concatenate([_carried(full, *one, random) for one in enumerate(before)], axis=1)
+            np.concatenate([_carried(full, run, random) for run in range(len(full.dt))], axis=1)
             for _ in range(number)
         ]
     )
@@ -74,33 +72,20 @@ def interval_of(errors: NDArray) -> tuple[NDArray, NDArray]:
     return shift, sure * (above - below) / 2
 
 
-def _before(full: MeasuredRuns, run: int, random: np.random.Generator) -> NDArray:
-    """A run's motion as it may have been before the smoothing: (3, n_samples)."""
-    a, b = full.starts[run], full.starts[run + 1]
-    motion = full.x[a:b], full.v[a:b], full.a[a:b]
-    level, step = full.displacement_noise[run], float(full.dt[run])
-    if level < _LEAST * np.std(motion[0]):
-        return np.stack(motion)
-    return np.stack(
-        hold_still(*as_before(*motion, step, level * random.standard_normal(b - a)), step, level)
-    )
-
-
-def _carried(
-    full: MeasuredRuns, run: int, before: NDArray, random: np.random.Generator
-) -> NDArray:  # fmt: skip
+def _carried(full: MeasuredRuns, run: int, random: np.random.Generator) -> NDArray:
     """Noise of a run's displacement and velocity as it passes the smoothing: (3, n_samples)."""
-    x, v, _ = before
+    a, b = full.starts[run], full.starts[run + 1]
+    x, v = full.x[a:b], full.v[a:b]
     level, of_velocity = full.displacement_noise[run], full.velocity_noise[run]
     noisy_velocity = bool(0 < of_velocity < np.inf)
     if level < _LEAST * np.std(x) and not noisy_velocity:
-        return np.zeros_like(before)
+        return np.zeros((3, b - a))
     # with the signal, so that the smoothing is the same one and its own error is in the result
     step = float(full.dt[run])
-    displacement = x + level * random.standard_normal(len(x))
-    velocity = v + of_velocity * random.standard_normal(len(x)) if noisy_velocity else None
+    displacement = x + level * random.standard_normal(b - a)
+    velocity = v + of_velocity * random.standard_normal(b - a) if noisy_velocity else None
     noisy = hold_still(*smooth_motion(displacement, step, velocity, None), step, level)
-    shift = np.stack(noisy) - before
+    shift = np.stack(noisy) - [x, v, full.a[a:b]]
     if of_velocity == 0:
         shift[1] = 0.0
     return shift

@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured.velocity import smooth
-from isolation_sim.identification.measured_runs import measured_runs
-from isolation_sim.identification.motion_noise import interval_of, motion_noise
+from isolation_sim.identification.motion_noise import interval_of
 
 STIFFNESS, DAMPING, STEP, SEEDS = 2e4, 800.0, 1 / 200, 4
 
@@ -44,26 +42,3 @@ def test_few_examples_determine_nothing():
     assert interval_of(np.random.default_rng(0).normal(1.0, 0.1, (12, 1)))[0] == pytest.approx(
         1.0, abs=0.1
     )
-
-
-def test_simulated_noise_is_as_large_as_what_smoothing_leaves_of_corners():
-    """Less by an eighth, if only the smoothed motion is smoothed once more."""
-    fine = np.arange(0, 10, STEP / 20)
-    command = np.arcsin(np.sin(np.pi * np.clip(fine - 0.5, 0, 9)))
-    x = servo(command, 2 * np.pi * 10 * STEP / 20)
-    v = np.gradient(x, fine)[::20]
-    inside, left, simulated = slice(100, -100), [], []
-    for seed in range(5):
-        rng = np.random.default_rng(seed)
-        seen = x[::20] + 2e-3 * np.std(x) * rng.standard_normal(len(v))
-        run = TestRun("run", fine[::20], seen, smooth(seen, STEP)[1], 1e3 * seen, 0 * seen)
-        data = measured_runs([run])
-        left.append(np.std((data.v - v)[inside]))
-        simulated.append(np.std(motion_noise(data, 4, 100 + seed)[:, 1, inside]))
-    assert np.mean(simulated) == pytest.approx(np.mean(left), rel=0.08)
-
-
-def servo(command, turned):
-    """Displacement of a servo that turns so far in a step, rad, with half of critical damping."""
-    first, later = [turned**2], [1, turned - 2, 1 - turned + turned**2]
-    return lfilter(first, later, command)

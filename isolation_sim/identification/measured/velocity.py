@@ -62,45 +62,17 @@ def smooth(displacement: Any, step: float) -> tuple[np.ndarray, np.ndarray, np.n
         )
     if not (np.isfinite(step) and step > 0):
         raise InputError(f"step {step!r} s; expected: a positive number")
+    from scipy.fft import dct, idst
+
     # in units of the step and of the largest value
     size = float(np.max(np.abs(x))) or 1.0
     x = _without_hum(x, step)
-    series = _series(x / size, sensor_noise(x / size))
-    return _low_passed(series, x.size, size, step)
-
-
-def as_before(
-    x: np.ndarray, v: np.ndarray, a: np.ndarray, step: float, noise: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Smoothed motion with what smoothing it once more takes away, or nearly as it was before.
-
-    ``noise`` is what was smoothed away, or the like of it, m.
-    """
-    # without it the frequencies near the cut-off are weak, and simulated noise is cut off lower
-    size = float(np.max(np.abs(x + noise))) or 1.0
-    noisy = (x + noise) / size
-    cut_off = _series(noisy, sensor_noise(noisy)).cut_off
-    series = _series(x / size, sensor_noise(x / size))
-    whole, again = (
-        _low_passed(series._replace(cut_off=one), x.size, size, step) for one in (np.inf, cut_off)
-    )
-    # where a device was held the motion may jump, within the noise
-    width = int(np.ceil(2 * np.pi / cut_off))
-    apart = np.convolve(a == 0, np.ones(2 * width + 1), "same") < 0.5
-    x, v, a = (one + apart * (b - c) for one, b, c in zip((x, v, a), whole, again, strict=True))
-    return x, v, a
-
-
-def _low_passed(
-    series: _Series, n: int, size: float, step: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Displacement, velocity and acceleration of a series of n samples below its cut-off."""
-    from scipy.fft import dct, idst
-
+    cubic, terms, cut_off, _ = _series(x / size, sensor_noise(x / size))
+    n = x.size
     t = np.arange(n)
     omega = np.pi * np.arange(1, n - 1) / (n - 1)
-    terms = series.terms / (1 + (omega / series.cut_off) ** _POWER)
-    line = np.polynomial.Polynomial(series.cubic)
+    terms = terms / (1 + (omega / cut_off) ** _POWER)
+    line = np.polynomial.Polynomial(cubic)
     value, slope, bend = line(t), line.deriv(1)(t), line.deriv(2)(t)
     value[1:-1] += idst(terms, type=1)
     slope += dct(np.concatenate([[0.0], omega * terms, [0.0]]), type=1) / (2 * (n - 1))
