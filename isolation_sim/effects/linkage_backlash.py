@@ -100,7 +100,7 @@ GAP = EffectParameter(
     "gap", "m", "half of the free play", lower=0.0, magnitude=True, starts=(0.001, 0.01, 0.03, 0.1),
     difference=0.05,
 )  # fmt: skip
-OPEN_GAP = replace(GAP, least=5e-4)
+OPEN_GAP = replace(GAP, least=5e-4, starts=(0.01, 0.03, 0.1))
 """Without a gap that is seen in the displacement, an open linkage would be a part of the pull."""
 RELEASE = EffectParameter(
     "time", "s", "relaxation of the device that is let go", lower=2.5 * RISE, upper=20.0,
