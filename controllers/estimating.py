@@ -41,6 +41,7 @@ class Estimating(Controller):
         self, context: RunContext, kind: str = "kalman", measured_ground: bool = False
     ) -> Observer:
         """Build the observer that the settings describe."""
+        # without lag a current jumps when the command of a measurement arrives
         driver, jump = context.driver, None
         if np.all(np.equal(driver.lag, 0)) and np.all(np.isinf(driver.slew)):
             jump = round(sum(context.delays) / context.period, 6) % 1.0
