@@ -18,6 +18,8 @@ _END_OF_FILE = "\x1a"  # of DOS, at the end of old files
 _AROUND_CELLS = re.compile(r'["\s]')
 FEW = 0.01
 """Share of the samples that may differ from the number in a header."""
+Corners = tuple[tuple[float, ...], tuple[float, ...]]
+"""Corners of a high-pass and of a low-pass filter, each one or the two ends of a ramp, Hz."""
 
 
 class AnotherQuantityError(InputError):

@@ -14,6 +14,7 @@ from ground_motions.component_names import Component
 from ground_motions.errors import InputError, warn
 from ground_motions.readers.lines import (
     AnotherQuantityError,
+    Corners,
     excerpt,
     numbers_in,
     read_lines,
@@ -46,7 +47,7 @@ class _Header(NamedTuple):
     comments: int  # Lines between the header and the samples
     samples: int  # Their number
     rate: float | None  # Hz; none for pairs of time and acceleration
-    corners: tuple[tuple[float, ...], tuple[float, ...]] | None  # As of `SmcChannel`
+    corners: Corners | None  # As of `SmcChannel`
 
 
 class SmcChannel(NamedTuple):
@@ -59,9 +60,7 @@ class SmcChannel(NamedTuple):
     station: str
     direction: str  # Azimuth in degrees, or Up
     location: str  # In a structure; empty where no comment names it
-    # Corner of the low-cut filter, and the two ends of the high-cut one's transition, Hz; None
-    # where the header has none
-    corners: tuple[tuple[float, ...], tuple[float, ...]] | None
+    corners: Corners | None  # Of the processing's filter; None where the header has none
 
 
 @checked

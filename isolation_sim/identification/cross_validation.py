@@ -23,8 +23,12 @@ def of_parts(data: MeasuredRuns) -> bool:
     return sum(bool(data.fitted[run].any()) for run in data.runs) < 3
 
 
-def folds_of(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
-    """Folds of the fitted samples, groups of conditions: name and samples, (n_samples,) bool."""
+def folds_of(data: MeasuredRuns, n_currents: int = 0) -> list[tuple[str, NDArray]]:
+    """Folds of the fitted samples, groups of conditions: name and samples, (n_samples,) bool.
+
+    A run that alone has a current is in no fold where the others have fewer than ``n_currents``:
+    parameters that depend on so many would be those of no data without it.
+    """
     # Runs of nearly the same amplitude and velocity are one motion. Many motions are put together
     # by their size, so that what is left out is also an extrapolation. One or two runs are cut into
     # parts of the same travelled path: the quiet end of an earthquake is no fold of its own.
@@ -54,34 +58,28 @@ def folds_of(data: MeasuredRuns) -> list[tuple[str, NDArray]]:
          f"{1e3 * np.exp(max(sizes[k][1] for k in group)):.3g} mm/s", group)
         for group in groups
     ]  # fmt: skip
-    result = [(name, _runs_mask(data, [own[k] for k in group])) for name, group in named]
+    currents = [(float(np.min(data.current[run])), float(np.max(data.current[run]))) for run in own]
+    same = STEADY * float(np.max(np.abs(data.current)))
+    left_out = [(name, _without_needed(g, currents, same, n_currents)) for name, g in named]
+    result = [(name, _runs_mask(data, [own[k] for k in group])) for name, group in left_out]
     return [one for one in result if one[1].any()]
 
 
-def determined_folds(data: MeasuredRuns, n_currents: int) -> list[NDArray]:
-    """Folds without the runs that alone have a current, where the others have too few currents.
+def _without_needed(
+    group: Sequence[int], currents: Sequence[tuple[float, float]], same: float, number: int
+) -> list[int]:
+    """Runs of a group but those that alone have a current, where the others have too few."""
 
-    Parameters that depend on ``n_currents`` currents would be those of no data without these runs.
-    """
-    masks = [mask for _, mask in folds_of(data)]
-    if of_parts(data):
-        return masks
-    same = STEADY * float(np.max(np.abs(data.current)))
-    runs = [run for run in data.runs if data.fitted[run].any()]
-    ends = [(float(np.min(data.current[run])), float(np.max(data.current[run]))) for run in runs]
+    def seen(runs: Sequence[int]) -> int:
+        ends = [end for k in runs for end in currents[k]]
+        return len(group_currents(ends, same)) if ends else 0
 
-    def seen(places: Sequence[int]) -> int:
-        currents = [end for k in places for end in ends[k]]
-        return len(group_currents(currents, same)) if currents else 0
-
-    needed = min(n_currents, seen(range(len(runs))))
-    for mask in masks:
-        rest = [k for k, run in enumerate(runs) if not mask[run].any()]
-        for k in range(len(runs)):
-            if k not in rest and seen(rest) < needed and seen([*rest, k]) > seen(rest):
-                rest.append(k)
-                mask[runs[k]] = False
-    return [mask for mask in masks if mask.any()]
+    needed = min(number, seen(range(len(currents))))
+    rest = [k for k in range(len(currents)) if k not in group]
+    for k in sorted(group):
+        if seen(rest) < needed and seen([*rest, k]) > seen(rest):
+            rest.append(k)
+    return [k for k in group if k not in rest]
 
 
 def fitted_without(

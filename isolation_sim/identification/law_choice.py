@@ -13,7 +13,7 @@ from ..errors import InputError
 from ..laws import Device
 from ..laws.registry import LAWS
 from .campaign import Campaign
-from .cross_validation import determined_folds, fitted_without
+from .cross_validation import fitted_without, folds_of
 from .law_fit import (
     SCREENING_STEPS,
     distinct,
@@ -260,7 +260,7 @@ def _left_out(model: LawModel, values: NDArray, cross_validated: bool) -> float:
 
     total = residual(values)
     n_currents = len(model.parameterisation.currents)
-    masks = determined_folds(data, n_currents) if cross_validated else []
+    masks = [mask for _, mask in folds_of(data, n_currents)] if cross_validated else []
     ends = fitted_without(model, [values] * len(masks), masks, _FOLD_STEPS)
     for mask, own in zip(masks, map(residual, ends), strict=True):
         total[mask] = own[mask]

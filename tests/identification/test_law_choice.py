@@ -17,7 +17,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.identification import fit as fit_module
 from isolation_sim.identification import law_choice
 from isolation_sim.identification.campaign import Campaign
-from isolation_sim.identification.cross_validation import determined_folds, fitted_without
+from isolation_sim.identification.cross_validation import fitted_without, folds_of
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.law_choice import LawChoice, LawRank, choose_law
 from isolation_sim.identification.measured.run_table import TestRun
@@ -68,10 +68,10 @@ def test_a_run_that_alone_has_a_current_is_not_left_out():
     data = measured_runs(runs)
     left_out = [
         [run.name for run, at in zip(runs, data.runs, strict=True) if mask[at].any()]
-        for mask in determined_folds(data, 2)
+        for _, mask in folds_of(data, 2)
     ]
     assert left_out == [["0.002, 0.0 A"], ["0.006, 0.0 A"]]
-    assert sum(mask.sum() for mask in determined_folds(data, 1)) == len(data.x)
+    assert sum(mask.sum() for _, mask in folds_of(data, 1)) == len(data.x)
     with workers(1) as pool:
         laws = ("gamota_filisko", "bouc_wen")
         result = choose_law(Campaign("three", "", tuple(runs)), data, 1, pool, laws=laws)

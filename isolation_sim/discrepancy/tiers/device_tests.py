@@ -12,12 +12,7 @@ from numpy.typing import NDArray
 
 from ...archive import law_of
 from ...effects import extend
-from ...identification.cross_validation import (
-    determined_folds,
-    fitted_without,
-    folds_of,
-    of_parts,
-)
+from ...identification.cross_validation import fitted_without, folds_of, of_parts
 from ...identification.measured.noise import correlation_time
 from ...identification.measured_runs import MeasuredRuns
 from ...laws import Device
@@ -79,7 +74,7 @@ class DeviceTiers(Tiers[_Rung]):
         full = problem.data
         self.data = full.thinned(TIER_SAMPLES).without_held_out()
         base = problem.law.model.parameterisation
-        self.masks = determined_folds(self.data, len(base.currents))
+        self.masks = [mask for _, mask in folds_of(self.data, len(base.currents))]
         self.law, self.causes = (
             _Rung(final, part, *self._without(part, [part.values] * len(self.masks)))
             for final in (problem.law, problem.final)

@@ -17,7 +17,7 @@ from ...errors import InputError, not_installed
 from ..measured.run_table import MINIMUM_SAMPLES
 from .channels import Heading, heading_of
 from .rate import rate_of
-from .raw_table import RawTable, are_units
+from .raw_table import RawTable, are_units, table_of_columns
 
 _MOST_COLUMNS = 64
 """Columns of a matrix without names, at most."""
@@ -131,12 +131,10 @@ def _table(
     path: Path, name: str, headings: list[Heading], columns: list[NDArray], scalars: _Scalars
 ) -> RawTable:
     """A test of columns, with the current that a scalar beside them says if none has it."""
-    length = len(columns[0])
     if not any("current" in heading.quantities for heading in headings):
         headings = [*headings, *map(heading_of, scalars.currents)]
-        columns = [*columns, *(np.full(length, one) for one in scalars.currents.values())]
-    lines = list(range(1, length + 1))
-    return RawTable(path, name, headings, [*columns], lines, rate=scalars.rate)
+        columns = [*columns, *(np.full(len(columns[0]), one) for one in scalars.currents.values())]
+    return table_of_columns(path, name, headings, columns, rate=scalars.rate)
 
 
 def _currents_of(struct: dict[str, Any]) -> dict[str, float]:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ground_motions.readers.lines import is_number, other_decimal_mark, two_marks
+from ground_motions.readers.lines import Corners, is_number, other_decimal_mark, two_marks
 
 from ...errors import InputError
 from ..measured.run_table import MINIMUM_SAMPLES
@@ -26,9 +26,6 @@ from .rate import (
 )
 
 _MISSING = {"", "-", "--", "---", "na", "n/a", "#n/a", "nan", "null", "none", "1.#qnan", "-1.#ind"}
-
-Corners = tuple[tuple[float, ...], tuple[float, ...]]
-"""Corners of a high-pass and of a low-pass filter, each one or the two ends of a ramp, Hz."""
 
 
 class Row(NamedTuple):
@@ -96,6 +93,21 @@ def filter_note(filters: Sequence[Corners]) -> str:
     """Note of the filters that a file names."""
     below = ", ".join("-".join(f"{corner:g}" for corner in high) for high, _ in filters)
     return f"filtered below {below} Hz: slower and residual motion is missing"
+
+
+def table_of_columns(
+    path: Path,
+    part: str,
+    headings: list[Heading],
+    columns: Sequence[NDArray],
+    notes: Sequence[str] = (),
+    *,
+    rate: float | None = None,
+    filtered: Corners | None = None,
+) -> RawTable:
+    """Table of columns of numbers, whose rows are counted from 1; see `RawTable`."""
+    lines = list(range(1, len(columns[0]) + 1))
+    return RawTable(path, part, headings, [*columns], lines, [*notes], rate=rate, filtered=filtered)
 
 
 def tables_by_column(table: RawTable, choice: str) -> list[RawTable]:

@@ -9,7 +9,7 @@ import numpy as np
 from ground_motions.readers.smc import read_channel
 
 from .channels import heading_of
-from .raw_table import RawTable, filter_note
+from .raw_table import RawTable, filter_note, table_of_columns
 
 _UNITS = {"acceleration": "cm/s2", "displacement": "cm"}
 
@@ -23,8 +23,7 @@ def read_smc(path: Path) -> list[RawTable]:
     notes = [] if channel.is_corrected else ["uncorrected accelerations"]
     if channel.corners is not None:
         notes.append(filter_note([channel.corners]))
-    lines = list(range(1, len(channel.samples) + 1))
-    return [RawTable(
-        path, "", [heading], [np.array(channel.samples)], lines, notes, rate=channel.rate,
+    return [table_of_columns(
+        path, "", [heading], [np.array(channel.samples)], notes, rate=channel.rate,
         filtered=channel.corners,
     )]  # fmt: skip

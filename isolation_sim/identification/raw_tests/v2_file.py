@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ground_motions.readers.lines import read_lines
+from ground_motions.readers.lines import Corners, read_lines
 from ground_motions.readers.v2 import Series, all_series, samples_of
 
 from .channels import heading_of
-from .raw_table import Corners, RawTable, filter_note
+from .raw_table import RawTable, filter_note, table_of_columns
 
 _NUMBER = r"\d*\.?\d+"
 _FILTERED = (
@@ -43,10 +43,9 @@ def read_v2(path: Path) -> list[RawTable]:
         # a few samples may be missing at the end
         length = min(map(len, columns))
         columns = [column[:length] for column in columns]
-        rows = list(range(1, length + 1))
         own = [filter_note(filters)] if filters else []
-        tables.append(RawTable(
-            path, part, headings, [*columns], rows, own, rate=1 / step, filtered=one_filter
+        tables.append(table_of_columns(
+            path, part, headings, columns, own, rate=1 / step, filtered=one_filter
         ))  # fmt: skip
     return tables
 
