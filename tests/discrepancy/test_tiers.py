@@ -377,16 +377,17 @@ def test_a_better_law_promises_its_gain_and_no_other_law_promises_any():
 
 def test_causes_that_only_imitated_an_equation_are_not_named(diagnosis):
     from isolation_sim.discrepancy.diagnosis import Cause
-    from isolation_sim.discrepancy.tiers.ladder import _only_imitated, _without_imitations
+    from isolation_sim.discrepancy.tiers.ladder import _ErrorsLeft, _without_imitations
 
     softening, outside = (
         Cause(name, 0.5, 0.0, {}, "") for name in ("amplitude_softening", OUTSIDE)
     )
     blamed = replace(diagnosis, causes=(softening, outside), next_test="one")
     errors = {"law": 0.08, "causes": 0.06, "equation": 0.015}
-    assert _only_imitated(errors, 0.01)
+    assert _ErrorsLeft(errors, 0.015, 0.015, "", 0.01).only_imitated
     # what causes leave may be noise
-    assert not _only_imitated(errors | {"causes": 0.017}, 0.014)
+    noisy = errors | {"causes": 0.017}
+    assert not _ErrorsLeft(noisy, 0.015, 0.015, "", 0.014).only_imitated
     result, (note,) = _without_imitations(blamed, ("amplitude_softening", OUTSIDE))
     assert result.causes == (outside,) and result.next_test is None
     assert note.endswith("equation: amplitude_softening.")

@@ -11,7 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -114,14 +114,73 @@ CAUSES_ALONE = "Verdict on the causes alone"
 
 
 def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
-    """Add the second tier to a diagnosis, and the third if it is wanted."""
+    """Add the second tier to a diagnosis, and the third if ``tier`` is learned."""
+    rungs, errors, learning = _fit_rungs(ladder, tier)
+    allowed = {name: one for name, one in errors.items() if name not in ladder.superseded}
+    offered = _offered(allowed, ladder.has_generic_terms(), ladder.negligible)
+    gives_way = offered == "causes" and _gives_way(ladder, diagnosis, rungs, errors)
+    if gives_way:
+        offered = "equation"
+    best = rungs[offered]
+    left = _errors_left(ladder, diagnosis, errors)
+    blamed = bool(diagnosis.causes)
+    notes = _refusals(list(errors.values()), ladder.WORSE_THAN)
+    if errors["causes"].worse and left.share("causes") > MUCH_LEFT:
+        diagnosis, said = _without_losing(diagnosis)
+        notes += said
+    replaced = ladder.replaced_causes(best) if best.chosen else ()
+    if replaced:
+        notes += _replaced_note(diagnosis, replaced)
+        if gives_way or left.only_imitated:
+            terms = {one.term.cause for one in best.chosen}
+            diagnosis, said = _without_imitations(diagnosis, set(replaced) - terms)
+            notes += said
+    equation = rungs.get("equation")
+    if equation is None:
+        notes.append(ladder.NO_EQUATION)
+    result = Ladder(
+        rungs=tuple(errors.values()),
+        terms=ladder.terms(equation) if equation is not None else (),
+        law_text=best.text,
+        offered=offered,
+        attainable=left.attainable,
+        explainable=left.explainable,
+        inexplicable=left.inexplicable,
+        notes=(*notes, *learning),
+        better_law=left.better_law,
+        quantity=ladder.QUANTITY,
+    )
+    if offered == "law" and blamed:
+        return _withheld(diagnosis, result)
+    if offered == "law" or (offered == "causes" and "learned" not in rungs):
+        return replace(diagnosis, ladder=result)
+    least = max(left.attainable, left.floor)
+    reached = ladder.verdict(diagnosis, best, left.named, least, left.deciding["law"])
+    if offered == "causes":
+        # what only acts like causes explains a part at most
+        if reached == "explained":
+            every = verdict(diagnosis.causes, adequate=False, explained=True) == "explained"
+            reached = "explained" if every else "partly_explained"
+        return replace(diagnosis, ladder=result, verdict=reached)
+    # the last step is about the causes, which are no longer what the verdict is about
+    *steps, last = diagnosis.steps
+    diagnosis = replace(diagnosis, steps=(*steps, replace(last, title=CAUSES_ALONE)))
+    return replace(
+        ladder.extend(diagnosis, best, errors[offered]),
+        ladder=result,
+        verdict=reached,
+        unexplained_share=float(np.clip(left.share(offered), 0.0, 1.0)),
+    )
+
+
+def _fit_rungs(ladder: Tiers[R], tier: Tier) -> tuple[dict[str, R], dict[str, Rung], list[str]]:
+    """Rungs and their errors by name, from the law up, and a note of the learned term."""
     rungs: dict[str, R] = {}
     errors: dict[str, Rung] = {}
 
     def add(name: str, rung: R) -> None:
         rungs[name] = rung
-        good = [one for one in errors.values() if not one.loses]
-        errors[name] = ladder.errors(name, rung, good)
+        errors[name] = ladder.errors(name, rung, [one for one in errors.values() if not one.loses])
 
     add("law", ladder.law)
     add("causes", ladder.causes)
@@ -129,82 +188,85 @@ def climb(ladder: Tiers[R], diagnosis: D, tier: Tier) -> D:
     equation = ladder.equation()
     if equation is not None:
         add("equation", equation)
-    if tier == "learned":
-        ladder.progress("learning")
-        below = [name for name, one in errors.items() if not one.loses][-1]
-        rung, share = ladder.learned(rungs[below])
-        add("learned", rung)
-    shown_rungs = list(errors.values())
-    allowed = {name: one for name, one in errors.items() if name not in ladder.superseded}
-    offered = _offered(allowed, ladder.has_generic_terms(), ladder.negligible)
-    # what only acts like a cause gives way to a simpler equation that predicts more
-    gives_way = (
-        equation is not None
-        and {offered, *(c.name for c in diagnosis.causes if c.is_named)} == {"causes"}
-        and ladder.is_simpler(equation, rungs["causes"])
+    if tier != "learned":
+        return rungs, errors, []
+    ladder.progress("learning")
+    below = [name for name, one in errors.items() if not one.loses][-1]
+    rung, dissipating = ladder.learned(rungs[below])
+    add("learned", rung)
+    return rungs, errors, [_dissipation(dissipating)]
+
+
+def _gives_way(
+    ladder: Tiers[R], diagnosis: Diagnosis, rungs: dict[str, R], errors: dict[str, Rung]
+) -> bool:
+    """Whether all causes only act like one, and a simpler equation predicts more than they do."""
+    return (
+        "equation" in rungs
+        and not any(cause.is_named for cause in diagnosis.causes)
+        and ladder.is_simpler(rungs["equation"], rungs["causes"])
         and not errors["equation"].loses
         and _deciding_error(errors["equation"]) < _deciding_error(errors["causes"])
     )
-    if gives_way:
-        offered = "equation"
+
+
+class _ErrorsLeft(NamedTuple):
+    """Errors of the rungs on the validation data, against what can be attained at most."""
+
+    deciding: dict[str, float]
+    """Of each rung."""
+    named: float
+    """The least of law, causes and equation."""
+    attainable: float
+    """The least of all, or that of a better law."""
+    better_law: str
+    """A sentence on that law; empty without one."""
+    floor: float
+    """What noise leaves."""
+    negligible: float = 0.0
+    """Decrease that explains nothing."""
+
+    def share(self, name: str) -> float:
+        """Share of the law's misfit that a rung leaves."""
+        return self._of_misfit(self.deciding[name], self.floor)
+
+    @property
+    def only_imitated(self) -> bool:
+        """Whether an equation in place of causes leaves far less than they do."""
+        return self.share("equation") < IMITATION * self.share("causes")
+
+    @property
+    def explainable(self) -> float:
+        """Share that only a flexible model explains; NaN without one."""
+        return self._of_misfit(self.named, self._model) if "learned" in self.deciding else np.nan
+
+    @property
+    def inexplicable(self) -> float:
+        """Share that nothing measured explains; NaN without a flexible model."""
+        return self._of_misfit(self._model, self.floor) if "learned" in self.deciding else np.nan
+
+    @property
+    def _model(self) -> float:
+        """Error of the best model; a negligible gain explains nothing."""
+        gains = self.named - self.attainable > self.negligible
+        return self.attainable if gains else self.named
+
+    def _of_misfit(self, error: float, other: float) -> float:
+        misfit = max(self.deciding["law"] ** 2 - self.floor**2, 1e-300)
+        return (error**2 - other**2) / misfit
+
+
+def _errors_left(ladder: Tiers[R], diagnosis: Diagnosis, errors: dict[str, Rung]) -> _ErrorsLeft:
     deciding = {name: _deciding_error(one) for name, one in errors.items()}
-    named = min(value for name, value in deciding.items() if name != "learned")
     attainable, better_law = _attainable(deciding, ladder.better_law())
     noise = ladder.noise_floor(diagnosis)
-    floor = min(noise, attainable) if noise > 0 else 0.0
-    misfit = max(deciding["law"] ** 2 - floor**2, 1e-300)
-    has_learned = "learned" in deciding
-    # a negligible gain explains nothing
-    model = attainable if named - attainable > ladder.negligible else named
-    notes = _refusals(shown_rungs, ladder.WORSE_THAN)
-    blamed = bool(diagnosis.causes)
-    if errors["causes"].worse and deciding["causes"] ** 2 - floor**2 > MUCH_LEFT * misfit:
-        diagnosis, said = _without_losing(diagnosis)
-        notes += said
-    best = rungs[offered]
-    replaced = ladder.replaced_causes(best) if best.chosen else ()
-    if replaced:
-        notes += _replaced_note(diagnosis, replaced)
-        if gives_way or _only_imitated(deciding, floor):
-            terms = {one.term.cause for one in best.chosen}
-            diagnosis, said = _without_imitations(diagnosis, set(replaced) - terms)
-            notes += said
-    if equation is None:
-        notes.append(ladder.NO_EQUATION)
-    if tier == "learned":
-        notes.append(_dissipation(share))
-    result = Ladder(
-        rungs=tuple(shown_rungs),
-        terms=ladder.terms(equation) if equation is not None else (),
-        law_text=best.text,
-        offered=offered,
+    return _ErrorsLeft(
+        deciding,
+        named=min(value for name, value in deciding.items() if name != "learned"),
         attainable=attainable,
-        explainable=(named**2 - model**2) / misfit if has_learned else float("nan"),
-        inexplicable=(model**2 - floor**2) / misfit if has_learned else float("nan"),
-        notes=tuple(notes),
         better_law=better_law,
-        quantity=ladder.QUANTITY,
-    )
-    if offered == "law" and blamed:
-        return _withheld(diagnosis, result)
-    if offered == "law" or (offered == "causes" and not has_learned):
-        return replace(diagnosis, ladder=result)
-    least = max(attainable, floor)
-    new_verdict = ladder.verdict(diagnosis, best, named, least, deciding["law"])
-    if offered == "causes":
-        # what only acts like causes explains a part at most
-        if new_verdict == "explained":
-            every = verdict(diagnosis.causes, adequate=False, explained=True) == "explained"
-            new_verdict = "explained" if every else "partly_explained"
-        return replace(diagnosis, ladder=result, verdict=new_verdict)
-    # the last step is about the causes, which are no longer what the verdict is about
-    *steps, last = diagnosis.steps
-    diagnosis = replace(diagnosis, steps=(*steps, replace(last, title=CAUSES_ALONE)))
-    return replace(
-        ladder.extend(diagnosis, best, errors[offered]),
-        ladder=result,
-        verdict=new_verdict,
-        unexplained_share=float(np.clip((deciding[offered] ** 2 - floor**2) / misfit, 0.0, 1.0)),
+        floor=min(noise, attainable) if noise > 0 else 0.0,
+        negligible=ladder.negligible,
     )
 
 
@@ -279,12 +341,6 @@ def _only(diagnosis: D, causes: tuple[Cause, ...]) -> D:
     if plan is not None:
         plan = replace(plan, tests=tuple(test for test in plan.tests if not test.tells))
     return replace(diagnosis, causes=causes, next_test=None, test_plan=plan)
-
-
-def _only_imitated(deciding: dict[str, float], floor: float) -> bool:
-    """Whether an equation in place of causes leaves far less than they do."""
-    left = [deciding[name] ** 2 - floor**2 for name in ("equation", "causes")]
-    return left[0] < IMITATION * left[1]
 
 
 def _dissipation(share: float) -> str:
