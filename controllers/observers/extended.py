@@ -110,20 +110,7 @@ def extended_update(
             for c in range(n_coils):
                 currents[c] += way * (measured[n_y + c] - currents[c])
             equations(z, currents, settings, dynamics, rates, work, tangent)
-            density = work[3 * area : 4 * area]
-            for i in range(area):
-                dynamics[i] *= h / 2
-                density[i] = 0.0
-            for i in range(n_all):
-                for j in range(n_all):
-                    density[i * size + j] = h / 2 * noise[i * n_all + j]
-            step_matrices(size, dynamics, density, transition, added, work)
-            for i in range(n_all):
-                z[i] += transition[i * size + n_all]
-                transition[i * size + n_all] = 0.0
-            conjugate(size, transition, p, p, work)
-            for i in range(area):
-                p[i] += added[i]
+            predict(h / 2, noise, dynamics, transition, added, z, p, work)
     memory[0] = 1.0
     for c in range(n_coils):
         currents[c] = measured[n_y + c]
@@ -149,26 +136,61 @@ def extended_update(
             innovations[n + m + g] -= on_ground[g * n_z + i] * z[i]
             on_state[(n + m + g) * n_all + i] = on_ground[g * n_z + i]
     for k in range(n_y):
-        row = on_state[k * n_all : (k + 1) * n_all]
         deviation = settings[DEFORMATION] if n <= k < n + m else settings[ACCELERATION]
-        variance = deviation * deviation
+        correct_by_one(k, deviation * deviation, on_state, innovations, z, p, rates)
+
+
+def predict(
+    h: float, noise: NDArray, dynamics: NDArray, transition: NDArray, added: NDArray, z: NDArray,
+    p: NDArray, work: NDArray,
+) -> None:  # fmt: skip
+    """Advance state and covariance by linearised dynamics, whose last column is the rates."""
+    n_all = len(z)
+    size, area = n_all + 1, (n_all + 1) * (n_all + 1)
+    density = work[3 * area : 4 * area]
+    for i in range(area):
+        dynamics[i] *= h
+        density[i] = 0.0
+    for i in range(n_all):
+        for j in range(n_all):
+            density[i * size + j] = h * noise[i * n_all + j]
+    step_matrices(size, dynamics, density, transition, added, work)
+    for i in range(n_all):
+        z[i] += transition[i * size + n_all]
+        transition[i * size + n_all] = 0.0
+    conjugate(size, transition, p, p, work)
+    for i in range(area):
+        p[i] += added[i]
+
+
+def correct_by_one(
+    k: int, variance: float, on_state: NDArray, innovations: NDArray, z: NDArray, p: NDArray,
+    moved: NDArray,
+) -> None:  # fmt: skip
+    """Correct state and covariance by one measurement of a variance, and normalise its innovation.
+
+    ``moved``: scratch, for the covariance of the state with the measurement.
+    """
+    n_all, n_y = len(z), len(innovations)
+    size = n_all + 1
+    row = on_state[k * n_all : (k + 1) * n_all]
+    for i in range(n_all):
+        moved[i] = 0.0
+        for j in range(n_all):
+            moved[i] += p[i * size + j] * row[j]
+        variance += row[i] * moved[i]
+    miss = innovations[k]
+    # the next measurements use the state corrected by this one
+    for other in range(k + 1, n_y):
+        change = 0.0
         for i in range(n_all):
-            rates[i] = 0.0
-            for j in range(n_all):
-                rates[i] += p[i * size + j] * row[j]
-            variance += row[i] * rates[i]
-        miss = innovations[k]
-        # the next measurements use the state corrected by this one
-        for other in range(k + 1, n_y):
-            change = 0.0
-            for i in range(n_all):
-                change += on_state[other * n_all + i] * rates[i]
-            innovations[other] -= change * miss / variance
-        for i in range(n_all):
-            z[i] += rates[i] * miss / variance
-            for j in range(n_all):
-                p[i * size + j] -= rates[i] * rates[j] / variance
-        innovations[k] = miss / variance**0.5
+            change += on_state[other * n_all + i] * moved[i]
+        innovations[other] -= change * miss / variance
+    for i in range(n_all):
+        z[i] += moved[i] * miss / variance
+        for j in range(n_all):
+            p[i * size + j] -= moved[i] * moved[j] / variance
+    innovations[k] = miss / variance**0.5
 
 
 def extended_row(

@@ -56,24 +56,22 @@ def kalman_update(
     devices[0] = t
     begun = memory[0] == 1.0
     memory[0] = 1.0
+    currents = measured[n_y:]
     for i in range(n_z):
         predicted[i] = z[i]
-        if begun:
+    if begun:
+        if settings[JUMP] >= 0.0:
+            # the force that jumps has the impulse of one that is linear over the interval
+            for e in range(m):
+                amperes = coil_current(e, tracking, currents)
+                jumped = device_force(e, amperes, tracking, devices, combined_force)
+                force[e] = jumped + 2.0 * settings[JUMP] * (force[e] - jumped)
+        for i in range(n_z):
             predicted[i] = 0.0
             for j in range(n_z):
                 predicted[i] += transition[i * n_z + j] * z[j]
             for e in range(m):
                 predicted[i] += (at_start[i * m + e] + at_end[i * m + e]) * force[e]
-    currents = measured[n_y:]
-    for e in range(m):
-        if begun and settings[JUMP] >= 0.0:
-            # the force that jumps has the impulse of one that is linear over the interval
-            amperes = coil_current(e, tracking, currents)
-            start = device_force(e, amperes, tracking, devices, combined_force)
-            start += 2.0 * settings[JUMP] * (force[e] - start)
-            for i in range(n_z):
-                predicted[i] += (at_start[i * m + e] + at_end[i * m + e]) * (start - force[e])
-            force[e] = start
     for e in range(m):
         v = 0.0
         for i in range(n):
@@ -86,6 +84,15 @@ def kalman_update(
             for i in range(n_z):
                 predicted[i] += at_end[i * m + e] * (present - force[e])
         force[e] = present
+    correct(measured, predicted, force, on_state, on_force, gain, root, z, innovation, normalised)
+
+
+def correct(
+    measured: NDArray, predicted: NDArray, force: NDArray, on_state: NDArray, on_force: NDArray,
+    gain: NDArray, root: NDArray, z: NDArray, innovation: NDArray, normalised: NDArray,
+) -> None:  # fmt: skip
+    """Correct the prediction by the measurements, whose innovations are normalised as well."""
+    n_z, n_y, m = len(z), len(innovation), len(force)
     for k in range(n_y):
         innovation[k] = measured[k]
         for j in range(n_z):
