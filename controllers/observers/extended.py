@@ -110,7 +110,7 @@ def extended_update(
             for c in range(n_coils):
                 currents[c] += way * (measured[n_y + c] - currents[c])
             equations(z, currents, settings, dynamics, rates, work, tangent)
-            predict(h / 2, noise, dynamics, transition, added, z, p, work)
+            predict_linearised(h / 2, noise, dynamics, transition, added, z, p, work)
     memory[0] = 1.0
     for c in range(n_coils):
         currents[c] = measured[n_y + c]
@@ -140,7 +140,7 @@ def extended_update(
         correct_by_one(k, deviation * deviation, on_state, innovations, z, p, rates)
 
 
-def predict(
+def predict_linearised(
     h: float, noise: NDArray, dynamics: NDArray, transition: NDArray, added: NDArray, z: NDArray,
     p: NDArray, work: NDArray,
 ) -> None:  # fmt: skip

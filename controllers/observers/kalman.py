@@ -84,10 +84,12 @@ def kalman_update(
             for i in range(n_z):
                 predicted[i] += at_end[i * m + e] * (present - force[e])
         force[e] = present
-    correct(measured, predicted, force, on_state, on_force, gain, root, z, innovation, normalised)
+    correct_at_once(
+        measured, predicted, force, on_state, on_force, gain, root, z, innovation, normalised
+    )
 
 
-def correct(
+def correct_at_once(
     measured: NDArray, predicted: NDArray, force: NDArray, on_state: NDArray, on_force: NDArray,
     gain: NDArray, root: NDArray, z: NDArray, innovation: NDArray, normalised: NDArray,
 ) -> None:  # fmt: skip

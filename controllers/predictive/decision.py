@@ -87,12 +87,8 @@ def decide_by_motion(
     pending = array2(memory, PENDING)
     for c in range(n_channels):
         before[c] = plan[0, c]
-        if begun:
-            for k in range(n_late):
-                pending[k, c] = pending[k + 1, c] if k < n_late - 1 else before[c]
-            for k in range(n_steps - 1):
-                plan[k, c] = plan[k + 1, c]
-
+    if begun:
+        move_on(n_late, plan, pending)
     follow_motion(t, current, settings, memory, plant, state_rates)
     if numbers[LEARNS] == 1.0:
         learn_force_scale(accelerations, current, settings, memory, plant, device_side)
@@ -103,22 +99,7 @@ def decide_by_motion(
             for c in range(n_channels):
                 plan[k, c] = coils[c, 2]
 
-    # the measurement is delayed: predict the state at the decision
-    z_then, s_then = array1(memory, Z_THEN), array2(memory, STATES_THEN)
-    values = work[0]
-    if n_late > 0:
-        predict(
-            n_late, z_then, s_then, current, pending, array1(settings, NO_BLOCK), path,
-            int(numbers[PRESENT]), plant, work, results_at(memory, FREE_RESULTS), device_side,
-        )  # fmt: skip
-    for m in range(len(z)):
-        z[m] = values[0][m] if n_late > 0 else z_then[m]
-    for e in range(s.shape[0]):
-        for q in range(s.shape[1]):
-            s[e, q] = values[2][e, q] if n_late > 0 else s_then[e, q]
-    for c in range(n_channels):
-        i[c] = values[4][c] if n_late > 0 else current[c]
-
+    state_at_decision(current, settings, memory, plant, work, device_side)
     outputs_now(z, s, i, plant, work, y, device_side)
     follow_peaks(y, n_d, n_a, past, peaks)
     slow = state[SLOW] == 1.0
@@ -139,16 +120,57 @@ def decide_by_motion(
                 for c in range(n_channels):
                     trial[k, c] = plan[k, c]
             break
-    # violations of a bound by the solver, 1e-6 at most, do not reach a coil
+    keep_within_coils(numbers[STEP], coils, lowest, i, before, trial, plan)
     for c in range(n_channels):
-        lag = coils[c, 0]
-        start = i[c] if lag > 0.0 else before[c]
-        reach = largest_gap(lag, coils[c, 1], numbers[STEP])
-        trial[0, c] = min(max(trial[0, c], start - reach), start + reach)
-        for k in range(n_steps):
-            plan[k, c] = min(max(trial[k, c], lowest[0, c]), coils[c, 3])
         command[c] = plan[0, c]
     state[BEGUN] = 1.0
+
+
+def move_on(n_late: int, plan: NDArray, pending: NDArray) -> None:
+    """Move the plan by one decision; its first command is the last of those on their way."""
+    for c in range(plan.shape[1]):
+        for k in range(n_late):
+            pending[k, c] = pending[k + 1, c] if k < n_late - 1 else plan[0, c]
+        for k in range(plan.shape[0] - 1):
+            plan[k, c] = plan[k + 1, c]
+
+
+def state_at_decision(
+    current: NDArray, settings: NDArray, memory: NDArray, plant: tuple, work: tuple,
+    device_side: Callable,
+) -> None:  # fmt: skip
+    """Predict the state at the decision from the measured one, which is delayed."""
+    numbers, n_late = array1(settings, NUMBERS), int(array1(settings, NUMBERS)[N_LATE])
+    z, s, i = array1(memory, Z_NOW), array2(memory, STATES_NOW), array1(memory, CURRENT_NOW)
+    z_then, s_then = array1(memory, Z_THEN), array2(memory, STATES_THEN)
+    values = work[0]
+    if n_late > 0:
+        predict(
+            n_late, z_then, s_then, current, array2(memory, PENDING), array1(settings, NO_BLOCK),
+            array2(memory, PATH), int(numbers[PRESENT]), plant, work,
+            results_at(memory, FREE_RESULTS), device_side,
+        )  # fmt: skip
+    for m in range(len(z)):
+        z[m] = values[0][m] if n_late > 0 else z_then[m]
+    for e in range(s.shape[0]):
+        for q in range(s.shape[1]):
+            s[e, q] = values[2][e, q] if n_late > 0 else s_then[e, q]
+    for c in range(len(i)):
+        i[c] = values[4][c] if n_late > 0 else current[c]
+
+
+def keep_within_coils(
+    step: float, coils: NDArray, lowest: NDArray, i: NDArray, before: NDArray, trial: NDArray,
+    plan: NDArray,
+) -> None:  # fmt: skip
+    """Plan without the violations of a bound by the solver, 1e-6 at most: none reaches a coil."""
+    for c in range(plan.shape[1]):
+        lag = coils[c, 0]
+        start = i[c] if lag > 0.0 else before[c]
+        reach = largest_gap(lag, coils[c, 1], step)
+        trial[0, c] = min(max(trial[0, c], start - reach), start + reach)
+        for k in range(plan.shape[0]):
+            plan[k, c] = min(max(trial[k, c], lowest[0, c]), coils[c, 3])
 
 
 def follow_motion(
