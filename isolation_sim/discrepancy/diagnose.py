@@ -69,12 +69,6 @@ def diagnose(
     device = read_parameters(law, parameters) if isinstance(law, Law) else None
     if not isinstance(data, Campaign | LoopTable):
         data = read_loop_table(data) if kind_of(data) == "loops" else read_campaign(data)
-    wrong: list[str] = []
-    if isinstance(data, Campaign):
-        data, wrong = repaired(data)
-        refuse_swapped(data.runs)
-        data, thinned = thin_runs(data)
-        wrong += thinned
     report = progress or (lambda text: None)
     if isinstance(data, LoopTable):
         if not isinstance(law, Law):
@@ -91,11 +85,19 @@ def diagnose(
     from .adapters.device_tests import DeviceTests
     from .device.first_use import effects_to_compile
 
+    data, repairs = repaired(data)
+    refuse_swapped(data.runs)
+    data, thinned = thin_runs(data)
+
     def uncompiled() -> list[Task[None]]:
         return [*(laws_to_compile() if law == AUTO else ()), *effects_to_compile()]
 
     with workers(threads) as pool, run_beside(uncompiled):
         runs = hold_out_some(measured_runs(data.runs), data.runs)
+        tests = partial(
+            DeviceTests, data, device=device, seed=seed, pool=pool, progress=report,
+            significance=significance, data=runs, repaired=[*repairs, *thinned],
+        )  # fmt: skip
         if isinstance(law, Law):
             fitted, chosen = law, None
         else:
@@ -104,10 +106,6 @@ def diagnose(
                 advance=lambda: report("comparing laws"),
             )  # fmt: skip
             fitted = LAWS[chosen.best.law]
-        tests = partial(
-            DeviceTests, data, device=device, seed=seed, pool=pool, progress=report,
-            significance=significance, data=runs, repaired=wrong,
-        )  # fmt: skip
         problem, diagnosis = _diagnose_tests(tests, fitted, current_degree, chosen)
         explained = diagnosis.verdict in ("adequate", "explained")
         # given parameter values are not fitted
