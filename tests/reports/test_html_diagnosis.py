@@ -238,7 +238,8 @@ def test_the_report_is_operated(report, shown, until, cut_off):
     page = shown(report, width=390)
     assert cut_off(page) == []
     page.set_viewport_size({"width": 1400, "height": 900})
-    until(page, "document.querySelector('.plot[data-link=time]')._fullLayout.width > 1000")
+    until(page, "[...document.querySelectorAll('.plot')].some("
+                "(plot) => plot._fullLayout.width > 1000)")  # fmt: skip
     assert cut_off(page) == []
     page.locator(".filters select").select_option("held out")
     assert page.locator(".filters output").inner_text() == "1 of 3 rows"
@@ -251,11 +252,8 @@ def test_the_report_is_operated(report, shown, until, cut_off):
         ".filter((line) => line.meta === 'before' && line.visible === true).length"
     )
     until(page, f"{shown} === 0")
-    page.locator("[name=start]").fill("1")
-    page.locator("[name=stop]").fill("2")
-    page.keyboard.press("Enter")
-    until(page, "[...document.querySelectorAll(\".plot[data-link='time']\")].every("
-                "(plot) => plot.layout.xaxis.range[1] === 2)")  # fmt: skip
+    # the times of different runs have nothing to do with each other
+    assert page.locator(".timerange, .plot[data-link=time]").count() == 0
     listing = page.locator("details").last
     listing.locator("summary").click()
     assert listing.locator("pre").inner_text() == "law"

@@ -235,13 +235,19 @@ def _measured(diagnosis: Diagnosis, traces: Sequence[Trace]) -> Iterator[Block]:
     ))  # fmt: skip
     yield LineChoice(LOOKS, "Lines of all charts")
     yield Gallery(tuple(charts))
-    charts = _over_time(traces)
-    yield TimeRange(*charts[0].figure["layout"]["xaxis"]["range"])
+    charts = _over_time(diagnosis, traces)
+    if isinstance(diagnosis, BuildingDiagnosis):
+        yield TimeRange(*charts[0].figure["layout"]["xaxis"]["range"])
     yield from charts
 
 
-def _over_time(traces: Sequence[Trace], residual: bool = False) -> list[Chart]:
-    """The first runs over equally long times."""
+def _over_time(
+    diagnosis: Diagnosis, traces: Sequence[Trace], residual: bool = False
+) -> list[Chart]:
+    """The first runs, each over its own time; signals of one record over the same."""
+    if not isinstance(diagnosis, BuildingDiagnosis):
+        panels = histories(groups_in_turn(traces)[:_HISTORIES], residual)
+        return [panel_chart(panel, height=215, linked=False) for panel in panels]
     worst = worst_first(traces)[0]
     # of a record in two parts, those of the same part
     same = [
@@ -271,7 +277,7 @@ def _where(diagnosis: Diagnosis, traces: Sequence[Trace]) -> Iterator[Block]:
             ids=names, height=90 + 20 * len(names), margin={"l": 20},
         )  # fmt: skip
         yield _runs_table(traces)
-        yield from _over_time(traces, residual=True)
+        yield from _over_time(diagnosis, traces, residual=True)
     for step in diagnosis.steps:
         if step.title == _DEPENDENCE:
             yield from step_blocks(step)

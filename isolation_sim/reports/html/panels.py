@@ -18,9 +18,9 @@ _LOGARITHMIC = {"type": "log", "dtick": "D2", "tickformat": "~g"}
 
 def panel_chart(
     panel: Panel, summary: str = "", *, looks: Mapping[str, Look] | None = None,
-    ids: Sequence[str] = (), most: int = 4000, height: int = 230, **axes: Any,
+    ids: Sequence[str] = (), most: int = 4000, height: int = 230, linked: bool = True, **axes: Any,
 ) -> Chart:  # fmt: skip
-    """Draw a panel; charts over time zoom together."""
+    """Draw a panel; charts over time that are linked zoom together."""
     # ``ids``: rows of the page's filtered table at the points; ``most``: largest number of points
     # of a line over time; ``axes``: keys of plotly's layout
     is_history = panel.x == OVER_TIME
@@ -69,5 +69,5 @@ def panel_chart(
     return Chart(
         f"{panel.title}: {panel.note}" if panel.note else panel.title,
         {"data": traces, "layout": axes_layout}, summary or peaks(values, panel.unit),
-        "time" if is_history else "", height,
+        "time" if is_history and linked else "", height,
     )  # fmt: skip
