@@ -195,7 +195,10 @@ class TestPlan(Printed):
 def missing_conditions(
     runs: Sequence[TestRun],
 ) -> tuple[tuple[PlannedTest, ...], tuple[str, ...]]:
-    """Combinations of tested amplitudes, frequencies and currents without a test; notes."""
+    """Combinations of tested amplitudes, frequencies and currents without a test; notes.
+
+    The first lie farthest from what was tested.
+    """
     largest = max(float(np.max(np.abs(run.current))) for run in runs)
     sinusoids = [
         (run, *one) for run in runs
@@ -236,7 +239,30 @@ def missing_conditions(
                 amplitude, frequency, (float(current),), cycles / frequency, rate,
                 "this combination was not tested",
             ))  # fmt: skip
-    return tuple(tests), notes
+    untested = np.array([(t.amplitude, t.frequency, t.currents[0]) for t in tests])
+    order = _farthest_first(np.column_stack([amplitudes, frequencies, currents]), untested)
+    return tuple(tests[k] for k in order), notes
+
+
+def _farthest_first(tested: NDArray, untested: NDArray) -> list[int]:
+    """Order of untested conditions: each lies farthest from the tests and from those before it.
+
+    ``tested``, ``untested``: amplitude, frequency and current, (n, 3). Distances are over the range
+    of each, of amplitude and frequency by their logarithms.
+    """
+    if not len(untested):
+        return []
+    both = np.vstack([tested, untested])
+    both[:, :2] = np.log(both[:, :2])
+    both /= np.maximum(np.ptp(both, axis=0), 1e-9)
+    done, left = both[: len(tested)], both[len(tested) :]
+    nearest = np.min(np.linalg.norm(left[:, np.newaxis] - done, axis=2), axis=1)
+    order = []
+    for _ in range(len(left)):
+        order.append(int(np.argmax(nearest)))
+        nearest = np.minimum(nearest, np.linalg.norm(left - left[order[-1]], axis=1))
+        nearest[order] = -1.0
+    return order
 
 
 def _sinusoid(run: TestRun) -> tuple[float, float] | None:

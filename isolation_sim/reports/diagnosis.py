@@ -348,15 +348,15 @@ _TEST_HEADINGS = (
 )
 
 
-def plan_table(plan: TestPlan) -> TextTable:
-    """Tests of a plan."""
+def plan_table(plan: TestPlan, most: int | None = None) -> TextTable:
+    """Tests of a plan, or the first of them."""
     rows = []
     for k, (test, row) in enumerate(zip(plan.matrix, plan.to_records(), strict=True), 1):
         numbers = (f"{row[key]:g}" for key in ("amplitude_mm", "frequency_Hz", "cycles"))
         rows.append(
             (str(k), *numbers, _current_text(test), f"{row['sample_rate_Hz']:g}", _why_text(test))
         )
-    return TextTable(f"Next tests for {plan.name}: sinusoids", _TEST_HEADINGS, rows)
+    return TextTable(f"Next tests for {plan.name}: sinusoids", _TEST_HEADINGS, rows[:most])
 
 
 def _current_text(test: PlannedTest) -> str:

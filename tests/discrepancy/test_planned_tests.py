@@ -58,6 +58,19 @@ def test_nothing_faster_than_the_tests_is_proposed():
     assert len(result) == 4 and all(one.amplitude * one.frequency <= 0.019 for one in result)
 
 
+def test_the_condition_farthest_from_the_tests_comes_first():
+    amplitudes, frequencies = 2e-3 * 1.5 ** np.arange(5), 0.2 * 1.2 ** np.arange(5)
+    lacks = {(0, 2), (3, 0), (4, 0), (4, 1)}
+    runs = [
+        sinusoid(a, f, 0.0)
+        for k, a in enumerate(amplitudes) for n, f in enumerate(frequencies) if (k, n) not in lacks
+    ]  # fmt: skip
+    tests, _ = missing_conditions(runs)
+    assert len(tests) == 4
+    assert tests[0].amplitude == pytest.approx(amplitudes[4], rel=0.02)
+    assert tests[0].frequency == pytest.approx(frequencies[0], rel=0.02)
+
+
 def test_what_is_no_grid_is_said():
     one = [sinusoid(a, 1.0, i) for a in (2e-3, 4e-3) for i in (0.0, 1.0)]
     assert missing_conditions(one)[1] == (

@@ -453,7 +453,7 @@ class DeviceTests(Problem[FittedModel]):
     def model_text(self, evaluation: Evaluation) -> Text:
         """Error of the law and features of its residual."""
         law, space, errors = self.law, self.space, evaluation.before
-        cost = law.cost / len(law.residual)
+        times = law.cost / len(law.residual) * len(space.noise) / space.noise_cost
         memory = correlation_time(law.residual, np.array([0, len(law.residual)]))
         how = "fitted to the data" if self.prescribed is None else "as given"
         held_out = f", {100 * errors.held_out:.2f} % on those held out"
@@ -461,7 +461,7 @@ class DeviceTests(Problem[FittedModel]):
             f"{self.model_name}, {how}: error {100 * errors.fit:.2f} % on the fitted runs"
             f"{held_out if errors.held_out > 0 else ''}; noise alone leaves "
             f"{100 * evaluation.noise.fit:.2f} %. Fitted as well as it can be, its squared "
-            f"residual is {cost * len(space.noise) / space.noise_cost:.3g} times that of noise, "
+            f"residual is {float(f'{times:.3g}'):g} times that of noise, "
             f"and a residual resembles its neighbours over {memory:.0f} samples."
         )
         if self.has_slow_noise:
@@ -482,18 +482,21 @@ class DeviceTests(Problem[FittedModel]):
         return Text(text)
 
     def trials_text(self, tried: Round[FittedModel]) -> Text:
-        """Squared residual that each effect leaves above the noise."""
-        noise, n = self.space.noise_cost, len(self.space.noise)
+        """Share of the squared residual above noise that each effect leaves."""
+        noise = self.space.noise_cost
+        before = max(tried.base.cost - noise, 1e-300)
+        taken = "none" if tried.taken is None else tried.taken.effects[-1].title
         return Text(
-            f"{len(self.space.effects)} variants of effects were screened, and the best "
-            "fitted together with the law. The table shows the squared residual above the noise, "
-            "relative to that of the noise:",
-            ("effect", "form", "left"),
+            f"{len(self.space.effects)} variants of effects were screened, and the best fitted "
+            "together with the law. The table shows the share of the squared residual above the "
+            f"noise that each leaves. Taken: {taken}.",
+            ("effect", "form", "left, %"),
             tuple(
-                (one.effects[-1].title, one.effects[-1].form, f"{(one.cost - noise) / n:+.4f}")
+                (one.effects[-1].title, one.effects[-1].form,
+                 f"{100 * (one.cost - noise) / before:.3g}")
                 for one in tried.tried
             ),
-        )
+        )  # fmt: skip
 
     def outcome_text(
         self, result: SearchResult[FittedModel], evaluation: Evaluation, causes: Sequence[Cause]

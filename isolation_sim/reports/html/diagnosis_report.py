@@ -86,7 +86,7 @@ if TYPE_CHECKING:
     from ...laws.law import Law
 
 _DEPENDENCE = "Dependence of the residual"
-_HISTORIES = 3
+_HISTORIES, _PLANNED = 3, 12
 _LAW_FILE = "extended_law.py"
 _FUNCTIONS = ("motion", "current", "factor", "force", "rates")
 
@@ -171,7 +171,10 @@ def _next_tests(diagnosis: Diagnosis) -> Iterator[Block]:
         yield Prose((diagnosis.next_test,))
     plan = diagnosis.test_plan
     if plan is not None and plan.tests:
-        yield Table.of(plan_table(plan))
+        yield Table.of(plan_table(plan, _PLANNED))
+        further = len(plan.matrix) - _PLANNED
+        if further > 0:
+            yield Prose((f"isolation-sim plan-tests lists {further} more.",))
     if plan is not None and plan.notes:
         yield Prose(plan.notes)
 
