@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from ..chart import OVER_TIME, Panel
 from ..style import BAND, Look
 from .charts import choose_samples, layout, line, numbers, over, peaks
@@ -12,6 +14,8 @@ from .page import Chart
 
 _LABEL = 20
 """Height of a row's name, px."""
+_ROOM = 0.03
+"""Share of a loop's width that is left free beside it."""
 _LOGARITHMIC = {"type": "log", "dtick": "D2", "tickformat": "~g"}
 """Plotly keys of an axis."""
 
@@ -45,6 +49,12 @@ def panel_chart(
                            for f, k in ((min, 0), (max, -1))]  # fmt: skip
     elif panel.reach is not None:
         across["range"] = [0.0, panel.reach]
+    elif panel.lines:
+        # plotly leaves no room beside lines: the ends of loops would lie on the edge
+        all_x = np.concatenate([np.ravel(x) for x, _ in panel.lines.values()])
+        low, high = float(np.nanmin(all_x)), float(np.nanmax(all_x))
+        if low < 0 < high:
+            across["range"] = [low - _ROOM * (high - low), high + _ROOM * (high - low)]
     up: dict[str, Any] = dict(_LOGARITHMIC) if panel.log_y else {}
     if panel.limits is not None:
         up["range"] = list(panel.limits)
