@@ -19,13 +19,6 @@ if TYPE_CHECKING:
     from ..discrepancy.tiers.result import Ladder
 
 
-AGAIN = "named again, %"
-CAUSE_HEADINGS = (
-    "cause", "place", "form", "share, %", "p", AGAIN, "parameter", "value (95 %)",
-    "unit",
-)  # fmt: skip
-"""Named again: share of the repeated fits (one condition left out; runs resampled) with a cause."""
-_OPTIONAL = {"place", "form", AGAIN}
 _PLACES = {"storey", "floor"}
 """Numbers of a cause that only repeat its place."""
 _NOTES = 5
@@ -46,12 +39,11 @@ def shown(diagnosis: Diagnosis) -> Iterator[Any]:
     of_causes = diagnosis.ladder is None or diagnosis.ladder.offered == "causes"
     if isinstance(diagnosis, BuildingDiagnosis) and diagnosis.verdict != "adequate" and of_causes:
         yield from channels_table(diagnosis)
-    if diagnosis.causes:
-        yield causes_table(diagnosis)
-        for cause in diagnosis.causes:
-            yield f"{cause.placed}: {cause_text(cause)}"
-            if cause.confusable_with:
-                yield f"  hard to distinguish from {', '.join(cause.confusable_with)}"
+    yield from causes_tables(diagnosis)
+    for cause in diagnosis.causes:
+        yield f"{cause.placed}: {cause_text(cause)}"
+        if cause.confusable_with:
+            yield f"  hard to distinguish from {', '.join(cause.confusable_with)}"
     if diagnosis.ladder is not None:
         yield ladder_table(diagnosis.ladder, diagnosis.noise)
         yield from equation_table(diagnosis.ladder)
@@ -188,42 +180,43 @@ def ladder_text(ladder: Ladder) -> list[str]:
     return [*lines, *ladder.notes]
 
 
-def causes_table(diagnosis: Diagnosis) -> TextTable:
-    """Causes with their numbers, for the terminal."""
-    headings, rows = cause_cells(diagnosis)
-    # cause, place and parameter together identify a row, so they are adjacent columns
-    first = [name for name in ("cause", "place", "parameter") if name in headings]
-    order = list(dict.fromkeys([*first, "value (95 %)", "unit", *headings]))
-    ordered = [
-        [row[headings.index(name)].replace(", at", "\nat") for name in order] for row in rows
-    ]
-    return TextTable("Causes", order, ordered, keys=len(first))
-
-
-def cause_cells(diagnosis: Diagnosis) -> tuple[list[str], list[list[str]]]:
-    """Headings and rows of the causes, without optional columns that are empty."""
-    rows = [row for cause in diagnosis.causes for row in cause_rows(cause)]
-    columns = [
-        k
-        for k, heading in enumerate(CAUSE_HEADINGS)
-        if heading not in _OPTIONAL or any(row[k] for row in rows)
-    ]
-    return [CAUSE_HEADINGS[k] for k in columns], [[row[k] for k in columns] for row in rows]
-
-
-def cause_rows(cause: Cause) -> list[list[str]]:
-    """A cause's cells under ``CAUSE_HEADINGS``, one row per parameter."""
-    first = [
-        cause.label, cause.place, cause.form, f"{100 * cause.share:.0f}", _chance(cause.p_value),
-        ", ".join(_stability(cause).values()),
-    ]  # fmt: skip
-    rows: list[list[str]] = []
-    for name, one in cause.parameters.items():
-        if cause.place and name in _PLACES:
-            continue
-        value = f"{one}{', at its bound' if one.at_bound else ''}"
-        rows.append([*(first if not rows else [""] * len(first)), name, value, one.unit])
-    return rows or [[*first, "", "", ""]]
+def causes_tables(diagnosis: Diagnosis) -> Iterator[TextTable]:
+    """Causes by their share of the misfit, and their numbers; none without causes."""
+    causes = diagnosis.causes
+    columns = {
+        "cause": [cause.label for cause in causes],
+        "place": [cause.place for cause in causes],
+        "form": [cause.form for cause in causes],
+        "share of the misfit, %": [f"{100 * cause.share:.0f}" for cause in causes],
+        "p": [_chance(cause.p_value) for cause in causes],
+        "named again, %": [", ".join(_stability(cause).values()) for cause in causes],
+    }
+    columns = {heading: cells for heading, cells in columns.items() if any(cells)}
+    if causes:
+        again = (
+            " Named again: share of the fits without the runs of one condition, and of the fits to "
+            "resampled runs, that name it."
+        ) * ("named again, %" in columns)
+        yield TextTable(
+            "Causes", list(columns), list(zip(*columns.values(), strict=True)),
+            caption=f"p: probability of such an improvement without the cause.{again}",
+        )  # fmt: skip
+    several = len({cause.label for cause in causes}) < len(causes)
+    rows, last = [], ""
+    for cause in causes:
+        for name, one in cause.parameters.items():
+            if cause.place and name in _PLACES:
+                continue
+            label = cause.placed if several else cause.label
+            note = "at its bound" * one.at_bound
+            rows.append((label if label != last else "", name, str(one), one.unit, note))
+            last = label
+    n = 5 if any(row[4] for row in rows) else 4
+    if rows:
+        headings = ("cause", "parameter", "value (95 %)", "unit", "note")
+        yield TextTable(
+            "Numbers of the causes", headings[:n], [row[:n] for row in rows], keys=2
+        )  # fmt: skip
 
 
 _STABILITY = {
@@ -259,9 +252,8 @@ def markdown(diagnosis: Diagnosis) -> str:
         f"**{diagnosis.verdict.replace('_', ' ').capitalize()}.** {diagnosis.meaning}",
         *remarks(diagnosis),
     ]
-    if diagnosis.causes:
-        parts.append(_grid(*cause_cells(diagnosis)))
-        parts += [f"- **{cause.placed}**: {cause_text(cause)}" for cause in diagnosis.causes]
+    parts += [_grid(table.headings, table.rows) for table in causes_tables(diagnosis)]
+    parts += [f"- **{cause.placed}**: {cause_text(cause)}" for cause in diagnosis.causes]
     if diagnosis.ladder is not None:
         ladder = ladder_table(diagnosis.ladder, diagnosis.noise)
         parts += ["## Tiers", _grid(ladder.headings, ladder.rows)]

@@ -5,7 +5,7 @@ import pytest
 
 from isolation_sim.discrepancy.diagnosis import Cause, Diagnosis, Errors, Interval
 from isolation_sim.discrepancy.interval import percent
-from isolation_sim.reports.diagnosis import causes_table, shown
+from isolation_sim.reports.diagnosis import causes_tables, shown
 from isolation_sim.reports.tables import (
     TextTable,
     as_text,
@@ -59,7 +59,8 @@ def test_intervals_of_causes_stay_whole():
         "tests", "law", "explained", 0.0, nothing, nothing, causes, 0.0, (), None, ()
     )
     for width in (80, 100):
-        text = as_text(causes_table(diagnosis), width)
+        causes, values = (as_text(table, width) for table in causes_tables(diagnosis))
+        text = causes + values
         assert max(map(len, text.splitlines())) <= width
         assert text.count("20.02 (19.9 to 20.1)") == 2
         assert text.count("0.001021 (0.000983 to 0.00106)") == 2
@@ -84,10 +85,25 @@ def test_a_cause_in_a_sensor_shows_its_channel_and_empty_columns_are_left_out():
     gain = {"gain": Interval(1.15, 1.14, 1.16, "1")}
     cause = Cause("sensor_gain", 0.9, 1e-12, gain, "It.", place=place)
     diagnosis = Diagnosis("a", "b", "explained", 0.0, nothing, nothing, (cause,), 0.0, (), None, ())
-    assert causes_table(diagnosis).headings == (
-        ["cause", "place", "parameter", "value (95 %)", "unit", "share, %", "p"]
-    )
-    assert causes_table(diagnosis).rows[0][1] == place == diagnosis.to_dict()["causes"][0]["place"]
+    causes, values = causes_tables(diagnosis)
+    assert causes.headings == ["cause", "place", "share of the misfit, %", "p"]
+    assert causes.rows[0][1] == place == diagnosis.to_dict()["causes"][0]["place"]
+    assert values.rows == [("sensor_gain", "gain", "1.15 (1.14 to 1.16)", "1")]
+
+
+def test_equal_causes_at_two_places_keep_their_numbers_apart():
+    nothing, places = Errors(np.nan, np.nan), ("storey1", "storey2")
+    loss = {"loss": Interval(0.2, 0.19, 0.21, "1")}
+    causes = tuple(Cause("storey_stiffness", 0.4, 0.0, loss, "It.", place=one) for one in places)
+    diagnosis = Diagnosis("a", "b", "explained", 0.0, nothing, nothing, causes, 0.0, (), None, ())
+    _, values = causes_tables(diagnosis)
+    assert [row[0] for row in values.rows] == [f"storey_stiffness ({one})" for one in places]
+
+
+def test_evidence_for_a_cause_names_its_place():
+    nothing, place = Errors(np.nan, np.nan), "floor3_acceleration_m_s2"
+    cause = Cause("sensor_gain", 0.9, 1e-12, {}, "It.", place=place)
+    diagnosis = Diagnosis("a", "b", "explained", 0.0, nothing, nothing, (cause,), 0.0, (), None, ())
     assert f"sensor_gain ({place}): It." in list(shown(diagnosis))
 
 

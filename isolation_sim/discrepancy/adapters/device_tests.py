@@ -485,14 +485,13 @@ class DeviceTests(Problem[FittedModel]):
         """Share of the squared residual above noise that each effect leaves."""
         noise = self.space.noise_cost
         before = max(tried.base.cost - noise, 1e-300)
-        taken = "none" if tried.taken is None else tried.taken.effects[-1].title
         return Text(
             f"{len(self.space.effects)} variants of effects were screened, and the best fitted "
             "together with the law. The table shows the share of the squared residual above the "
-            f"noise that each leaves. Taken: {taken}.",
+            "noise that each leaves:",
             ("effect", "form", "left, %"),
             tuple(
-                (one.effects[-1].title, one.effects[-1].form,
+                (one.effects[-1].title + " (taken)" * (one is tried.taken), one.effects[-1].form,
                  f"{100 * (one.cost - noise) / before:.3g}")
                 for one in tried.tried
             ),

@@ -31,11 +31,10 @@ from ...io.files import write_text
 from ...io.results_folder import files_into, write_contents
 from ...written_names import capital
 from ..diagnosis import (
-    AGAIN,
     RUNGS,
     better_law,
-    cause_cells,
     cause_text,
+    causes_tables,
     consequence_note,
     consequence_table,
     consequence_text,
@@ -318,22 +317,8 @@ def _steps(diagnosis: Diagnosis) -> Iterator[Block]:
 def _causes(diagnosis: Diagnosis) -> Iterator[Block]:
     if not diagnosis.causes:
         return
-    headings, rows = cause_cells(diagnosis)
-    again = (
-        " Named again: share of the fits without the runs of one condition, and of the fits to "
-        "resampled runs, that name it."
-    )
-    yield Table(
-        caption="Causes by their share of the misfit, with 95 % intervals of their parameters",
-        headings=tuple(
-            "Share of the misfit, %" if name == "share, %" else name if name == "p"
-            else capital(name)
-            for name in headings
-        ),
-        rows=text_rows(rows),
-        note="p: probability of such an improvement without the cause."
-        + again * (AGAIN in headings),
-    )  # fmt: skip
+    for table in causes_tables(diagnosis):
+        yield Table.of(table)
     yield Facts({cause.placed: cause_text(cause) for cause in diagnosis.causes})
     rivals = tuple(
         f"These data cannot distinguish {cause.name} from {', '.join(cause.confusable_with)}."

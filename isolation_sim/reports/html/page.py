@@ -106,7 +106,7 @@ class Table:
     @classmethod
     def of(cls, table: TextTable, caption: str = "", **more: Any) -> Table:
         """A table of the terminal, with capitals at the start of its headings."""
-        headings = tuple(map(capital, table.headings))
+        headings = tuple(one if len(one) == 1 else capital(one) for one in table.headings)
         return cls(caption or table.title, headings, text_rows(table.rows),
                    **{"note": table.caption, **more})  # fmt: skip
 

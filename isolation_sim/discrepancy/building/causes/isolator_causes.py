@@ -320,7 +320,9 @@ def _effect(
     starts = tuple(
         tuple(max(v, p.lower) for v, p in zip(start, parameters, strict=True)) for start in starts
     )
-    says = ", ".join(f"{q.name} {{{q.name}:.3g}} {q.unit}" for q in parameters)
+    says = ", ".join(
+        f"{q.name} {{{q.name}:.3g}}" + f" {q.unit}" * (q.unit != "1") for q in parameters
+    )
     return Candidate(
         name, "", parameters, starts, apply,
         f"{in_sentence(effect.title)} in the isolation layer ({says})", form=form or effect.form,
