@@ -297,7 +297,7 @@ def consequence_note(consequence: Consequence) -> str:
     return (
         f"Old: building and controllers use the {old}. New: the building uses the {new}, the "
         f"controllers the old one. New design: both use the {new}. J: sum of the two peaks, each "
-        "over its value with the coils off. Rank: by J."
+        "over its value with the coils off." + " Rank: by J." * (len(consequence.performance) > 1)
     )
 
 
@@ -314,9 +314,10 @@ def consequence_table(consequence: Consequence) -> TextTable:
         row += [_number(one, "J") for one in (predicted, actual, redesigned)]
         row += [str(one.rank) if one else "-" for one in (predicted, actual, redesigned)]
         rows.append(row)
-    return TextTable(
-        f"Consequence of the {consequence.subject}'s error for control", _CONSEQUENCE_HEADINGS, rows
-    )
+    title, n = f"Consequence of the {consequence.subject}'s error for control", len(rows[0])
+    if len(rows) == 1:
+        n -= 3  # one controller has no rank
+    return TextTable(title, _CONSEQUENCE_HEADINGS[:n], [row[:n] for row in rows])
 
 
 def _number(one: Performance | None, key: str) -> str:
