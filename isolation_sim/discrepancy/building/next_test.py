@@ -29,8 +29,8 @@ def next_test(
         if np.isfinite(size) and size > most:
             best, most = test, size
     return (
-        f"{best}: there {label} and {rival.causes[-1]} differ by {np.sqrt(most):.1f} times the "
-        "noise"
+        f"To distinguish {label} from {rival.causes[-1]}: {best}; their predictions differ there "
+        f"by {np.sqrt(most):.3g} times the noise (RMS)."
     )
 
 
@@ -38,7 +38,7 @@ def _tests(
     record: BuildingRecord, comparison: BuildingComparison
 ) -> Iterator[tuple[str, BuildingRecord]]:
     for factor in (0.5, 1.0, 1.5, 2.0):
-        label = f"the same ground motion times {factor:g}" if factor != 1 else "the same once more"
+        label = f"the same ground motion times {factor:g}" if factor != 1 else "the same ground motion once more"
         yield (
             label,
             replace(record, ground=tuple(motion.scaled(factor) for motion in record.ground)),
