@@ -38,7 +38,11 @@ def _tests(
     record: BuildingRecord, comparison: BuildingComparison
 ) -> Iterator[tuple[str, BuildingRecord]]:
     for factor in (0.5, 1.0, 1.5, 2.0):
-        label = f"the same ground motion times {factor:g}" if factor != 1 else "the same ground motion once more"
+        label = (
+            f"the same ground motion times {factor:g}"
+            if factor != 1
+            else "the same ground motion once more"
+        )
         yield (
             label,
             replace(record, ground=tuple(motion.scaled(factor) for motion in record.ground)),

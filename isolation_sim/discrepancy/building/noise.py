@@ -9,7 +9,7 @@ the building's modes; it is simulated.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations, pairwise
@@ -173,7 +173,6 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
         [k for k, one in enumerate(record.sensors) if one.axis == axis and not one.is_displacement]
         for axis in record.axes
     ]
-
     most_colour = MOST_COLOUR * _fall(residual, dt, band, displacements)
 
     def colour_of(noise: NDArray) -> Colour:
@@ -204,19 +203,7 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     shaken, switched = (
         np.einsum("ed,dnc->enc", mixing, one) for one in (share * draws, by_current)
     )
-    own = np.empty_like(shaken)
-    for k in range(len(own)):
-        white = np.random.default_rng(k).standard_normal(own[k].shape)
-        own[k] = _coloured(white, dt, colour)
-        own[k] *= sensors / white_noise(own[k], dt, band, 0.5)
-        # from this example the colour would have been estimated differently
-        guess = colour_of(own[k] - shaken[k] - switched[k])
-        likely = colour.corners / np.clip(
-            guess.corners / np.maximum(colour.corners, 1e-9), 0.5, 2.0
-        )
-        own[k] = _coloured(
-            own[k], dt, colour._replace(factors=colour.factors / guess.factors, corners=likely)
-        )
+    own = _sensor_examples(shaken + switched, sensors, colour, dt, band, colour_of)
     # and so would the ground's noise
     guesses = np.maximum(_ground_shares(own - shaken, own_noise, felt), share / 2)
     examples = own - shaken * (share / guesses)[:, np.newaxis, np.newaxis] - switched
@@ -225,6 +212,30 @@ def noise_floor(model: BuildingModel, record: BuildingRecord) -> NoiseFloor:
     own_rms = np.sqrt(np.mean(every**2, axis=0))
     total = np.hypot(own_rms, np.sqrt(np.mean(draws**2, axis=(0, 1))))
     return NoiseFloor(sensors, colour, own_rms, ground, total, band, draws, examples)
+
+
+def _sensor_examples(
+    beside: NDArray, sensors: NDArray, colour: Colour, dt: float, band: float,
+    colour_of: Callable[[NDArray], Colour],
+) -> NDArray:  # fmt: skip
+    """Examples of the sensors' noise, of the size and colour that would be estimated from each.
+
+    ``beside``: other errors of each example, (n_examples, n_samples, n_channels).
+    """
+    own = np.empty_like(beside)
+    for k in range(len(own)):
+        white = np.random.default_rng(k).standard_normal(own[k].shape)
+        own[k] = _coloured(white, dt, colour)
+        own[k] *= sensors / white_noise(own[k], dt, band, 0.5)
+        # from this example the colour would have been estimated differently
+        guess = colour_of(own[k] - beside[k])
+        likely = colour.corners / np.clip(
+            guess.corners / np.maximum(colour.corners, 1e-9), 0.5, 2.0
+        )
+        own[k] = _coloured(
+            own[k], dt, colour._replace(factors=colour.factors / guess.factors, corners=likely)
+        )
+    return own
 
 
 def _windows(values: NDArray, dt: float, n: int | None = None) -> NDArray:
