@@ -126,6 +126,9 @@ WORSE = 1.1
 and the MR damper."""
 CONFUSABLE_GAIN = 0.1
 """Share of a cause's gain by which a rival may fall short and still be confusable. Blind."""
+FAR_OFF = 5.0
+"""Factor on the least error of a law above which no equation is looked for beside a law of the
+wrong family: it would stand in for the other law. Convention."""
 NUMBERS_WRONG = 0.02
 """Least share of the misfit that refitting must remove to blame given parameter values. Blind."""
 

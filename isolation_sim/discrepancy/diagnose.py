@@ -109,7 +109,8 @@ def diagnose(
         problem, diagnosis = _diagnose_tests(tests, fitted, current_degree, chosen)
         explained = diagnosis.verdict in ("adequate", "explained")
         # given parameter values are not fitted
-        if tiers == "causes" or (tiers == "auto" and (explained or device is not None)):
+        needless = explained or device is not None or problem.is_far_off
+        if tiers == "causes" or (tiers == "auto" and needless):
             return diagnosis
         from .tiers.device_tests import DeviceTiers
         from .tiers.ladder import climb

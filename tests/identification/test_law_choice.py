@@ -12,6 +12,7 @@ from isolation_sim.discrepancy import diagnose as diagnose_module
 from isolation_sim.discrepancy.adapters import device_tests
 from isolation_sim.discrepancy.device import observable_effects
 from isolation_sim.discrepancy.diagnose import diagnose
+from isolation_sim.discrepancy.tiers import ladder
 from isolation_sim.effects import EFFECTS
 from isolation_sim.errors import InputError
 from isolation_sim.identification import fit as fit_module
@@ -299,6 +300,21 @@ def test_a_law_whose_causes_leave_much_is_compared_with_others(damper, for_the_d
     # a cause that a wrong law asks for may stand in for the right law
     assert diagnosis.causes and all(cause.acts_like for cause in diagnosis.causes)
     assert "stand in for what another law has" in diagnosis.causes[0].reason
+
+
+@pytest.mark.parametrize(("error", "climbs"), [(0.5, False), (0.12, True)])
+def test_no_equation_is_looked_for_beside_a_law_that_is_far_off(damper, monkeypatch, error, climbs):
+    ranks = [LawRank(law, law, 2, e, e) for law, e in (("spencer", 0.03), ("kelvin_voigt", error))]
+    monkeypatch.setattr(device_tests, "choose_law", lambda *_, **__: LawChoice(tuple(ranks)))
+    monkeypatch.setattr(observable_effects, "EFFECTS", {"inertia_force": EFFECTS["inertia_force"]})
+    climbed = []
+    monkeypatch.setattr(ladder, "climb", lambda tiers, diagnosis, tier: climbed.append(tier))
+    diagnosis = diagnose(damper, "kelvin_voigt", threads=1)
+    assert climbed == ["learned"] * climbs
+    if not climbs:
+        assert (
+            "an equation is looked for on request only" in (diagnosis.details["law_choice"]["text"])
+        )
 
 
 def test_near_laws_are_listed():

@@ -30,6 +30,7 @@ from ..decisions import (
     COARSEST_STEPS,
     COMPLETES,
     FAR_BETTER,
+    FAR_OFF,
     MANY_EFFECTS,
     NOISE_EXAMPLES,
     RATE_SAMPLES,
@@ -426,7 +427,10 @@ class DeviceTests(Problem[FittedModel]):
         """The choice, and whether the nominal law is of the wrong family."""
         if not self._wrong_family:
             return choice.text
-        return f"{self.model_name} is of the wrong family for these data. {choice.text}"
+        words = f"{self.model_name} is of the wrong family for these data. {choice.text}"
+        if self.is_far_off:
+            words += " Beside such a law an equation is looked for on request only (tiers)."
+        return words
 
     def _choice_details(self, choice: LawChoice) -> dict[str, Any]:
         ranks = [
@@ -449,6 +453,14 @@ class DeviceTests(Problem[FittedModel]):
         name = self.law.model.parameterisation.law.name
         near = [one.law for one in self.choice.near]
         return name not in near and self.choice.least < self.errors.relative(self.after)
+
+    @property
+    def is_far_off(self) -> bool:
+        """Whether an equation beside the law would only stand in for another law."""
+        own = self.choice and self.choice.rank(self.law.model.parameterisation.law.name)
+        if not self.choice or not own:
+            return False
+        return self._wrong_family and own.left_out > FAR_OFF * self.choice.least
 
     def model_text(self, evaluation: Evaluation) -> Text:
         """Error of the law and features of its residual."""

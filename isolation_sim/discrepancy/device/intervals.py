@@ -98,6 +98,8 @@ def _interval(
     """One interval within the bounds; one that holds all allowed values determines none."""
     least, most = model.lower(quantity), model.upper(quantity)
     bound = at_bound(value, least, most)
+    if np.isinf(most) and high > _NO_END * max(abs(value), least):
+        high = np.inf
     # an effect's size is compared with zero, its lower bound
     if low <= least and high >= most and not is_size:
         return Interval(value, -np.inf, np.inf, quantity.unit, bound)
@@ -110,6 +112,8 @@ def _starts_of_fitted(final: FittedModel) -> NDArray:
     return np.concatenate([[0], np.cumsum([c for c in counts if c])])
 
 
+_NO_END = 1e9
+"""An upper end so many times the value is none."""
 _STEPS = 6
 """Steps in which the other values follow."""
 
