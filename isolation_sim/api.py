@@ -435,7 +435,10 @@ def evaluate(law: Device | str | Path, campaign: Campaign | str | Path) -> LawEv
     from .scenario import Scenario
 
     if not isinstance(law, Device):
-        section = Scenario.read(law_file(law)).isolator
+        if not (file := law_file(law)).is_file():
+            expected = "the file of a law, as fit --out and diagnose write it"
+            raise InputError(f"{file}: no such file; expected: {expected}")
+        section = Scenario.read(file).isolator
         changes: dict[str, Any] = {"length_scale": 1.0, "force_scale": 1.0, "count": 1.0}
         # the measured force contains what the instruments add
         changes["effect"] = [*(section.effect or ()), *(section.instrument or ())]

@@ -9,6 +9,7 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
+from ground_motions.registry import is_place
 from isolation_sim.cli.common_options import (
     AsJson,
     Out,
@@ -19,6 +20,7 @@ from isolation_sim.cli.common_options import (
     print_results,
     progress,
 )
+from isolation_sim.errors import check_name
 from isolation_sim.io.files import json_text
 from isolation_sim.registry import STUDIES
 
@@ -35,7 +37,10 @@ class _Studies(TyperGroup):
         return [*super().list_commands(ctx), *STUDIES]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        return super().get_command(ctx, cmd_name) or get_command(_run(cmd_name))
+        found = super().get_command(ctx, cmd_name)
+        if found is None and not is_place(cmd_name):
+            check_name("study", cmd_name, self.list_commands(ctx))
+        return found or get_command(_run(cmd_name))
 
 
 app = typer.Typer(

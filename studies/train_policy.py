@@ -11,10 +11,12 @@ used.
 from __future__ import annotations
 
 import argparse
+import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,6 +26,8 @@ from controllers.clipped_lqr import linear_model
 from controllers.predictive import policy_kernel as at
 from controllers.trained_policy import LAYERS, WEIGHTS
 from ground_motions import mavroeidis_papageorgiou_pulse, motion_mixture
+from ground_motions.checks import positive, within
+from isolation_sim.errors import InputError, not_installed
 from isolation_sim.structures import reference_building, reference_isolators
 
 if TYPE_CHECKING:
@@ -565,25 +569,60 @@ def train(
             yield step, float(np.mean(differences)), optimiser.result(step)
 
 
-def main() -> None:
-    """Train by the command line's arguments."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--out", type=Path, required=True, help="file to write")
-    parser.add_argument("--begin", type=Path, help=f"file of weights to begin with, as {WEIGHTS}")
-    parser.add_argument("--motions", type=int, default=16384)
-    parser.add_argument("--steps", type=int, default=6000, help="about 0.5 s each on one processor")
-    parser.add_argument("--rate", type=float, default=4e-3)
-    parser.add_argument("--harm", type=float, default=0.3, help="additional weight of a loss")
-    parser.add_argument(
-        "--degraded", type=float, default=0.4, help="share of motions with noise, delay and error"
-    )
-    parser.add_argument("--preview", type=float, default=0.0, help="in steps of 0.08 s")
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
-    network = new_network(options.seed, round(options.preview / (at.AHEAD * DECISION)))
-    if options.begin:
+def beginning(options: argparse.Namespace) -> dict[str, NDArray]:
+    """Network to begin with; what cannot be used is refused before the long work."""
+    if find_spec("jax") is None:
+        raise not_installed("the training", "jax", "train")
+    out: Path = options.out
+    if out.suffix != ".npz" or out.exists() or not os.access(out.parent, os.W_OK):
+        raise InputError("--out", str(out), "a new file .npz in a folder that can be written to")
+    for name, least in (("motions", 1), ("steps", 1), ("seed", 0)):
+        if getattr(options, name) < least:
+            raise InputError(f"--{name}", str(getattr(options, name)), f"{least} or more")
+    positive("--rate", options.rate)
+    within("--harm", options.harm, 0.0, np.inf)
+    within("--degraded", options.degraded, 0.0, 1.0)
+    step = at.AHEAD * DECISION
+    n_ahead = round(within("--preview", options.preview, 0.0, np.inf) / step)
+    if abs(options.preview - n_ahead * step) > 1e-9:
+        raise InputError("--preview", f"{options.preview:g} s", f"a multiple of {step:g} s")
+    network = new_network(options.seed, n_ahead)
+    if options.begin is None:
+        return network
+    try:
         with np.load(options.begin) as file:
-            network = {name: file[name] for name in LAYERS}
+            found = {name: file[name] for name in LAYERS}
+    except (OSError, KeyError, ValueError) as error:
+        expected = "a file that this command wrote"
+        raise InputError("--begin", f"{options.begin} ({error})", expected) from None
+    if [array.shape for array in found.values()] != [array.shape for array in network.values()]:
+        trained = (len(found["Wg"]) - at.N_GROUND - at.N_MOTION) * step
+        expected = f"a network for --preview {options.preview:g}, not {trained:g}"
+        raise InputError("--begin", str(options.begin), expected)
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Train by the command line's arguments."""
+    parser = argparse.ArgumentParser(
+        prog="python -m studies.train_policy", description=(__doc__ or "").partition("\n")[0],
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )  # fmt: skip
+    add = parser.add_argument
+    add("--out", type=Path, required=True, help="new file of weights to write, .npz")
+    add("--begin", type=Path, help=f"file of weights to begin with, as {WEIGHTS}")
+    add("--motions", type=int, default=16384, help="ground motions to train on")
+    add("--steps", type=int, default=6000, help="about 0.5 s each on one processor")
+    add("--rate", type=float, default=4e-3, help="highest learning rate")
+    add("--harm", type=float, default=0.3, help="additional weight of a loss")
+    add("--degraded", type=float, default=0.4, help="share of motions with noise, delay and error")
+    add("--preview", type=float, default=0.0, help="preview time, s; a multiple of 0.08 s")
+    add("--seed", type=int, default=1, help="of weights and motions")
+    options = parser.parse_args(arguments)
+    try:
+        network = beginning(options)
+    except InputError as error:
+        parser.exit(2, f"train_policy: {error}\n")
     motions = training_motions(options.motions, options.seed)
     began, recent = time.monotonic(), []
     for step, mean, weights in train(

@@ -91,7 +91,7 @@ def test_factors_and_p_delta():
     leaning = with_p_delta(building(), 4.0).on(law("kelvin_voigt", {"k": 5e6, "c": 1e5}))
     left = 5e6 - WEIGHT_MASS * GRAVITY / 4.0
     assert effective_properties(leaning, 6.0).stiffness == pytest.approx(left, rel=1e-4)
-    with pytest.raises(InputError, match="has a parameter Q"):
+    with pytest.raises(InputError, match=r"^factors: given 'Q'; expected: k, c$"):
         with_factors(plant, {"Q": 1.2})
 
 
@@ -237,6 +237,22 @@ def test_without_the_section_it_says_so(tmp_path, capsys):
     path.write_text("")
     assert ended(["check", str(path)]) == 2
     assert "no [check] section" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("factors", "message"),
+    [
+        ("upper_factors = 0.5", "check.upper_factors: given 0.5; expected: 1 or more"),
+        ("lower_factors = 1.2", "check.lower_factors: given 1.2; expected: 1 or less"),
+        ("upper_factors = { k2 = 2 }", "check.upper_factors: given 'k2'; expected: c0, k0"),
+    ],
+)
+def test_factors_that_bound_nothing_are_refused(factors, message, tmp_path, capsys):
+    path = tmp_path / "bounds.toml"
+    path.write_text(f"{SCENARIO}{factors}\n")
+    assert ended(["check", str(path)]) == 2
+    answer = capsys.readouterr().err
+    assert message in answer and answer.count("\n") == 1
 
 
 @pytest.mark.parametrize(

@@ -451,3 +451,28 @@ def test_the_table_of_the_main_job_in_the_readme_is_what_it_prints():
             near = 0.05 * value if "mpc" in run.controller else 0.0
             near += 0.5001 * 10**-digits
             assert float(shown) == pytest.approx(value, rel=0, abs=near), (run.controller, row)
+
+
+def test_the_table_of_the_switching_rules_is_what_runs():
+    section = TEXTS["docs/actuation.md"].split("| controller | rule |")[1]
+    rows = [line.split("|")[3:7] for line in section.splitlines() if line.startswith("| ")]
+    devices = (iso.law("strain_stiffening"), iso.passive(iso.law("strain_stiffening")))
+    cases = [(currents, device) for currents in ((3.0, 0.0), (0.0, 3.0)) for device in devices]
+    assert len(rows) == len(cases)
+    for row, ((on, off), device) in zip(rows, cases, strict=True):
+        isolated = iso.reference_building().on(iso.reference_isolators(device))
+        control = iso.controller("on_off", on=on, off=off)
+        try:
+            run = iso.simulate(isolated, iso.el_centro_1940(), control)
+        except iso.Diverged as diverged:
+            time = float(re.search(r"t = ([\d.]+) s", str(diverged))[1])
+            assert row[0].strip() == f"diverges at {time:.1f} s"
+            continue
+        work = run.energy.field_work_J / 1e3
+        values = (1e3 * run.criteria["peak_base_displacement_m"],
+                  run.criteria["peak_floor_acceleration_m_s2"], work[-1],
+                  max(np.diff(work)))  # fmt: skip
+        for shown, value in zip(row, values, strict=True):
+            text = shown.strip().partition(",")[0].replace("\N{MINUS SIGN}", "-")
+            near = 0.5001 * 10 ** -len(text.partition(".")[2])
+            assert float(text) == pytest.approx(value, rel=0, abs=near), row

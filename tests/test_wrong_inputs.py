@@ -281,6 +281,8 @@ COMMANDS = [
     ("sweep show .", "no sweep there"),
     ("sweep new motion.csv", "motion.csv: exists"),
     ("study no_such_study", "no_such_study"),
+    ("study papres", "unknown study 'papres'; did you mean 'papers'?"),
+    ("evaluate none.toml .", "none.toml: no such file; expected: the file of a law"),
     ("cite none.toml", "none.toml"),
 ]
 

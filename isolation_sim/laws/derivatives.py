@@ -13,9 +13,12 @@ from .current_dependence import CurrentDependence
 from .emit import symbols
 from .law import Law
 
+_BESIDE_REST = -1e-12
+"""Deformation on the other side of a corner at rest, m."""
+
 
 @lru_cache(maxsize=64)
-def _jacobian_at_rest(law: Law) -> Any:
+def _jacobian_at_rest(law: Law, x_at_rest: float) -> Any:
     """CasADi function: parameters -> d(force, rates) / d(x, v, states) at rest."""
     import casadi
 
@@ -28,16 +31,22 @@ def _jacobian_at_rest(law: Law) -> Any:
     ]
     jacobian = casadi.jacobian(casadi.vertcat(*outputs), casadi.vertcat(*arguments))
     zeros = (0.0,) * len(states)
-    rest = [0.0, 0.0, *(zeros if law.rest is None else law.rest(tuple(parameters)))]
+    rest = [x_at_rest, 0.0, *(zeros if law.rest is None else law.rest(tuple(parameters)))]
     at_rest = casadi.substitute(jacobian, casadi.vertcat(*arguments), casadi.vertcat(*rest))
     return casadi.Function("jacobian_at_rest", [casadi.vertcat(*parameters)], [at_rest])
 
 
 def complex_stiffness(law: Law, parameters: Sequence[float], omega: float) -> complex:
     """Complex stiffness of a law for small vibrations about rest."""
-    jacobian = np.array(_jacobian_at_rest(law)(np.array(parameters, dtype=float)))
-    if not np.all(np.isfinite(jacobian)):
+    jacobian, beside = (
+        np.array(_jacobian_at_rest(law, x)(np.array(parameters, dtype=float)))
+        for x in (0.0, _BESIDE_REST)
+    )
+    if not np.all(np.isfinite(jacobian + beside)):
         raise InputError(f"{law.name} has no finite derivatives at rest: it cannot be linearised")
+    # the first harmonic of a force with another slope on either side is that of their mean
+    if np.any(np.abs(jacobian - beside) > 1e-6 * np.abs(jacobian).max(axis=1, keepdims=True)):
+        jacobian = (jacobian + beside) / 2
     by_motion = jacobian[:, 0] + 1j * omega * jacobian[:, 1]
     by_states = jacobian[:, 2:]
     resolvent = 1j * omega * np.eye(len(law.states)) - by_states[1:]

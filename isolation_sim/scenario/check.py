@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..structures import IsolatedStructure
     from .job import Job
 
-_Factors = Positive | Annotated[dict[str, Positive], Field(min_length=1)]
+_Parameters = Annotated[dict[str, Positive], Field(min_length=1)]
 
 
 class Check(Section):
@@ -29,10 +29,12 @@ class Check(Section):
         Positive, Field(description="spectral acceleration at 1 s, maximum considered earthquake")
     ]
     upper_factors: Annotated[
-        _Factors, Field(description="on the isolators' force, or { parameter = factor }")
+        Annotated[Positive, Field(ge=1)] | _Parameters,
+        Field(description="on the isolators' force, or { parameter = factor }"),
     ] = 1.3
     lower_factors: Annotated[
-        _Factors, Field(description="on the isolators' force, or { parameter = factor }")
+        Annotated[Positive, Field(le=1)] | _Parameters,
+        Field(description="on the isolators' force, or { parameter = factor }"),
     ] = 0.85
     displacement_capacity_m: Annotated[
         Positive | None, Field(description="of the isolators; the moat wall's gap if left out")

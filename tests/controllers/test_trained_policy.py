@@ -14,6 +14,7 @@ from isolation_sim.errors import InputError
 from isolation_sim.simulation.control import CoilDriver
 from isolation_sim.simulation.run import simulate
 from isolation_sim.structures import reference_building, reference_isolators, shear_building
+from studies import train_policy
 from studies.train_policy import (
     SAMPLES,
     Training,
@@ -124,6 +125,38 @@ def test_training_motions_repeat_and_are_within_their_limits():
     assert motions.shape == (24, SAMPLES) and np.array_equal(motions, training_motions(24, 5))
     peaks = np.abs(motions).max(axis=1)
     assert peaks.min() >= 0.49 and peaks.max() <= 5.51
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("--out nowhere/new.npz", "--out: given nowhere/new.npz; expected: a new file .npz"),
+        ("--out old.npz", "--out: given old.npz; expected: a new file .npz"),
+        ("--out new", "--out: given new; expected: a new file .npz"),
+        ("--out new.npz --steps 0", "--steps: given 0; expected: 1 or more"),
+        ("--out new.npz --preview 0.05", "--preview: given 0.05 s; expected: a multiple of 0.08 s"),
+        ("--out new.npz --degraded 2", "--degraded: given 2.0; expected: a number from 0 to 1"),
+        ("--out new.npz --begin none.npz", "expected: a file that this command wrote"),
+        ("--out new.npz --begin old.npz --preview 0.8", "a network for --preview 0.8, not 0"),
+    ],
+)
+def test_unusable_options_are_refused_before_the_training(
+    arguments, message, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(train_policy, "find_spec", lambda name: name)
+    np.savez("old.npz", **network())
+    with pytest.raises(SystemExit, match="2"):
+        train_policy.main(arguments.split())
+    answer = capsys.readouterr().err
+    assert message in answer and answer.count("\n") == 1
+
+
+def test_a_training_without_its_library_says_how_to_install_it(monkeypatch, capsys):
+    monkeypatch.setattr(train_policy, "find_spec", lambda name: None)
+    with pytest.raises(SystemExit, match="2"):
+        train_policy.main(["--out", "new.npz"])
+    assert "expected: pip install 'isolation-sim[train]'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("n_ahead", [0, 10])

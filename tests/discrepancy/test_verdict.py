@@ -302,6 +302,13 @@ def test_noise_that_grows_towards_low_frequencies_is_noise():
 
 
 @pytest.mark.usefixtures("few_effects")
+def test_white_noise_is_not_said_to_grow_towards_low_frequencies():
+    clean = diagnosis_with()
+    assert clean.verdict == "adequate"
+    assert "grows towards low frequencies" not in " ".join(step.text for step in clean.steps)
+
+
+@pytest.mark.usefixtures("few_effects")
 def test_the_fitted_runs_tell_slow_noise():
     tests = campaign(pink=0.01)
     # a law that is not right beyond them

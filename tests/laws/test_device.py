@@ -66,6 +66,20 @@ def test_linearisation_matches_the_law_elsewhere():
     assert device.linearised(2.0, 0.5) == pytest.approx(expected, rel=1e-13)
 
 
+@pytest.mark.parametrize("current", [0.0, 1.5])
+def test_a_force_with_two_slopes_has_the_stiffness_of_its_first_harmonic(current):
+    """Tao et al.: k (1 - d) in tension and k in compression, beside damper and hysteresis."""
+    device = law("improved_bouc_wen")
+    alpha, _, _, theta, k, c, d, *_ = device.parameters_at(current)
+    phase = 2 * np.pi * (np.arange(1000) + 0.5) / 1000
+    x = 1e-9 * np.sin(phase)
+    springs = np.where(x >= 0, 1 - d, 1) * k * x
+    storage = 2 * np.mean(springs * np.sin(phase)) / 1e-9 + theta * alpha
+    assert device.linearised(current, 0.7) == pytest.approx(
+        storage + 2j * np.pi * 0.7 * c, rel=1e-6
+    )
+
+
 def test_a_law_with_a_corner_at_rest_is_not_linearised():
     corner = Law(
         "corner", "Corner", (Quantity("k", "N", "force"),), lambda x, v, s, p: p[0] * x**0.5

@@ -118,6 +118,24 @@ def test_means_of_the_hybrid_tables():
         np.testing.assert_allclose(means(table), expected, atol=digit)
 
 
+def test_hybrid_tables_add_up_to_the_printed_numbers():
+    """Sums over currents and over conditions, added up from the paper's text."""
+    for table, currents, conditions in (
+        (published.YU_ALPHA_N, "323.45 399.52 482.58 562.24",
+         "174.41 203.40 171.46 182.52 208.91 242.08 187.86 193.18 203.97"),
+        (published.YU_BETA_PER_MM, "3.94 4.01 4.51 4.72",
+         "3.10 2.58 3.00 1.84 1.61 1.62 1.14 1.19 1.10"),
+        (published.YU_GAMMA_N, "48.46 239.35 356.03 374.01",
+         "66.24 75.89 85.82 93.28 104.46 121.91 130.54 153.92 185.79"),
+        (published.YU_SIGMA_SQUARED_MM2, "114.59 118.52 115.19 112.71",
+         "8.06 8.93 10.85 28.02 32.05 38.40 97.76 107.07 129.87"),
+    ):  # fmt: skip
+        rows = np.array(list(table.values()))
+        for axis, sums in enumerate((currents, conditions)):
+            printed = np.array(sums.split(), float)
+            np.testing.assert_allclose(np.sum(rows, axis=axis), printed, rtol=0, atol=1e-6)
+
+
 @pytest.mark.parametrize("chosen", ["generalised_printed", "generalised_refitted"])
 def test_gamma_peaks_below_the_end_of_the_range(chosen):
     device = law("hybrid", chosen)

@@ -8,6 +8,43 @@ from isolation_sim.laws import law
 from studies.papers.conditions_001 import departures
 from studies.papers.tables import TAO_COMPLEX_MODULUS
 
+# Tables 4 and 3 as printed: I; alpha, beta, gamma, theta, k, c, d, W (mm), O
+TABLE_4 = """
+0 6301 9254 56694 309 3.24e6 1.05e5 .098 .890 8116
+0.5 727 447 66829 8881 3.75e6 3.10e5 .074 .694 8952
+1 2408 4634 11571 3484 3.96e6 3.96e5 .120 .643 9567
+1.5 943 1928 28303 8827 4.14e6 4.26e5 .158 .608 11822
+2 2025 23390 15213 5872 4.51e6 4.83e5 .134 .625 6473
+2.5 1520 2187 41086 6554 4.73e6 5.86e5 .139 .601 8461
+"""
+# Variation of stiffness and of damping from 0 A to 2 A, %, by scheme
+TABLE_3_STIFFNESS = (
+    "75.6 -3.3 68.2 71.8 68.5 15.9 -16.9 16.0 6.9 -16.7 8.3 65.9 .9 52.1 58.8 56.5 14.9 -19.5 14.4"
+)
+TABLE_3_DAMPING = (
+    "676.0 1472.9 525.9 435.4 417.8 510.0 1434.6 409.7 407.8 1545.1 362.0 424.4 1100.3 315.5 290.1 "
+    "296.3 346.1 1308.7 288.2"
+)
+
+
+@pytest.mark.parametrize("row", TABLE_4.strip().splitlines())
+def test_parameters_are_those_of_table_4(row):
+    current, *printed = map(float, row.split())
+    printed[7] *= 1e-3
+    assert law("improved_bouc_wen").parameters_at(current) == pytest.approx(printed, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("first", "digits", "printed"), [(3, 3, TABLE_3_STIFFNESS), (5, 2, TABLE_3_DAMPING)]
+)
+def test_columns_of_table_3_have_their_variations(first, digits, printed):
+    columns = np.array([row[first : first + 2] for row in TAO_COMPLEX_MODULUS.values()])
+    last_digit = 10.0 ** (np.floor(np.log10(columns)) - digits)
+    ratio = columns[:, 1] / columns[:, 0]
+    rounding = 100 * ratio * np.sum(0.5 * last_digit / columns, axis=1) + 0.05
+    departure = 100 * (ratio - 1) - np.array(printed.split(), float)
+    assert np.all(np.abs(departure) <= 1.01 * rounding)
+
 
 @pytest.fixture(scope="module")
 def loops(steady_loop):

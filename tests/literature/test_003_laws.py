@@ -24,6 +24,23 @@ def test_coefficients_to_a_thousandth():
         assert result["loss"][0][key] == pytest.approx(value, rel=1.2e-3)
 
 
+@pytest.mark.parametrize(
+    ("field", "sums"),
+    [
+        (0.0, (0.173917, 72.663557, 0.49171, 0.493078, 338.218831)),
+        (0.2, (0.1667975, 68.073862, 0.6175394, 0.6157004, 204.892711)),
+        (0.3, (0.186846, 84.937137, 0.656682, 0.755872, 214.777227)),
+        (0.4, (0.234697, 88.907935, 0.617421, 0.621219, 196.729962)),
+    ],
+)
+def test_table_1_adds_up_to_the_printed_numbers(field, sums):
+    """Sums over the twelve columns of a field, added up from the paper's text."""
+    table = lbw.columns()
+    chosen = table["field_T"] == field
+    for name, printed in zip(("C", "k1", "k2", "C_e", "k_e"), sums, strict=True):
+        assert np.sum(table[name][chosen]) == pytest.approx(printed, rel=0, abs=2e-8)
+
+
 def test_corrupt_column_flips_a_sign():
     slopes, share = lbw.regression(drop=[lbw.CORRUPT])["storage"]
     assert slopes["A"] == pytest.approx(-2.39, abs=5e-3)
