@@ -312,7 +312,10 @@ def test_error_beyond_the_noise_is_that_which_was_put_in(isolated):
     moved = replace(moved, held_out=parts)
     part = parts[0]
     added = (moved.records[0].values - record.values)[part.samples]
-    expected = np.sqrt(np.mean(np.mean(added**2, axis=0) / part.rms**2))
+    # over the stronger motion of the record: it may come from there
+    strong = moved.fitted[0].rms
+    assert np.all(part.rms < 0.8 * strong)
+    expected = np.sqrt(np.mean(np.mean(added**2, axis=0) / strong**2))
     assert excess_error(moved, moved.evaluate(())) == pytest.approx(expected, rel=0.05)
 
 
@@ -840,7 +843,7 @@ def test_a_search_goes_on_with_more_data_where_what_is_left_comes_late(
     monkeypatch.setattr(searches, "excess_error", lambda _, one, late=True: (
         left.get(one, (1.0, 1.0))[late]
     ))  # fmt: skip
-    monkeypatch.setattr(searches, "largest_excess", lambda _, one: max(left[one]))
+    monkeypatch.setattr(searches, "largest_excess", lambda _, one: max(left.get(one, (1.0, 1.0))))
     monkeypatch.setattr(searches, "_search_as_expected", found)
     for name in ("_search_from_pair", "unknown_force"):
         monkeypatch.setattr(searches, name, lambda *_: None)

@@ -86,7 +86,7 @@ def _search_by_structure(start: CauseSearch) -> Searched | None:
 
     Their effects, and what is wrong in the structure or with sensors, may imitate each other.
     """
-    expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
+    expected = NEARLY_RIGHT * largest_excess(start.comparison, start.before)
     seen, main = start.over(start.comparison.expecting(expected)).beside_any_force()
     if not seen or len(main) > MOST_BESIDE_FORCE:
         return None
@@ -129,7 +129,7 @@ def _search_beside(
 
 def _search_from_pair(start: CauseSearch, least: float) -> Searched | None:
     """Search from the best pair; None unless it leaves less."""
-    expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
+    expected = NEARLY_RIGHT * largest_excess(start.comparison, start.before)
     begun = start.over(start.comparison.expecting(expected))
     pairs = begun.pairs()
     if not pairs or not largest_excess(begun.comparison, pairs[0]) < least:
@@ -153,12 +153,12 @@ def _search_as_expected(start: CauseSearch, begin: CauseValues = ()) -> Searched
 
     It begins with some causes in the model.
     """
-    expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
+    expected = NEARLY_RIGHT * largest_excess(start.comparison, start.before)
     while True:
         space = start.over(start.comparison.expecting(expected))
         result = search(space, space.beginning_with(begin) if begin else space.before)
-        left = excess_error(space.comparison, result.best)
-        enough = max(2 * expected, relative_noise(space.comparison, True))
+        left = largest_excess(space.comparison, result.best)
+        enough = max(2 * expected, relative_noise(space.comparison, False))
         if left < enough:
             return space, result
         expected = left
