@@ -67,8 +67,8 @@ def excess_error(
         residual = comparison.residual(outcome.cause_values, segment.record)[segment.samples]
         noise = len(residual) * comparison.floor_of(segment.record).total ** 2
         beyond += (residual**2).sum(axis=0) - noise
-        strongest = np.max([one.rms for one in parts if one.record.name == segment.record.name], axis=0)
-        measured += len(residual) * strongest**2
+        of_record = [one.rms for one in parts if one.record.name == segment.record.name]
+        measured += len(residual) * np.max(of_record, axis=0) ** 2
     excess = (beyond / measured)[comparison.seen]
     return float(np.sqrt(max(float(np.mean(excess)), 0.0))) if excess.size else 0.0
 

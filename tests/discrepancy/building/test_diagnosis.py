@@ -824,6 +824,20 @@ def test_a_pair_is_searched_from_where_it_leaves_less_than_half(isolated, monkey
     assert begun == [(), pair.cause_values][:count]
 
 
+def test_a_search_goes_on_from_what_shows_beside_any_force(isolated, monkeypatch):
+    """It does not begin again where this does not explain the record."""
+    comparison, listed = _compared(isolated, _record(isolated))
+    mass = listed["base_mass_error"]
+    seen = comparison.evaluate(((mass, mass.starts[0]),))
+    monkeypatch.setattr(searches, "_search_by_structure", lambda start: (
+        start, SearchResult(start.before, seen, [])
+    ))  # fmt: skip
+    monkeypatch.setattr(searches, "_explain", lambda *_: False)
+    for name in ("_search_from_pair", "unknown_force", "_search_as_expected"):
+        monkeypatch.setattr(searches, name, lambda *_: None)
+    assert searches.search_causes(comparison)[1].best is seen
+
+
 @pytest.mark.parametrize(("left_fitted", "goes_on"), [(0.05, True), (0.15, False)])
 def test_a_search_goes_on_with_more_data_where_what_is_left_comes_late(
     isolated, monkeypatch, left_fitted, goes_on

@@ -30,27 +30,24 @@ def search_causes(
 ) -> Searched:
     """Search for causes: those seen whatever the isolators' force first, and all of them."""
     start = CauseSearch(comparison, most_causes, progress)
-    by_structure = _search_by_structure(start)
-    if by_structure is not None and _explain(*by_structure):
-        return by_structure
-    ordinary = _search(start)
-    if by_structure is not None and _left(*by_structure) < _left(*ordinary):
-        return by_structure
-    return ordinary
+    return _search(start, _search_by_structure(start))
 
 
-def _search(start: CauseSearch) -> Searched:
-    """Search for causes, again with more of the last record fitted where only that shows them."""
+def _search(start: CauseSearch, found: Searched | None = None) -> Searched:
+    """Search for causes, again with more of the last record fitted where only that shows them.
+
+    What was found goes before a search from the beginning.
+    """
     comparison, before, late = start.comparison, start.before, None
     missed, missed_fitted = (excess_error(comparison, before, part) for part in (True, False))
-    if missed_fitted < NEARLY_RIGHT * missed:
+    if found is None and missed_fitted < NEARLY_RIGHT * missed:
         # what grows or comes late is seen in the held-out data alone
         late = _reopened(comparison, before)
         if late is not None:
             again = _search_as_expected(start.over(late))
             if again[1].best.cause_values:
                 return again
-    space, result = _search_as_expected(start)
+    space, result = found or _search_as_expected(start)
     best, comes_late = result.best, False
     if not _explain(space, result):
         # a cause that imitates two others, taken first, may keep both out
@@ -73,12 +70,12 @@ def _search(start: CauseSearch) -> Searched:
         remains = largest_excess(again[0].comparison, again[1].best)
         nearer = remains < INSTEAD * largest_excess(space.comparison, best)
         return again if nearer else (space, result)
-    found = again if again[1].best.cause_values else (space, result)
-    remains = largest_excess(found[0].comparison, found[1].best)
+    last = again if again[1].best.cause_values else (space, result)
+    remains = largest_excess(last[0].comparison, last[1].best)
     if remains > REMAINS:
         beside = _search_beside(space, result, start.over(reopened), INSTEAD * remains)
-        return found if beside is None else beside
-    return found
+        return last if beside is None else beside
+    return last
 
 
 def _search_by_structure(start: CauseSearch) -> Searched | None:
@@ -97,17 +94,13 @@ def _search_by_structure(start: CauseSearch) -> Searched | None:
     space, of_layer = _search(start.over(corrected, others))
     more = start.comparison.fitting_more() if space.comparison.middle != corrected.middle else None
     begin = start if more is None else start.over(more)
-    return _search_as_expected(begin, (*main, *of_layer.best.cause_values))
+    both = _search_as_expected(begin, (*main, *of_layer.best.cause_values))
+    return both if both[1].best.cause_values else None
 
 
 def _explain(space: CauseSearch, result: SearchResult[FittedBuilding]) -> bool:
     """Whether the causes of a search explain the records."""
     return space.explains(result.best, noise_chance(space.comparison, result.best))
-
-
-def _left(space: CauseSearch, result: SearchResult[FittedBuilding]) -> float:
-    """Error that the causes of a search leave, fitted or held out."""
-    return largest_excess(space.comparison, result.best)
 
 
 def _search_beside(
