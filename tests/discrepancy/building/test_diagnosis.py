@@ -824,6 +824,40 @@ def test_a_pair_is_searched_from_where_it_leaves_less_than_half(isolated, monkey
     assert begun == [(), pair.cause_values][:count]
 
 
+def test_what_is_not_found_is_not_searched_again_with_a_larger_error(isolated, monkeypatch):
+    comparison, _ = _compared(isolated, _record(isolated))
+    errors = []
+
+    def find_nothing(space, base):
+        errors.append(space.comparison.model_error)
+        return SearchResult(base, base, [])
+
+    monkeypatch.setattr(searches, "search", find_nothing)
+    monkeypatch.setattr(searches, "largest_excess", lambda *_: 0.2)
+    space, result = searches._search_as_expected(CauseSearch(comparison))
+    assert errors == [pytest.approx(0.02)]
+    assert space.comparison.model_error == 0.2 and result.best is space.before
+
+
+def test_a_search_with_a_larger_error_goes_on_from_what_was_found(isolated, monkeypatch):
+    comparison, listed = _compared(isolated, _record(isolated))
+    mass, begun = listed["base_mass_error"], []
+    found = comparison.evaluate(((mass, (0.1,)),))
+    rival = comparison.evaluate(())
+    monkeypatch.setattr(CauseSearch, "beginning_with", lambda _, causes: begun.append(causes))
+
+    def find(space, base):
+        space.rivals.setdefault(mass.label, [rival] if not begun else [])
+        return SearchResult(base, found, [])
+
+    monkeypatch.setattr(searches, "search", find)
+    left = iter([0.2, 0.2, 0.1])
+    monkeypatch.setattr(searches, "largest_excess", lambda *_: next(left))
+    space, result = searches._search_as_expected(CauseSearch(comparison))
+    assert begun == [found.cause_values] and space.rivals == {mass.label: [rival]}
+    assert result.best is found
+
+
 def test_a_search_goes_on_from_what_shows_beside_any_force(isolated, monkeypatch):
     """It does not begin again where this does not explain the record."""
     comparison, listed = _compared(isolated, _record(isolated))

@@ -93,6 +93,13 @@ class CauseSearch(SearchState):
         choices = self.choices if choices is None else choices
         return CauseSearch(comparison, self.most_causes, self.progress, choices)
 
+    def going_on(self, comparison: BuildingComparison) -> CauseSearch:
+        """A search of another comparison that goes on from this one."""
+        again = self.over(comparison)
+        again.chances, again.rivals, again.simpler = self.chances, self.rivals, self.simpler
+        again._others = self._others
+        return again
+
     def candidates(self, current: FittedBuilding) -> list[FittedBuilding]:
         """Fit all causes; late and last ones only where no other explains the records.
 
@@ -234,7 +241,8 @@ class CauseSearch(SearchState):
     def beginning_with(self, causes: CauseValues) -> FittedBuilding:
         """Fit causes from which a search goes on, without those that are needless."""
         for cause, _ in causes:
-            self.rivals[cause.label], self._others[cause.label] = [], []
+            self.rivals.setdefault(cause.label, [])
+            self._others.setdefault(cause.label, [])
         return self.revise(self.comparison.fit((), causes))
 
     def finish(self, best: FittedBuilding) -> FittedBuilding:

@@ -146,12 +146,17 @@ def _search_as_expected(start: CauseSearch, begin: CauseValues = ()) -> Searched
 
     It begins with some causes in the model.
     """
-    expected = NEARLY_RIGHT * largest_excess(start.comparison, start.before)
+    expected, rounds = NEARLY_RIGHT * largest_excess(start.comparison, start.before), []
+    space = start.over(start.comparison.expecting(expected))
     while True:
-        space = start.over(start.comparison.expecting(expected))
         result = search(space, space.beginning_with(begin) if begin else space.before)
+        rounds += result.rounds
+        begin = result.best.cause_values
         left = largest_excess(space.comparison, result.best)
         enough = max(2 * expected, relative_noise(space.comparison, False))
         if left < enough:
-            return space, result
+            return space, replace(result, rounds=rounds)
         expected = left
+        space = space.going_on(start.comparison.expecting(expected))
+        if not begin:  # a larger error would hide all the more
+            return space, SearchResult(space.before, space.before, rounds)
