@@ -858,6 +858,25 @@ def test_a_search_with_a_larger_error_goes_on_from_what_was_found(isolated, monk
     assert result.best is found
 
 
+def test_two_causes_of_the_isolators_are_searched_beside_those_of_the_structure(
+    isolated, monkeypatch
+):
+    """More of them only mend the form of another."""
+    comparison, listed = _compared(isolated, _record(isolated))
+    seen = ((listed["structure_stiffness_error"], (0.1,)),)
+    monkeypatch.setattr(CauseSearch, "beside_any_force", lambda _: (seen, seen))
+    most = []
+
+    def find_nothing(space, *_):
+        most.append(space.most_causes)
+        return space, SearchResult(space.before, space.before, [])
+
+    for name in ("_search", "_search_as_expected"):
+        monkeypatch.setattr(searches, name, find_nothing)
+    searches._search_by_structure(CauseSearch(comparison))
+    assert most == [2, 4]
+
+
 def test_a_search_goes_on_from_what_shows_beside_any_force(isolated, monkeypatch):
     """It does not begin again where this does not explain the record."""
     comparison, listed = _compared(isolated, _record(isolated))

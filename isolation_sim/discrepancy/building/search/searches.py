@@ -91,7 +91,9 @@ def _search_by_structure(start: CauseSearch) -> Searched | None:
         start.comparison, model=with_causes(start.comparison.model, seen), _cache={}
     )
     others = [cause for cause in start.choices if cause not in start.not_of_layer]
-    space, of_layer = _search(start.over(corrected, others))
+    layer = start.over(corrected, others)
+    layer.most_causes = MOST_BESIDE_FORCE  # more of them only mend the form of another
+    space, of_layer = _search(layer)
     more = start.comparison.fitting_more() if space.comparison.middle != corrected.middle else None
     begin = start if more is None else start.over(more)
     both = _search_as_expected(begin, (*main, *of_layer.best.cause_values))
