@@ -54,6 +54,11 @@ def relative_noise(comparison: BuildingComparison, held_out: bool) -> float:
     return _pooled(np.sqrt(noise / measured)[comparison.seen])
 
 
+def least_noise(comparison: BuildingComparison) -> float:
+    """Error that noise alone leaves in the stronger part of the data, relative like the errors."""
+    return min(relative_noise(comparison, held_out) for held_out in (False, True))
+
+
 def excess_error(
     comparison: BuildingComparison, outcome: FittedBuilding, held_out: bool = True
 ) -> float:

@@ -35,7 +35,7 @@ from ..causes.isolator_causes import current_causes, layer_causes
 from ..causes.sensor_causes import sensor_causes
 from ..causes.structure_causes import structure_causes
 from ..comparison import BuildingComparison, CauseValues, FittedBuilding
-from ..errors import excess_error, largest_excess, mean_error, relative_noise
+from ..errors import excess_error, largest_excess, least_noise, mean_error
 from ..goodness_of_fit import adequacy, p_value
 from ..isolator_effects import LAYER_CAUSES
 from ..localisation import is_elsewhere
@@ -283,11 +283,9 @@ class CauseSearch(SearchState):
         """
         if chance >= MISFIT_LEVEL:
             return True
-        for held_out in (False, True):
-            noise = np.hypot(relative_noise(self.comparison, held_out), LEAST_SENSOR_ERROR)
-            left = excess_error(self.comparison, after, held_out)
-            if left > min(REMAINS, SEVERAL_TIMES * noise):
-                return False
+        noise = np.hypot(least_noise(self.comparison), LEAST_SENSOR_ERROR)
+        if largest_excess(self.comparison, after) > min(REMAINS, SEVERAL_TIMES * noise):
+            return False
         return self.removed_share(after) >= BUILDING_EXPLAINED
 
     def shows_where_fitted(self, one: FittedBuilding) -> bool:

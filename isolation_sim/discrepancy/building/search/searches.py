@@ -15,7 +15,7 @@ from ...decisions import (
 )
 from ...search import Round, SearchResult, search
 from ..comparison import BuildingComparison, CauseValues, FittedBuilding, with_causes
-from ..errors import excess_error, largest_excess, relative_noise
+from ..errors import excess_error, largest_excess, least_noise
 from ..goodness_of_fit import adequacy, noise_chance
 from ..localisation import unknown_force
 from .cause_search import CauseSearch
@@ -155,7 +155,7 @@ def _search_as_expected(start: CauseSearch, begin: CauseValues = ()) -> Searched
         rounds += result.rounds
         begin = result.best.cause_values
         left = largest_excess(space.comparison, result.best)
-        enough = max(2 * expected, relative_noise(space.comparison, False))
+        enough = max(2 * expected, least_noise(space.comparison))
         if left < enough:
             return space, replace(result, rounds=rounds)
         expected = left
