@@ -240,7 +240,8 @@ LEAST_BUILDING_SHARE = 0.02
 """Least share of the whole misfit that a cause must remove. Blind buildings."""
 MOST_BESIDE_FORCE = 2
 """Most causes of the structure and of sensors that show beside any force of the isolators and are
-begun with: more of them imitate something else. Convention; seen on blind buildings.
+begun with, and of the isolators beside these: more of them imitate something else. Convention; seen
+on blind buildings.
 """
 MINOR_IN_BUILDING = 0.01
 """Share of the signal. A cause beside others that corrects less, and less than

@@ -54,16 +54,26 @@ def relative_noise(comparison: BuildingComparison, held_out: bool) -> float:
     return _pooled(np.sqrt(noise / measured)[comparison.seen])
 
 
+def least_noise(comparison: BuildingComparison) -> float:
+    """Error that noise alone leaves in the stronger part of the data, relative like the errors."""
+    return min(relative_noise(comparison, held_out) for held_out in (False, True))
+
+
 def excess_error(
     comparison: BuildingComparison, outcome: FittedBuilding, held_out: bool = True
 ) -> float:
-    """Error that a model has beyond the noise, by default on data not fitted."""
+    """Error that a model has beyond the noise, by default on data not fitted.
+
+    It is relative to the stronger part of a record: what a weak end misses may come from before.
+    """
     beyond, measured = np.zeros((2, len(comparison.records[0].channels)))
+    parts = comparison.fitted + comparison.held_out
     for segment in comparison.segments(held_out):
         residual = comparison.residual(outcome.cause_values, segment.record)[segment.samples]
         noise = len(residual) * comparison.floor_of(segment.record).total ** 2
         beyond += (residual**2).sum(axis=0) - noise
-        measured += len(residual) * segment.rms**2
+        of_record = [one.rms for one in parts if one.record.name == segment.record.name]
+        measured += len(residual) * np.max(of_record, axis=0) ** 2
     excess = (beyond / measured)[comparison.seen]
     return float(np.sqrt(max(float(np.mean(excess)), 0.0))) if excess.size else 0.0
 

@@ -312,7 +312,10 @@ def test_error_beyond_the_noise_is_that_which_was_put_in(isolated):
     moved = replace(moved, held_out=parts)
     part = parts[0]
     added = (moved.records[0].values - record.values)[part.samples]
-    expected = np.sqrt(np.mean(np.mean(added**2, axis=0) / part.rms**2))
+    # over the stronger motion of the record: it may come from there
+    strong = moved.fitted[0].rms
+    assert np.all(part.rms < 0.8 * strong)
+    expected = np.sqrt(np.mean(np.mean(added**2, axis=0) / strong**2))
     assert excess_error(moved, moved.evaluate(())) == pytest.approx(expected, rel=0.05)
 
 
@@ -821,6 +824,73 @@ def test_a_pair_is_searched_from_where_it_leaves_less_than_half(isolated, monkey
     assert begun == [(), pair.cause_values][:count]
 
 
+def test_what_is_not_found_is_not_searched_again_with_a_larger_error(isolated, monkeypatch):
+    comparison, _ = _compared(isolated, _record(isolated))
+    errors = []
+
+    def find_nothing(space, base):
+        errors.append(space.comparison.model_error)
+        return SearchResult(base, base, [])
+
+    monkeypatch.setattr(searches, "search", find_nothing)
+    monkeypatch.setattr(searches, "largest_excess", lambda *_: 0.2)
+    space, result = searches._search_as_expected(CauseSearch(comparison))
+    assert errors == [pytest.approx(0.02)]
+    assert space.comparison.model_error == 0.2 and result.best is space.before
+
+
+def test_a_search_with_a_larger_error_goes_on_from_what_was_found(isolated, monkeypatch):
+    comparison, listed = _compared(isolated, _record(isolated))
+    mass, begun = listed["base_mass_error"], []
+    found = comparison.evaluate(((mass, (0.1,)),))
+    rival = comparison.evaluate(())
+    monkeypatch.setattr(CauseSearch, "beginning_with", lambda _, causes: begun.append(causes))
+
+    def find(space, base):
+        space.rivals.setdefault(mass.label, [rival] if not begun else [])
+        return SearchResult(base, found, [])
+
+    monkeypatch.setattr(searches, "search", find)
+    left = iter([0.2, 0.2, 0.1])
+    monkeypatch.setattr(searches, "largest_excess", lambda *_: next(left))
+    space, result = searches._search_as_expected(CauseSearch(comparison))
+    assert begun == [found.cause_values] and space.rivals == {mass.label: [rival]}
+    assert result.best is found
+
+
+def test_two_causes_of_the_isolators_are_searched_beside_those_of_the_structure(
+    isolated, monkeypatch
+):
+    """More of them only mend the form of another."""
+    comparison, listed = _compared(isolated, _record(isolated))
+    seen = ((listed["structure_stiffness_error"], (0.1,)),)
+    monkeypatch.setattr(CauseSearch, "beside_any_force", lambda _: (seen, seen))
+    most = []
+
+    def find_nothing(space, *_):
+        most.append(space.most_causes)
+        return space, SearchResult(space.before, space.before, [])
+
+    for name in ("_search", "_search_as_expected"):
+        monkeypatch.setattr(searches, name, find_nothing)
+    searches._search_by_structure(CauseSearch(comparison))
+    assert most == [2, 4]
+
+
+def test_a_search_goes_on_from_what_shows_beside_any_force(isolated, monkeypatch):
+    """It does not begin again where this does not explain the record."""
+    comparison, listed = _compared(isolated, _record(isolated))
+    mass = listed["base_mass_error"]
+    seen = comparison.evaluate(((mass, mass.starts[0]),))
+    monkeypatch.setattr(searches, "_search_by_structure", lambda start: (
+        start, SearchResult(start.before, seen, [])
+    ))  # fmt: skip
+    monkeypatch.setattr(searches, "_explain", lambda *_: False)
+    for name in ("_search_from_pair", "unknown_force", "_search_as_expected"):
+        monkeypatch.setattr(searches, name, lambda *_: None)
+    assert searches.search_causes(comparison)[1].best is seen
+
+
 @pytest.mark.parametrize(("left_fitted", "goes_on"), [(0.05, True), (0.15, False)])
 def test_a_search_goes_on_with_more_data_where_what_is_left_comes_late(
     isolated, monkeypatch, left_fitted, goes_on
@@ -840,7 +910,7 @@ def test_a_search_goes_on_with_more_data_where_what_is_left_comes_late(
     monkeypatch.setattr(searches, "excess_error", lambda _, one, late=True: (
         left.get(one, (1.0, 1.0))[late]
     ))  # fmt: skip
-    monkeypatch.setattr(searches, "largest_excess", lambda _, one: max(left[one]))
+    monkeypatch.setattr(searches, "largest_excess", lambda _, one: max(left.get(one, (1.0, 1.0))))
     monkeypatch.setattr(searches, "_search_as_expected", found)
     for name in ("_search_from_pair", "unknown_force"):
         monkeypatch.setattr(searches, name, lambda *_: None)
@@ -1042,7 +1112,7 @@ def test_several_times_the_noise_are_not_explained(isolated):
     space = CauseSearch(compare_building(model, [record]))
     base = next(c for c in candidates(model, [record]) if c.name == "base_mass_error")
     space._compared_beside(((base, (0.3,)),))
-    for mass, explained in ((0.295, True), (0.283, False)):
+    for mass, explained in ((0.295, True), (0.27, False)):
         evaluation = space.comparison.evaluate(((base, (mass,)),))
         assert space.removed_share(evaluation) > 0.95
         assert largest_excess(space.comparison, evaluation) < 0.03

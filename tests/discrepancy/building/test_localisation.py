@@ -309,5 +309,5 @@ def test_more_than_two_causes_beside_any_force_are_not_begun_with(monkeypatch):
     comparison = SimpleNamespace(expecting=lambda error: None)
     beside = SimpleNamespace(beside_any_force=lambda: (seen, seen))
     start = SimpleNamespace(comparison=comparison, before=None, over=lambda compared: beside)
-    monkeypatch.setattr(searches, "excess_error", lambda *arguments: 0.1)
+    monkeypatch.setattr(searches, "largest_excess", lambda *arguments: 0.1)
     assert searches._search_by_structure(start) is None

@@ -35,7 +35,7 @@ from ..causes.isolator_causes import current_causes, layer_causes
 from ..causes.sensor_causes import sensor_causes
 from ..causes.structure_causes import structure_causes
 from ..comparison import BuildingComparison, CauseValues, FittedBuilding
-from ..errors import excess_error, largest_excess, mean_error, relative_noise
+from ..errors import excess_error, largest_excess, least_noise, mean_error
 from ..goodness_of_fit import adequacy, p_value
 from ..isolator_effects import LAYER_CAUSES
 from ..localisation import is_elsewhere
@@ -92,6 +92,13 @@ class CauseSearch(SearchState):
         """A new search of another comparison, of the same causes or of others."""
         choices = self.choices if choices is None else choices
         return CauseSearch(comparison, self.most_causes, self.progress, choices)
+
+    def going_on(self, comparison: BuildingComparison) -> CauseSearch:
+        """A search of another comparison that goes on from this one."""
+        again = self.over(comparison)
+        again.chances, again.rivals, again.simpler = self.chances, self.rivals, self.simpler
+        again._others = self._others
+        return again
 
     def candidates(self, current: FittedBuilding) -> list[FittedBuilding]:
         """Fit all causes; late and last ones only where no other explains the records.
@@ -234,7 +241,8 @@ class CauseSearch(SearchState):
     def beginning_with(self, causes: CauseValues) -> FittedBuilding:
         """Fit causes from which a search goes on, without those that are needless."""
         for cause, _ in causes:
-            self.rivals[cause.label], self._others[cause.label] = [], []
+            self.rivals.setdefault(cause.label, [])
+            self._others.setdefault(cause.label, [])
         return self.revise(self.comparison.fit((), causes))
 
     def finish(self, best: FittedBuilding) -> FittedBuilding:
@@ -275,11 +283,9 @@ class CauseSearch(SearchState):
         """
         if chance >= MISFIT_LEVEL:
             return True
-        for held_out in (False, True):
-            noise = np.hypot(relative_noise(self.comparison, held_out), LEAST_SENSOR_ERROR)
-            left = excess_error(self.comparison, after, held_out)
-            if left > min(REMAINS, SEVERAL_TIMES * noise):
-                return False
+        noise = np.hypot(least_noise(self.comparison), LEAST_SENSOR_ERROR)
+        if largest_excess(self.comparison, after) > min(REMAINS, SEVERAL_TIMES * noise):
+            return False
         return self.removed_share(after) >= BUILDING_EXPLAINED
 
     def shows_where_fitted(self, one: FittedBuilding) -> bool:

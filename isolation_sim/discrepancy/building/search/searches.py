@@ -15,7 +15,7 @@ from ...decisions import (
 )
 from ...search import Round, SearchResult, search
 from ..comparison import BuildingComparison, CauseValues, FittedBuilding, with_causes
-from ..errors import excess_error, largest_excess, relative_noise
+from ..errors import excess_error, largest_excess, least_noise
 from ..goodness_of_fit import adequacy, noise_chance
 from ..localisation import unknown_force
 from .cause_search import CauseSearch
@@ -30,27 +30,24 @@ def search_causes(
 ) -> Searched:
     """Search for causes: those seen whatever the isolators' force first, and all of them."""
     start = CauseSearch(comparison, most_causes, progress)
-    by_structure = _search_by_structure(start)
-    if by_structure is not None and _explain(*by_structure):
-        return by_structure
-    ordinary = _search(start)
-    if by_structure is not None and _left(*by_structure) < _left(*ordinary):
-        return by_structure
-    return ordinary
+    return _search(start, _search_by_structure(start))
 
 
-def _search(start: CauseSearch) -> Searched:
-    """Search for causes, again with more of the last record fitted where only that shows them."""
+def _search(start: CauseSearch, found: Searched | None = None) -> Searched:
+    """Search for causes, again with more of the last record fitted where only that shows them.
+
+    What was found goes before a search from the beginning.
+    """
     comparison, before, late = start.comparison, start.before, None
     missed, missed_fitted = (excess_error(comparison, before, part) for part in (True, False))
-    if missed_fitted < NEARLY_RIGHT * missed:
+    if found is None and missed_fitted < NEARLY_RIGHT * missed:
         # what grows or comes late is seen in the held-out data alone
         late = _reopened(comparison, before)
         if late is not None:
             again = _search_as_expected(start.over(late))
             if again[1].best.cause_values:
                 return again
-    space, result = _search_as_expected(start)
+    space, result = found or _search_as_expected(start)
     best, comes_late = result.best, False
     if not _explain(space, result):
         # a cause that imitates two others, taken first, may keep both out
@@ -73,12 +70,12 @@ def _search(start: CauseSearch) -> Searched:
         remains = largest_excess(again[0].comparison, again[1].best)
         nearer = remains < INSTEAD * largest_excess(space.comparison, best)
         return again if nearer else (space, result)
-    found = again if again[1].best.cause_values else (space, result)
-    remains = largest_excess(found[0].comparison, found[1].best)
+    last = again if again[1].best.cause_values else (space, result)
+    remains = largest_excess(last[0].comparison, last[1].best)
     if remains > REMAINS:
         beside = _search_beside(space, result, start.over(reopened), INSTEAD * remains)
-        return found if beside is None else beside
-    return found
+        return last if beside is None else beside
+    return last
 
 
 def _search_by_structure(start: CauseSearch) -> Searched | None:
@@ -86,7 +83,7 @@ def _search_by_structure(start: CauseSearch) -> Searched | None:
 
     Their effects, and what is wrong in the structure or with sensors, may imitate each other.
     """
-    expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
+    expected = NEARLY_RIGHT * largest_excess(start.comparison, start.before)
     seen, main = start.over(start.comparison.expecting(expected)).beside_any_force()
     if not seen or len(main) > MOST_BESIDE_FORCE:
         return None
@@ -94,20 +91,18 @@ def _search_by_structure(start: CauseSearch) -> Searched | None:
         start.comparison, model=with_causes(start.comparison.model, seen), _cache={}
     )
     others = [cause for cause in start.choices if cause not in start.not_of_layer]
-    space, of_layer = _search(start.over(corrected, others))
+    layer = start.over(corrected, others)
+    layer.most_causes = MOST_BESIDE_FORCE  # more of them only mend the form of another
+    space, of_layer = _search(layer)
     more = start.comparison.fitting_more() if space.comparison.middle != corrected.middle else None
     begin = start if more is None else start.over(more)
-    return _search_as_expected(begin, (*main, *of_layer.best.cause_values))
+    both = _search_as_expected(begin, (*main, *of_layer.best.cause_values))
+    return both if both[1].best.cause_values else None
 
 
 def _explain(space: CauseSearch, result: SearchResult[FittedBuilding]) -> bool:
     """Whether the causes of a search explain the records."""
     return space.explains(result.best, noise_chance(space.comparison, result.best))
-
-
-def _left(space: CauseSearch, result: SearchResult[FittedBuilding]) -> float:
-    """Error that the causes of a search leave, fitted or held out."""
-    return largest_excess(space.comparison, result.best)
 
 
 def _search_beside(
@@ -129,7 +124,7 @@ def _search_beside(
 
 def _search_from_pair(start: CauseSearch, least: float) -> Searched | None:
     """Search from the best pair; None unless it leaves less."""
-    expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
+    expected = NEARLY_RIGHT * largest_excess(start.comparison, start.before)
     begun = start.over(start.comparison.expecting(expected))
     pairs = begun.pairs()
     if not pairs or not largest_excess(begun.comparison, pairs[0]) < least:
@@ -153,12 +148,17 @@ def _search_as_expected(start: CauseSearch, begin: CauseValues = ()) -> Searched
 
     It begins with some causes in the model.
     """
-    expected = NEARLY_RIGHT * excess_error(start.comparison, start.before)
+    expected, rounds = NEARLY_RIGHT * largest_excess(start.comparison, start.before), []
+    space = start.over(start.comparison.expecting(expected))
     while True:
-        space = start.over(start.comparison.expecting(expected))
         result = search(space, space.beginning_with(begin) if begin else space.before)
-        left = excess_error(space.comparison, result.best)
-        enough = max(2 * expected, relative_noise(space.comparison, True))
+        rounds += result.rounds
+        begin = result.best.cause_values
+        left = largest_excess(space.comparison, result.best)
+        enough = max(2 * expected, least_noise(space.comparison))
         if left < enough:
-            return space, result
+            return space, replace(result, rounds=rounds)
         expected = left
+        space = space.going_on(start.comparison.expecting(expected))
+        if not begin:  # a larger error would hide all the more
+            return space, SearchResult(space.before, space.before, rounds)
