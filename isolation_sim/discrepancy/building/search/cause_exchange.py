@@ -25,7 +25,7 @@ from ..errors import mean_error
 from ..goodness_of_fit import is_quiet
 from ..isolator_effects import HISTORIES, ISOLATOR_EFFECTS, LAYER_CAUSES
 from .layer_effects import proposed_effects
-from .ranking import evidence, is_nearer
+from .ranking import is_nearer, twice_log_odds
 from .search_state import SearchState
 
 
@@ -85,7 +85,7 @@ def exchange_histories(state: SearchState, current: FittedBuilding) -> FittedBui
             for one, *_ in proposed_effects(state.comparison, rest, HISTORIES, 0.0, True)
             if (one.key, one.form) != (cause.key, cause.form)
         ]
-        fits = sorted([current, *fits], key=lambda one: evidence(current, one))
+        fits = sorted([current, *fits], key=lambda one: twice_log_odds(current, one))
         nearest = {one.causes[k]: one for one in reversed(fits)}
         current, listed = fits[0], state.rivals.setdefault(fits[0].causes[k], [])
         known = {one.causes[-1] for one in listed}
@@ -95,7 +95,7 @@ def exchange_histories(state: SearchState, current: FittedBuilding) -> FittedBui
         listed += [
             replace(one, cause_values=(*before, *after, one.cause_values[k]))
             for name, one in nearest.items()
-            if name not in (current.causes[k], *known) and evidence(current, one) < most
+            if name not in (current.causes[k], *known) and twice_log_odds(current, one) < most
         ]
         if current.cause_values[k][0] is cause:
             current, (state.comparison, state.before) = found, compared

@@ -54,12 +54,12 @@ from .cause_fits import near_the_best
 from .layer_effects import proposed_effects
 from .ranking import (
     best_of_each,
-    evidence,
     likelier_on_all,
     may_be_nearer,
     rank,
     rivals_of,
     simplest_form,
+    twice_log_odds,
 )
 from .search_state import SearchState
 
@@ -189,7 +189,7 @@ class CauseSearch(SearchState):
             max(by_last, 0.0) <= INSTEAD**2 * max(others, 0.0) for by_last, others in squares
         ):
             return True
-        return self.is_explained(last) and evidence(last, best) > STRONG_EVIDENCE
+        return self.is_explained(last) and twice_log_odds(last, best) > STRONG_EVIDENCE
 
     def choose(
         self, current: FittedBuilding, tried: Sequence[FittedBuilding]
@@ -335,7 +335,7 @@ class CauseSearch(SearchState):
                 trial = self.fit_instead((*before, other, *after), current)
                 if (
                     self._stands_for(trial, current) if other[0].last
-                    else evidence(trial, current) > STRONG_EVIDENCE
+                    else twice_log_odds(trial, current) > STRONG_EVIDENCE
                 ):  # fmt: skip
                     current = trial
                     self.rivals.setdefault(other[0].label, [])

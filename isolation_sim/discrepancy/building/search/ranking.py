@@ -30,11 +30,11 @@ def may_be_nearer(trial: FittedBuilding, current: FittedBuilding) -> bool:
     """Whether a model is about as near to the fitted data as another, or clearly nearer to all."""
     return (
         is_nearer(trial, current, -STRONG_EVIDENCE)
-        or evidence(trial, current) > STRONG_EVIDENCE
+        or twice_log_odds(trial, current) > STRONG_EVIDENCE
     )  # fmt: skip
 
 
-def evidence(one: FittedBuilding, other: FittedBuilding) -> float:
+def twice_log_odds(one: FittedBuilding, other: FittedBuilding) -> float:
     """Logarithm of the odds of a model against another, twice, by what both predict, too."""
     n = one.n_independent
     predicted = n * sum(part.size for part in one.held_out) / one.n
@@ -66,9 +66,9 @@ def likelier_on_all(best: FittedBuilding, accepted: Sequence[FittedBuilding]) ->
     """One of no more numbers than the best cause, if what it predicts makes it clearly likelier."""
     likelier = [
         one for one in accepted
-        if one.n_parameters <= best.n_parameters and evidence(one, best) > STRONG_EVIDENCE
+        if one.n_parameters <= best.n_parameters and twice_log_odds(one, best) > STRONG_EVIDENCE
     ]  # fmt: skip
-    return max(likelier, key=lambda one: evidence(one, best), default=best)
+    return max(likelier, key=lambda one: twice_log_odds(one, best), default=best)
 
 
 def best_of_each(
