@@ -295,7 +295,7 @@ def test_noise_that_grows_towards_low_frequencies_is_noise():
     clean = diagnosis_with(pink=0.01)
     assert clean.verdict == "adequate" and not clean.causes
     assert clean.noise_floor == pytest.approx(np.hypot(NOISE, 0.01), rel=0.3)
-    assert "grows towards low frequencies" in " ".join(step.text for step in clean.steps)
+    assert "noise is not white" in " ".join(step.text for step in clean.steps)
     hidden = diagnosis_with(pink=0.01, friction=0.05)
     assert hidden.verdict == "explained"
     assert [(c.name, c.is_named) for c in hidden.causes] == [("coulomb_friction", True)]

@@ -49,7 +49,7 @@ from ..device.common_curve import (
     with_saturation,
 )
 from ..device.effect_search import EffectSearch
-from ..device.force_errors import ForceErrors
+from ..device.force_errors import ForceErrors, is_all
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
 from ..device.model import FittedModel, Model, fit_model
@@ -104,6 +104,12 @@ class DeviceTests(Problem[FittedModel]):
         self.disturbance = interference(self.data, self.law.force)
         if self.disturbance is not None:
             self.data = replace(self.data, force=self.data.force - self.disturbance.force)
+            self._fit_law()
+        beside = self.data.noise_beside(self.law.force)
+        if np.isfinite(beside.corner) and is_all(self.data, self.law.force, beside.deviation):
+            # beside the law a low-pass is seen that the motion hides in the force
+            corner = np.full(len(self.data.runs), beside.corner)
+            self.data = replace(self.data, force_noise=beside.deviation, force_corner=corner)
             self._fit_law()
         data = self.data
         self.shifts = motion_noise(data, NOISE_EXAMPLES, self.seed)
@@ -270,8 +276,8 @@ class DeviceTests(Problem[FittedModel]):
 
     def evaluate(self, result: SearchResult[FittedModel]) -> Evaluation:
         """Compare the forces before and after on fitted and on held-out samples."""
-        data, errors = self.data, self.errors.beside_slow_noise(self.after)
-        self.has_slow_noise = errors is not self.errors
+        data, errors = self.data, self.errors.beside_its_noise(self.after)
+        self.has_own_noise = errors is not self.errors
         self.errors = self.validated.errors = errors
         left = self.validated.left()
         residuals = self.before - data.force, self.after - data.force
@@ -464,10 +470,10 @@ class DeviceTests(Problem[FittedModel]):
             f"residual is {cost * len(space.noise) / space.noise_cost:.3g} times that of noise, "
             f"and a residual resembles its neighbours over {memory:.0f} samples."
         )
-        if self.has_slow_noise:
+        if self.has_own_noise:
             text += (
-                " The noise grows towards low frequencies: its strength is that of what remains "
-                "above the frequencies of the motion."
+                " The noise is not white: its strength is that of what remains above the "
+                "frequencies of the motion."
             )
         if self.disturbance is not None:
             text += (

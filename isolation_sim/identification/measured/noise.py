@@ -146,19 +146,24 @@ def _between_harmonics(n: int, cycles: float) -> NDArray:
 
 
 def sensor_noise(
-    signal: NDArray, limits: _Limits = _DISPLACEMENT, cycles: float = 0.0
+    signal: NDArray,
+    limits: _Limits = _DISPLACEMENT,
+    cycles: float = 0.0,
+    known: NDArray | float = 0.0,
 ) -> SensorNoise:
     """Estimate the noise of a signal that is smooth otherwise, and small as a share of it.
 
-    Of a sinusoidal motion with so many ``cycles`` the harmonics are left out.
+    Of a sinusoidal motion with so many ``cycles`` the harmonics are left out. The noise is that
+    beside a ``known`` part of the signal.
     """
     # Below the corner of an amplifier's low-pass noise leaves a plateau in the spectrum, between
     # the motion, whose power falls with the frequency, and the corner. It is the widest one, of an
     # octave at least, that is far stronger than the highest frequencies; nearly all power lies
     # below it.
+    total = float(_spectrum(signal)[0].sum())
+    signal = signal - known
     power, size = _spectrum(signal)
-    total = float(power.sum())
-    motion = int(np.searchsorted(np.cumsum(power), (1 - limits.small**2) * total))
+    motion = int(np.searchsorted(np.cumsum(power), power.sum() - limits.small**2 * total))
     lines = _between_harmonics(power.size, cycles)
     power, motion, n = power[lines], int(np.searchsorted(lines, motion)), lines.size
     highest = _highest(power)
@@ -269,11 +274,22 @@ class ChannelNoise(NamedTuple):
 
 
 def channel_noise(
-    forces: Sequence[NDArray], steps: Sequence[float], displacements: Sequence[NDArray] = ()
+    forces: Sequence[NDArray],
+    steps: Sequence[float],
+    displacements: Sequence[NDArray] = (),
+    known: Sequence[NDArray] = (),
 ) -> ChannelNoise:
-    """Estimate the noise of the force channel, which has one amplifier for all runs."""
+    """Estimate the noise of the force channel, which has one amplifier for all runs.
+
+    It is that beside a ``known`` part of the force, such as that of a fitted law.
+    """
     cycles = [cycles_of(one) for one in displacements] or [0.0] * len(forces)
-    each = [sensor_noise(force, _FORCE, n) for force, n in zip(forces, cycles, strict=True)]
+    parts = known or [np.zeros(1)] * len(forces)
+    each = [
+        sensor_noise(force, _FORCE, n, part)
+        for force, n, part in zip(forces, cycles, parts, strict=True)
+    ]
+    forces = [force - part for force, part in zip(forces, parts, strict=True)]
     corner = _shared_corner(forces, steps, each)
     shown = np.array([one.corner < 1 for one in each])
     if np.isfinite(corner):

@@ -125,6 +125,16 @@ def test_runs_that_hide_the_corner_have_the_noise_of_the_others():
     assert noise.corner == pytest.approx(CORNER, rel=0.3)
 
 
+def test_beside_a_known_force_a_corner_is_seen_that_its_turns_hide():
+    turns = [np.sign(np.sin(2 * np.pi * f * TIME)) for f in (0.5, 0.7, 0.9, 1.3)]
+    forces = [one + filtered_noise(k) for k, one in enumerate(turns)]
+    true = [np.std(filtered_noise(k)) for k in range(4)]
+    assert channel_noise(forces, [1 / RATE] * 4).corner == np.inf
+    noise = channel_noise(forces, [1 / RATE] * 4, known=turns)
+    assert noise.corner == pytest.approx(CORNER, rel=0.3)
+    np.testing.assert_allclose(noise.deviation, true, rtol=0.2)
+
+
 def test_a_motion_that_hides_the_corner_has_the_noise_of_the_others_at_most():
     fast = 0.03 * np.sin(2 * np.pi * np.cumsum(np.linspace(0.5, 22.0, TIME.size)) / RATE)
     motions = [sinusoid()[0], random_motion(1)[0], 0.5 * random_motion(2)[0], fast]
