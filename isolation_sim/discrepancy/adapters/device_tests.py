@@ -230,20 +230,30 @@ class DeviceTests(Problem[FittedModel]):
         return min(found, key=lambda one: one[0])[1] if found else None
 
     def saturates_alike(self) -> bool:
-        """Whether a saturation follows the currents where each parameter has its own curve."""
+        """Whether a saturation explains the currents better than each parameter's own curve."""
+        final, saturated = self.final, self._saturated
+        if saturated is None:
+            return False
+        # noise of the motion leaves more than that of the force
+        noise = final.cost / len(final.residual)
+        return saturated.cost - final.cost < noise * (final.penalty - saturated.penalty)
+
+    @cached_property
+    def _saturated(self) -> FittedModel | None:
+        """One saturation that follows the currents to noise where parameters are curved."""
         final, fitted, errors = self.final, self.data.fitted, self.errors
         p = final.model.parameterisation
         chosen = self.degree is not None or self.prescribed is not None
         if chosen or p.n_powers != 3 or "field_saturation" in final.causes:
-            return False
+            return None
         if not errors.is_noise(self.after, fitted) or not several_curves(final):
-            return False
+            return None
         linear = linear_in_current(final)
         saturated = with_saturation(linear)
-        if saturated is None or saturated.criterion >= final.criterion:
-            return False
+        if saturated is None or not errors.is_noise(saturated.force, fitted):
+            return None
         corrected = self._errors_of(linear)[0] ** 2 - self._errors_of(saturated)[0] ** 2
-        return corrected > self.significance**2 and errors.is_noise(saturated.force, fitted)
+        return saturated if corrected > self.significance**2 else None
 
     def _errors_of(self, model: FittedModel) -> NDArray:
         """Relative errors of a model on fitted and on held-out samples."""
@@ -479,6 +489,11 @@ class DeviceTests(Problem[FittedModel]):
             text += (
                 f" A line at {self.disturbance.frequency:.2f} Hz that all runs share was removed "
                 "from the force first."
+            )
+        if self._saturated is not None:
+            text += (
+                " Its parameters are quadratic in the current. Parameters that are linear in one "
+                "saturating current (field_saturation) follow the data to noise, too."
             )
         if self.saturates:
             text += (
