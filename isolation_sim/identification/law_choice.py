@@ -214,7 +214,8 @@ def _fit(model: LawModel, seed: int) -> tuple[LawModel, Optimum | None]:
     def resolved(end: Optimum) -> tuple[LawModel, Optimum]:
         missed = _UNIT * float(np.sqrt(2 * end.cost / np.sum(fitted.fitted)))
         here = replace(model, step_error=coarse_step_error(missed, _RESOLVES, _COARSEST))
-        return here.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-3)
+        # one step that gains little is no end
+        return here.resolve_steps(end.x, 1).minimise_resolved(end.x, _STEPS, 1e-4, _RANKED)
 
     ends = (search_roughly(near, start, _STEPS, 1e-3) for start in begin[:_RESOLVED])
     best = min(map(resolved, distinct(ends)), key=_cost, default=None)

@@ -17,6 +17,7 @@ from .measured.channel_checks import clipped_samples
 from .measured.force_channel import Averaging, find_averaging, moving_average
 from .measured.holds import hold_still
 from .measured.noise import (
+    ChannelNoise,
     channel_noise,
     displacement_noise,
     noise_beside_steps,
@@ -163,6 +164,11 @@ class MeasuredRuns:
             moving_average(force[run], width) if width > 0 else force[run]
             for run, width in zip(self.runs, widths, strict=True)
         ])  # fmt: skip
+
+    def noise_beside(self, force: NDArray) -> ChannelNoise:
+        """Noise of the force channel if all that a force (N) leaves is noise."""
+        forces, known, x = ([one[run] for run in self.runs] for one in (self.force, force, self.x))
+        return channel_noise(forces, self.dt.tolist(), x, known)
 
     def weigh(self, force: NDArray) -> Self:
         """Weigh the runs by their noise and by the misfit of a model's force (N)."""

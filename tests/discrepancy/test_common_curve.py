@@ -1,11 +1,13 @@
 """A saturation that quadratic parameters follow, each by a curve of its own."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import isolation_sim as iso
+from isolation_sim.discrepancy.adapters.device_tests import DeviceTests
 from isolation_sim.identification.campaign import Campaign, TestRun
 
 
@@ -75,3 +77,11 @@ def test_slow_noise_beside_a_cause_does_not_hide_a_saturation():
         runs.append(replace(run, force=force))
     diagnosis = iso.diagnose(replace(data, runs=tuple(runs)), law="kelvin_voigt", tiers="causes")
     assert {one.name for one in diagnosis.causes} == {"force_offset", "field_saturation"}
+
+
+@pytest.mark.parametrize(("more", "alike"), [(200.0, True), (400.0, False)])
+def test_curves_are_weighed_by_the_noise_that_remains(more, alike):
+    final = SimpleNamespace(cost=9e3, residual=np.zeros(1000), penalty=100.0)
+    saturated = SimpleNamespace(cost=9e3 + more, penalty=70.0)
+    problem = SimpleNamespace(final=final, _saturated=saturated)
+    assert DeviceTests.saturates_alike(problem) == alike

@@ -216,27 +216,34 @@ def test_held_out_runs_choose_among_what_fits_as_well(cost, held_out, noise, tak
 
 
 @pytest.mark.parametrize(
-    ("cost", "held_out", "missed", "revised"),
+    ("costs", "held_out", "missed", "revised"),
     [
-        (600, 6.0, True, True),
-        (900, 6.0, True, False),
-        (600, 8.0, True, False),
-        (600, 8.0, False, True),  # those held out cannot tell
+        ((600, 650), (6.0, 6.0), True, "first"),
+        ((900, 950), (6.0, 6.0), True, None),
+        ((600, 650), (8.0, 6.0), True, "second"),
+        ((600, 650), (8.0, 8.0), True, "first"),  # revised, it may help
+        ((600, 650), (8.0, 6.0), False, "first"),  # those held out cannot tell
     ],
 )
-def test_only_what_helps_held_out_runs_as_it_was_found_is_revised(cost, held_out, missed, revised):
+def test_what_helps_held_out_runs_as_it_was_found_is_revised_first(
+    costs, held_out, missed, revised
+):
     """Without a further cause, fitted runs leave 1000 and those held out 10."""
-    best, more = fitted(1000, "heat"), fitted(cost, "heat", "wear")
+    names = ("first", "second")
+    best = fitted(1000, "heat")
+    more = [fitted(cost, "heat", name) for cost, name in zip(costs, names, strict=True)]
+    left = {"best": 10.0, **dict(zip(names, held_out, strict=True))}
     problem = ValidatedSearch.__new__(ValidatedSearch)
     problem.space = Space()
     problem.space.revise = lambda model: model
     problem.data = SimpleNamespace(bounded=lambda force: force)
     problem._misses_held_out = lambda model: missed
-    problem._on_all_samples = lambda model: SimpleNamespace(force="more")
+    problem._on_all_samples = lambda model: SimpleNamespace(force=model.effects[-1])
     problem.final = SimpleNamespace(force="best")
-    problem.errors = SimpleNamespace(misfit={"best": 10.0, "more": held_out}.get)
-    result = SearchResult(fitted(1e4), best, [Round(best, [more], None)])
-    assert problem._one_more(best, result) is (more if revised else None)
+    problem.errors = SimpleNamespace(misfit=left.get)
+    result = SearchResult(fitted(1e4), best, [Round(best, more, None)])
+    found = problem._one_more(best, result)
+    assert (None if found is None else found.effects[-1]) == revised
 
 
 @pytest.mark.parametrize(

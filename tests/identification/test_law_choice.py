@@ -21,6 +21,7 @@ from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.cross_validation import fitted_without, folds_of
 from isolation_sim.identification.fit import fit
 from isolation_sim.identification.law_choice import LawChoice, LawRank, choose_law
+from isolation_sim.identification.law_model import LawModel
 from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured_runs import hold_out_some, measured_runs
 from isolation_sim.laws import LAWS, law
@@ -192,6 +193,21 @@ def test_a_law_of_the_right_family_is_fitted_further_before_it_is_ranked():
         laws = ("friction_pendulum", "improved_bouc_wen", "park_wen_ang")
         choice = choose_law(campaign, data, None, pool, laws=laws)
     assert choice.best.law == "friction_pendulum"
+
+
+def test_a_step_that_gains_little_does_not_end_the_first_fit_of_a_law(campaign_of, monkeypatch):
+    """A friction pendulum's first fit pauses at 8.7 % of the force before it comes to 2.6 %."""
+    ends, minimise = [], LawModel.minimise_resolved
+
+    def record(model, start, most, tolerance, valley=0.0):
+        ends.append((tolerance, valley))
+        return minimise(model, start, most, tolerance, valley)
+
+    monkeypatch.setattr(LawModel, "minimise_resolved", record)
+    campaign = campaign_of("maxwell", 0)
+    with workers(1) as pool:
+        choose_law(campaign, measured_runs(campaign.runs), 1, pool, laws=("maxwell",))
+    assert all(tolerance <= 1e-4 and valley > 0 for tolerance, valley in ends)
 
 
 def test_only_laws_that_may_be_near_are_cross_validated(campaign_of, monkeypatch):

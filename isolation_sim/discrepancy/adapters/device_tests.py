@@ -50,7 +50,7 @@ from ..device.common_curve import (
     with_saturation,
 )
 from ..device.effect_search import EffectSearch
-from ..device.force_errors import ForceErrors
+from ..device.force_errors import ForceErrors, is_all
 from ..device.generic_terms import OUTSIDE, generic_terms, variables
 from ..device.interference import Interference, interference
 from ..device.model import FittedModel, Model, fit_model
@@ -105,6 +105,12 @@ class DeviceTests(Problem[FittedModel]):
         self.disturbance = interference(self.data, self.law.force)
         if self.disturbance is not None:
             self.data = replace(self.data, force=self.data.force - self.disturbance.force)
+            self._fit_law()
+        beside = self.data.noise_beside(self.law.force)
+        if np.isfinite(beside.corner) and is_all(self.data, self.law.force, beside.deviation):
+            # beside the law a low-pass is seen that the motion hides in the force
+            corner = np.full(len(self.data.runs), beside.corner)
+            self.data = replace(self.data, force_noise=beside.deviation, force_corner=corner)
             self._fit_law()
         data = self.data
         self.shifts = motion_noise(data, NOISE_EXAMPLES, self.seed)
@@ -225,20 +231,30 @@ class DeviceTests(Problem[FittedModel]):
         return min(found, key=lambda one: one[0])[1] if found else None
 
     def saturates_alike(self) -> bool:
-        """Whether a saturation follows the currents where each parameter has its own curve."""
+        """Whether a saturation explains the currents better than each parameter's own curve."""
+        final, saturated = self.final, self._saturated
+        if saturated is None:
+            return False
+        # noise of the motion leaves more than that of the force
+        noise = final.cost / len(final.residual)
+        return saturated.cost - final.cost < noise * (final.penalty - saturated.penalty)
+
+    @cached_property
+    def _saturated(self) -> FittedModel | None:
+        """One saturation that follows the currents to noise where parameters are curved."""
         final, fitted, errors = self.final, self.data.fitted, self.errors
         p = final.model.parameterisation
         chosen = self.degree is not None or self.prescribed is not None
         if chosen or p.n_powers != 3 or "field_saturation" in final.causes:
-            return False
+            return None
         if not errors.is_noise(self.after, fitted) or not several_curves(final):
-            return False
+            return None
         linear = linear_in_current(final)
         saturated = with_saturation(linear)
-        if saturated is None or saturated.criterion >= final.criterion:
-            return False
+        if saturated is None or not errors.is_noise(saturated.force, fitted):
+            return None
         corrected = self._errors_of(linear)[0] ** 2 - self._errors_of(saturated)[0] ** 2
-        return corrected > self.significance**2 and errors.is_noise(saturated.force, fitted)
+        return saturated if corrected > self.significance**2 else None
 
     def _errors_of(self, model: FittedModel) -> NDArray:
         """Relative errors of a model on fitted and on held-out samples."""
@@ -271,9 +287,9 @@ class DeviceTests(Problem[FittedModel]):
 
     def evaluate(self, result: SearchResult[FittedModel]) -> Evaluation:
         """Compare the forces before and after on fitted and on held-out samples."""
-        data, errors = self.data, self.errors.beside_slow_noise(self.after)
+        data, errors = self.data, self.errors.beside_its_noise(self.after)
         alone = self.errors.is_noise(self.after, data.fitted)
-        self.has_slow_noise = errors is not self.errors and not alone
+        self.has_own_noise = errors is not self.errors and not alone
         self.errors = self.validated.errors = errors
         left = self.validated.left()
         residuals = self.before - data.force, self.after - data.force
@@ -477,15 +493,20 @@ class DeviceTests(Problem[FittedModel]):
             f"residual is {float(f'{times:.3g}'):g} times that of noise, "
             f"and a residual resembles its neighbours over {memory:.0f} samples."
         )
-        if self.has_slow_noise:
+        if self.has_own_noise:
             text += (
-                " The noise grows towards low frequencies: its strength is that of what remains "
-                "above the frequencies of the motion."
+                " The noise is not white: its strength is that of what remains above the "
+                "frequencies of the motion."
             )
         if self.disturbance is not None:
             text += (
                 f" A line at {self.disturbance.frequency:.2f} Hz that all runs share was removed "
                 "from the force first."
+            )
+        if self._saturated is not None:
+            text += (
+                " Its parameters are quadratic in the current. Parameters that are linear in one "
+                "saturating current (field_saturation) follow the data to noise, too."
             )
         if self.saturates:
             text += (

@@ -88,22 +88,24 @@ class ForceErrors:
         ratio = max(most, 1 + CHANCE_OF_FEW * np.sqrt(4 / max(len(noise), 1)))
         return bool(data.cost(force, chosen) < ratio * max(np.sum(noise), np.sum(least)))
 
-    def beside_slow_noise(self, force: NDArray) -> ForceErrors:
-        """These, with noise that grows as 1/f, if that is all that a force misses where fitted.
+    def beside_its_noise(self, force: NDArray) -> ForceErrors:
+        """These, with noise that the force alone does not show, if it is all that a force misses.
 
-        The noise of every run is that of the force's residual above the frequencies of the motion.
+        It is behind a low-pass, or grows as 1/f: that of the residual above the motion.
         """
         data, residual = self.data, force - self.data.force
         if data.relative(residual, data.fitted) > REMAINS:
             return self
         slow = np.array([slow_noise(residual[run], data.x[run]) for run in data.runs])
-        squares = (np.repeat(slow, data.lengths) * data.weight) ** 2
-        if data.cost(force, data.fitted) >= ADEQUATE * float(np.sum(squares[data.fitted])):
-            return self
-        own = np.mean(self.noise**2, axis=1)
-        ratio = [np.sum(squares[run]) / max(float(np.sum(own[run])), 1e-300) for run in data.runs]
-        factor = np.repeat(np.sqrt(np.maximum(ratio, 1.0)), data.lengths)
-        return replace(self, noise=self.noise * factor[:, np.newaxis])
+        for rms in (slow, data.noise_beside(force).deviation):
+            if is_all(data, force, rms):
+                squares = (np.repeat(rms, data.lengths) * data.weight) ** 2
+                own = np.mean(self.noise**2, axis=1)
+                sums = [(np.sum(squares[run]), max(np.sum(own[run]), 1e-300)) for run in data.runs]
+                ratio = np.array([max(noise / least, 1.0) for noise, least in sums])
+                factor = np.repeat(np.sqrt(ratio), data.lengths)
+                return replace(self, noise=self.noise * factor[:, np.newaxis])
+        return self
 
     def is_large(self, force: NDArray, chosen: NDArray) -> bool:
         """Whether a force has an error on the chosen samples that another law may explain."""
@@ -146,3 +148,9 @@ class ForceErrors:
             if loss > max(negligible + 2 * chance, accepted):
                 return True
         return False
+
+
+def is_all(data: MeasuredRuns, force: NDArray, noise: NDArray) -> bool:
+    """Whether noise of this RMS in each run (N) is all that a force misses where fitted."""
+    squares = (np.repeat(noise, data.lengths) * data.weight) ** 2
+    return bool(data.cost(force, data.fitted) < ADEQUATE * float(np.sum(squares[data.fitted])))

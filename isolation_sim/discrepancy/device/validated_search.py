@@ -202,15 +202,19 @@ class ValidatedSearch:
         last = result.rounds[-1]
         if last.taken is not None or last.base.effects != best.effects:
             return None
-        likely = self.space.second_best(best, last.tried)
-        nearly = next((one for one in likely if self._nearly_completes(best, one)), None)
-        return None if nearly is None else self.space.revise(nearly)
+        likely = [
+            one for one in self.space.second_best(best, last.tried)
+            if self.space.completes(best, one, NEARLY_COMPLETES)
+        ]  # fmt: skip
+        if not likely:
+            return None
+        # before those beside it are exchanged, a right one may not help on the runs held out
+        nearly = next((one for one in likely if self._helps(one)), likely[0])
+        return self.space.revise(nearly)
 
-    def _nearly_completes(self, best: FittedModel, more: FittedModel) -> bool:
-        """Whether one more cause leaves less on fitted and on held-out runs, as it was found."""
-        if not self.space.completes(best, more, NEARLY_COMPLETES):
-            return False
-        if not self._misses_held_out(best):
+    def _helps(self, more: FittedModel) -> bool:
+        """Whether one more cause, as it was found, leaves less on held-out runs, or noise."""
+        if not self._misses_held_out(more):
             return True
         force = self.data.bounded(self._on_all_samples(more).force)
         return self.errors.misfit(force) < NEARLY_COMPLETES * self.errors.misfit(self.after)

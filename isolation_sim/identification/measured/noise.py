@@ -20,6 +20,9 @@ _BEYOND = 0.1, 16
 number of lines. A corner is often at 0.4 of the sampling rate, against aliasing."""
 _BAND = 2 ** (1 / 3), 8
 """Ratio of the ends of a band of a spectrum, and its least number of lines."""
+_WIDE = 2.3
+"""Least ratio of the ends of a plateau: ramps behind a servo look like one, too, up to 2.2, in
+13 runs of three generators."""
 _ALIKE = 2.5
 """Ratio of the powers of bands up to which they are one plateau; medians of few lines scatter."""
 
@@ -146,19 +149,24 @@ def _between_harmonics(n: int, cycles: float) -> NDArray:
 
 
 def sensor_noise(
-    signal: NDArray, limits: _Limits = _DISPLACEMENT, cycles: float = 0.0
+    signal: NDArray,
+    limits: _Limits = _DISPLACEMENT,
+    cycles: float = 0.0,
+    known: NDArray | float = 0.0,
 ) -> SensorNoise:
     """Estimate the noise of a signal that is smooth otherwise, and small as a share of it.
 
-    Of a sinusoidal motion with so many ``cycles`` the harmonics are left out.
+    Of a sinusoidal motion with so many ``cycles`` the harmonics are left out. The noise is that
+    beside a ``known`` part of the signal.
     """
     # Below the corner of an amplifier's low-pass noise leaves a plateau in the spectrum, between
     # the motion, whose power falls with the frequency, and the corner. It is the widest one, of an
-    # octave at least, that is far stronger than the highest frequencies; nearly all power lies
+    # octave and more, that is far stronger than the highest frequencies; nearly all power lies
     # below it.
+    total = float(_spectrum(signal)[0].sum())
+    signal = signal - known
     power, size = _spectrum(signal)
-    total = float(power.sum())
-    motion = int(np.searchsorted(np.cumsum(power), (1 - limits.small**2) * total))
+    motion = int(np.searchsorted(np.cumsum(power), power.sum() - limits.small**2 * total))
     lines = _between_harmonics(power.size, cycles)
     power, motion, n = power[lines], int(np.searchsorted(lines, motion)), lines.size
     highest = _highest(power)
@@ -167,7 +175,7 @@ def sensor_noise(
     ends, levels = _bands(power, max(motion, _BAND[1]))
     # rounding that recurs in every cycle has a spectrum of lines, which the median passes by
     rounding = rounding_step(signal) / np.sqrt(12)
-    widest, result = 2.0, SensorNoise(np.sqrt(highest / size), 1.0)
+    widest, result = _WIDE, SensorNoise(np.sqrt(highest / size), 1.0)
     for i in range(len(levels)):
         for j in range(i + 2, len(levels) + 1):
             most = levels[i:j].max()
@@ -269,11 +277,22 @@ class ChannelNoise(NamedTuple):
 
 
 def channel_noise(
-    forces: Sequence[NDArray], steps: Sequence[float], displacements: Sequence[NDArray] = ()
+    forces: Sequence[NDArray],
+    steps: Sequence[float],
+    displacements: Sequence[NDArray] = (),
+    known: Sequence[NDArray] = (),
 ) -> ChannelNoise:
-    """Estimate the noise of the force channel, which has one amplifier for all runs."""
+    """Estimate the noise of the force channel, which has one amplifier for all runs.
+
+    It is that beside a ``known`` part of the force, such as that of a fitted law.
+    """
     cycles = [cycles_of(one) for one in displacements] or [0.0] * len(forces)
-    each = [sensor_noise(force, _FORCE, n) for force, n in zip(forces, cycles, strict=True)]
+    parts = known or [np.zeros(1)] * len(forces)
+    each = [
+        sensor_noise(force, _FORCE, n, part)
+        for force, n, part in zip(forces, cycles, parts, strict=True)
+    ]
+    forces = [force - part for force, part in zip(forces, parts, strict=True)]
     corner = _shared_corner(forces, steps, each)
     shown = np.array([one.corner < 1 for one in each])
     if np.isfinite(corner):

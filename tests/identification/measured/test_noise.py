@@ -77,6 +77,17 @@ def test_a_noiseless_motion_has_none(motion):
     assert sensor_noise(motion()[0]).deviation < 1e-6
 
 
+@pytest.mark.parametrize("servo", [8.0, 12.0])
+def test_ramps_behind_a_servo_are_no_noise(servo):
+    corners = [0, 0.5, 1.1, 1.9, 2.86, 3.66, 4.62, 5.42, 6.5, 7.3, 7.78, 8.28]
+    levels = np.array([0, 0, 30, 30, -18, -18, 30, 30, -24, -24, 0, 0])
+    time = np.arange(0, corners[-1], 1 / 4000)
+    sos = butter(2, servo, fs=4000, output="sos")
+    x = sosfilt(sos, np.interp(time, corners, levels))[::16]
+    x += 2e-3 * np.random.default_rng(0).standard_normal(x.size)
+    assert sensor_noise(x).deviation < 4e-3
+
+
 @pytest.mark.parametrize("rate", [100.0, 250.0, 1000.0])
 def test_a_soft_start_is_no_noise(rate):
     random = np.random.default_rng(1)
@@ -123,6 +134,16 @@ def test_runs_that_hide_the_corner_have_the_noise_of_the_others():
     true = [np.std(filtered_noise(k)) for k in (0, 1, 2, 3, 4, 9)]
     np.testing.assert_allclose(noise.deviation, true, rtol=0.4)
     assert noise.corner == pytest.approx(CORNER, rel=0.3)
+
+
+def test_beside_a_known_force_a_corner_is_seen_that_its_turns_hide():
+    turns = [np.sign(np.sin(2 * np.pi * f * TIME)) for f in (0.5, 0.7, 0.9, 1.3)]
+    forces = [one + filtered_noise(k) for k, one in enumerate(turns)]
+    true = [np.std(filtered_noise(k)) for k in range(4)]
+    assert channel_noise(forces, [1 / RATE] * 4).corner == np.inf
+    noise = channel_noise(forces, [1 / RATE] * 4, known=turns)
+    assert noise.corner == pytest.approx(CORNER, rel=0.3)
+    np.testing.assert_allclose(noise.deviation, true, rtol=0.2)
 
 
 def test_a_motion_that_hides_the_corner_has_the_noise_of_the_others_at_most():
