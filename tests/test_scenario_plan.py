@@ -51,7 +51,7 @@ def test_the_scenario_of_the_page():
         ("plan_m = [24.0, 15.0]", "plan_m = [24.0]", "plan_m"),
         ("poisson_ratio = 0.33", "poisson_ratio = 0.7", "poisson_ratio"),
         ("foundation_inertia_kg_m2 = 1.5e7", "", "expected for rocking: a number above 0"),
-        ("Q = 1.5", "K = 1.5", "has a parameter K"),
+        ("Q = 1.5", "K = 1.5", "expected: k, c, Q"),
     ],
 )
 def test_what_cannot_be_is_refused(old, new, message):
