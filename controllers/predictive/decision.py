@@ -84,11 +84,10 @@ def decide_by_motion(
     if begun and numbers[JUMPS] == 1.0:
         outputs_now(z, s, plan[0], plant, work, y, device_side)
         change_peaks(y, n_d, n_a, past, peaks)
-    pending = array2(memory, PENDING)
     for c in range(n_channels):
         before[c] = plan[0, c]
     if begun:
-        move_on(n_late, plan, pending)
+        move_on(n_late, plan, array2(memory, PENDING))
     follow_motion(t, current, settings, memory, plant, state_rates)
     if numbers[LEARNS] == 1.0:
         learn_force_scale(accelerations, current, settings, memory, plant, device_side)
@@ -140,7 +139,8 @@ def state_at_decision(
     device_side: Callable,
 ) -> None:  # fmt: skip
     """Predict the state at the decision from the measured one, which is delayed."""
-    numbers, n_late = array1(settings, NUMBERS), int(array1(settings, NUMBERS)[N_LATE])
+    numbers = array1(settings, NUMBERS)
+    n_late = int(numbers[N_LATE])
     z, s, i = array1(memory, Z_NOW), array2(memory, STATES_NOW), array1(memory, CURRENT_NOW)
     z_then, s_then = array1(memory, Z_THEN), array2(memory, STATES_THEN)
     values = work[0]

@@ -38,15 +38,9 @@ def _tests(
     record: BuildingRecord, comparison: BuildingComparison
 ) -> Iterator[tuple[str, BuildingRecord]]:
     for factor in (0.5, 1.0, 1.5, 2.0):
-        label = (
-            f"the same ground motion times {factor:g}"
-            if factor != 1
-            else "the same ground motion once more"
-        )
-        yield (
-            label,
-            replace(record, ground=tuple(motion.scaled(factor) for motion in record.ground)),
-        )
+        again = f"times {factor:g}" if factor != 1 else "once more"
+        ground = tuple(motion.scaled(factor) for motion in record.ground)
+        yield f"the same ground motion {again}", replace(record, ground=ground)
     yield f"the same ground motion, and again after a rest of {_REST:g} s", _twice(record)
     if comparison.model.device.depends_on_current:
         low, high = comparison.model.nominal.current_range()
