@@ -357,11 +357,17 @@ class BuildingRecords(Problem[FittedBuilding]):
     def trials_text(self, tried: Round[FittedBuilding]) -> Text:
         """Mean squares that each cause leaves, and its chance."""
         sizes = sum(weighted.size for weighted in tried.base.held_out)
+        before = [cause.label for cause, _ in tried.base.cause_values]
+        taken, best = (
+            _added(tried.base, one)[0] for one in (tried.taken or tried.base, tried.tried[0])
+        )
+        outcome = (
+            f"{_and(taken)} {'are' if len(taken) > 1 else 'is'} taken." if taken
+            else f"{_and(best)} is best, and is not taken: its improvement, its size or its gain "
+            "on data not fitted does not stand out from chance."
+        )  # fmt: skip
         return Text(
-            f"{_and(taken)} {'are' if len(taken) > 1 else 'is'} taken."
-            if (taken := _added(tried.base, tried.taken or tried.base)[0])
-            else f"{_and(_added(tried.base, tried.tried[0])[0])} is best, and is not taken: its "
-            "improvement, its size or its gain on data not fitted does not stand out from chance.",
+            (f"Beside {_and(before)}: " if before else "") + outcome,
             ("cause", "form", "mean square of fitted data", "of held-out data", "p"),
             tuple(
                 (
@@ -547,7 +553,7 @@ def _added(base: FittedBuilding, one: FittedBuilding) -> tuple[list[str], list[s
 
 
 def _and(words: Sequence[str]) -> str:
-    return " and ".join(words)
+    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
 def _mends_a_form(best: FittedBuilding, k: int) -> bool:

@@ -408,6 +408,9 @@ def test_a_cause_may_change_the_band_that_is_compared_after_it():
     assert space.comparison.fitted_noise.shape[1] != comparison.fitted_noise.shape[1]
     ((*_, chance),) = problem.trials_text(Round(space.before, tried, taken)).rows
     assert chance == f"{p_value(comparison, space.before, tried[0]):.1e}"
+    # of a later round, the causes found before are said
+    later = problem.trials_text(Round(tried[0], tried, None)).text
+    assert later.startswith(f"Beside {tried[0].cause_values[0][0].label}: ")
 
 
 @pytest.mark.slow
