@@ -150,6 +150,13 @@ def test_a_test_far_beyond_the_others_is_not_proposed(monkeypatch, size):
     assert max(np.max(np.abs(test.v)) for test in proposed) <= 1.5 * np.max(np.abs(data.v))
 
 
+def test_the_noise_of_a_sensor_is_no_current_of_the_next_test():
+    data = measured_runs(campaign().runs)
+    noise = np.full(len(data.current), 1.9e-5)
+    for test, words in _tests(replace(data, current=noise)):
+        assert not test.current.any() and ", 0 A" in words
+
+
 def test_the_next_test_is_compared_without_the_average_of_the_force_channel():
     """Proposed after tests whose force was averaged; a test to come is not known to be."""
     data = measured_runs(campaign().runs)

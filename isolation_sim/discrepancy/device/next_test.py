@@ -20,6 +20,8 @@ DURATION, REST = 12.0, 60.0
 """Of a test, and of a rest between two equal parts of it, s."""
 _STEP = 2.0
 """Time between steps of the current, s."""
+_NO_CURRENT = 1e-3
+"""Current below which it is noise of its sensor, A. Convention."""
 _SAMPLING = 256.0
 _AT_REST = 0.9
 """Share of a test in motion below which it has a rest."""
@@ -91,7 +93,7 @@ def _tests(data: MeasuredRuns) -> list[tuple[MeasuredRuns, str]]:
     # One has a rest between two equal parts: heat goes, wear and remanence stay.
     largest = float(np.max(np.abs(data.x)))
     levels = tested_currents([data.current[run] for run in data.runs])
-    low, high = float(levels[0]), float(levels[-1])
+    low, high = (0.0 if abs(one) < _NO_CURRENT else float(one) for one in levels[[0, -1]])
     fastest = float(np.max(np.abs(data.v))) / largest / (2 * np.pi)
     time = np.arange(0.0, DURATION, 1 / _SAMPLING)
     schedules = [(np.full(len(time), high), f"{high:.3g} A")]
