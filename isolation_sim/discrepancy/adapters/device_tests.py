@@ -474,10 +474,10 @@ class DeviceTests(Problem[FittedModel]):
     @property
     def is_far_off(self) -> bool:
         """Whether an equation beside the law would only stand in for another law."""
-        own = self.choice and self.choice.rank(self.law.model.parameterisation.law.name)
-        if not self.choice or not own:
+        if self.choice is None or not self._wrong_family:
             return False
-        return self._wrong_family and own.left_out > FAR_OFF * self.choice.least
+        own = self.choice.rank(self.law.model.parameterisation.law.name)
+        return own is not None and own.left_out > FAR_OFF * self.choice.least
 
     def model_text(self, evaluation: Evaluation) -> Text:
         """Error of the law and features of its residual."""

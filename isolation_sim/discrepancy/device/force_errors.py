@@ -83,7 +83,7 @@ class ForceErrors:
         """Whether the cost of a force on the chosen samples is within a factor of that of noise."""
         data = self.data
         noise = np.mean(self.noise**2, axis=1)[chosen]
-        least = (np.repeat(data.assumed_noise, data.lengths) * data.weight)[chosen] ** 2
+        least = _weighted_squares(data, data.assumed_noise)[chosen]
         # a variance of n samples has a relative deviation of sqrt(2 / n), that of the noise too
         ratio = max(most, 1 + CHANCE_OF_FEW * np.sqrt(4 / max(len(noise), 1)))
         return bool(data.cost(force, chosen) < ratio * max(np.sum(noise), np.sum(least)))
@@ -97,15 +97,14 @@ class ForceErrors:
         if data.relative(residual, data.fitted) > REMAINS:
             return self
         slow = np.array([slow_noise(residual[run], data.x[run]) for run in data.runs])
-        for rms in (slow, data.noise_beside(force).deviation):
-            if is_all(data, force, rms):
-                squares = (np.repeat(rms, data.lengths) * data.weight) ** 2
-                own = np.mean(self.noise**2, axis=1)
-                sums = [(np.sum(squares[run]), max(np.sum(own[run]), 1e-300)) for run in data.runs]
-                ratio = np.array([max(noise / least, 1.0) for noise, least in sums])
-                factor = np.repeat(np.sqrt(ratio), data.lengths)
-                return replace(self, noise=self.noise * factor[:, np.newaxis])
-        return self
+        each = (slow, data.noise_beside(force).deviation)
+        rms = next((one for one in each if is_all(data, force, one)), None)
+        if rms is None:
+            return self
+        squares, own = _weighted_squares(data, rms), np.mean(self.noise**2, axis=1)
+        ratio = [np.sum(squares[run]) / max(float(np.sum(own[run])), 1e-300) for run in data.runs]
+        factor = np.repeat(np.sqrt(np.maximum(ratio, 1.0)), data.lengths)
+        return replace(self, noise=self.noise * factor[:, np.newaxis])
 
     def is_large(self, force: NDArray, chosen: NDArray) -> bool:
         """Whether a force has an error on the chosen samples that another law may explain."""
@@ -152,5 +151,10 @@ class ForceErrors:
 
 def is_all(data: MeasuredRuns, force: NDArray, noise: NDArray) -> bool:
     """Whether noise of this RMS in each run (N) is all that a force misses where fitted."""
-    squares = (np.repeat(noise, data.lengths) * data.weight) ** 2
+    squares = _weighted_squares(data, noise)
     return bool(data.cost(force, data.fitted) < ADEQUATE * float(np.sum(squares[data.fitted])))
+
+
+def _weighted_squares(data: MeasuredRuns, noise: NDArray) -> NDArray:
+    """Squared noise of each sample, weighted, from its RMS in each run, N."""
+    return (np.repeat(noise, data.lengths) * data.weight) ** 2

@@ -92,6 +92,10 @@ def _intervals(
     ]  # fmt: skip
 
 
+_NO_END = 1e9
+"""An upper end so many times the value is none."""
+
+
 def _interval(
     model: Model, quantity: EffectParameter, value: float, low: float, high: float, is_size: bool
 ) -> Interval:
@@ -112,8 +116,6 @@ def _starts_of_fitted(final: FittedModel) -> NDArray:
     return np.concatenate([[0], np.cumsum([c for c in counts if c])])
 
 
-_NO_END = 1e9
-"""An upper end so many times the value is none."""
 _STEPS = 6
 """Steps in which the other values follow."""
 
