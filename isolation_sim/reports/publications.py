@@ -32,6 +32,14 @@ PUBLICATIONS = {
         "P. R. Dahl, A solid friction model, report TOR-0158(3107-18)-1, The Aerospace "
         "Corporation, 1968."
     ),
+    "Makris and Constantinou (1991)": (
+        "N. Makris, M. C. Constantinou, Fractional-derivative Maxwell model for viscous dampers, "
+        "Journal of Structural Engineering 117 (1991) 2708-2724."
+    ),
+    "Soong and Constantinou (1994)": (
+        "T. T. Soong, M. C. Constantinou (editors), Passive and Active Structural Vibration "
+        "Control in Civil Engineering, Springer, 1994."
+    ),
     "Park, Wen and Ang (1986)": (
         "Y. J. Park, Y. K. Wen, A. H.-S. Ang, Random vibration of hysteretic systems under "
         "bi-directional ground motions, Earthquake Engineering and Structural Dynamics 14 (1986) "

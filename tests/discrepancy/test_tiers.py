@@ -464,11 +464,17 @@ def test_an_equation_that_is_not_offered_replaces_no_causes(diagnosis, equation,
 
 
 @pytest.mark.parametrize(
-    ("doubtful", "simpler", "named"),
-    [(True, True, False), (False, True, True), (True, False, True)],
+    ("doubtful", "simpler", "by_equation", "named"),
+    [
+        (True, True, 0.0055, False),
+        (True, True, 0.0065, False),  # more by a negligible error
+        (True, True, 0.0085, True),
+        (False, True, 0.0055, True),
+        (True, False, 0.0055, True),
+    ],
 )
 def test_a_simpler_equation_stands_in_place_of_what_only_acts_like_a_cause(
-    diagnosis, doubtful, simpler, named
+    diagnosis, doubtful, simpler, by_equation, named
 ):
     from isolation_sim.discrepancy.diagnosis import Cause
     from isolation_sim.discrepancy.tiers.ladder import Tiers, climb
@@ -490,7 +496,8 @@ def test_a_simpler_equation_stands_in_place_of_what_only_acts_like_a_cause(
         negligible = 0.002
 
         def errors(self, name, rung, below=()):
-            error = {"law": 0.03, "causes": 0.006, "equation": 0.0055, "learned": 0.006}[name]
+            causes = {"law": 0.03, "causes": 0.006, "learned": 0.006}
+            error = (causes | {"equation": by_equation})[name]
             return Rung(name, error, error, error)
 
     stop = Cause("end_stop", 0.9, 0.0, {}, "", doubtful=doubtful)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.special import gamma
 
 from isolation_sim.errors import InputError
@@ -16,6 +17,44 @@ def test_maxwell(frequency):
     dashpot = 2j * np.pi * frequency * c
     linear = law("maxwell", {"k": k, "c": c}).linearised(0.0, frequency)
     assert linear == pytest.approx(k * dashpot / (k + dashpot), rel=1e-13)
+
+
+@pytest.mark.parametrize("speed", [0.003, 0.2])
+def test_viscous_damper_reaches_the_force_of_its_dashpot(speed):
+    """At a constant velocity V and alpha = 1/2 the force is c V^(1/2) tanh(k V^(1/2) t / c)."""
+    k, c = 2e7, 3e5
+    device = law("viscous_damper", {"k": k, "c": c, "alpha": 0.5})
+    t = np.linspace(0.0, 2.0 * c / k / np.sqrt(speed), 30)
+    y = solve_ivp(lambda t, y: device.rates(0.0, -speed, tuple(y), 0.0), (0, t[-1]), (0.0,),
+                  t_eval=t, rtol=1e-9, atol=1e-12).y  # fmt: skip
+    most = c * np.sqrt(speed)
+    expected = -most * np.tanh(k * np.sqrt(speed) * t / c)
+    np.testing.assert_allclose(device.force(0.0, -speed, tuple(y), 0.0), expected, atol=1e-6 * most)
+
+
+@pytest.mark.parametrize("alpha", [0.3, 0.5, 1.0, 2.0])
+def test_viscous_damper_on_a_stiff_brace_dissipates_as_in_textbooks(alpha):
+    """Per cycle lambda c omega^alpha u^(1 + alpha), as in ASCE 7, chapter 18."""
+    c, omega, amplitude = 1e5, 2 * np.pi, 0.05
+    largest = c * (amplitude * omega) ** alpha
+    device = law("viscous_damper", {"k": 1e3 * largest / amplitude, "c": c, "alpha": alpha})
+
+    def moving(t, z):
+        v = amplitude * omega * np.cos(omega * t)
+        return *device.rates(0.0, v, (z[0],), 0.0), v * device.force(0.0, v, (z[0],), 0.0)
+
+    out = solve_ivp(moving, (0, 2), (0.0, 0.0), t_eval=(1, 2), method="LSODA", rtol=1e-7,
+                    atol=(1e-9 * amplitude, 1e-7 * largest * amplitude)).y  # fmt: skip
+    factor = 4 * 2**alpha * gamma(1 + alpha / 2) ** 2 / gamma(2 + alpha)
+    expected = factor * c * omega**alpha * amplitude ** (1 + alpha)
+    assert out[1, 1] - out[1, 0] == pytest.approx(expected, rel=5e-3)
+
+
+def test_viscous_damper_of_exponent_one_is_maxwells():
+    one = law("viscous_damper", {"k": 3e4, "c": 700.0, "alpha": 1.0})
+    assert one.linearised(0.0, 2.0) == pytest.approx(
+        law("maxwell", {"k": 3e4, "c": 700.0}).linearised(0.0, 2.0), rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("frequency", [0.01, 1.0, 30.0])

@@ -200,13 +200,14 @@ def _fit_rungs(ladder: Tiers[R], tier: Tier) -> tuple[dict[str, R], dict[str, Ru
 def _gives_way(
     ladder: Tiers[R], diagnosis: Diagnosis, rungs: dict[str, R], errors: dict[str, Rung]
 ) -> bool:
-    """Whether all causes only act like one, and a simpler equation predicts more than they do."""
+    """Whether all causes only act like one, and a simpler equation predicts as much as they do."""
     return (
         "equation" in rungs
         and not any(cause.is_named for cause in diagnosis.causes)
         and ladder.is_simpler(rungs["equation"], rungs["causes"])
         and not errors["equation"].loses
-        and _deciding_error(errors["equation"]) < _deciding_error(errors["causes"])
+        and _deciding_error(errors["equation"])
+        < _deciding_error(errors["causes"]) + ladder.negligible
     )
 
 
