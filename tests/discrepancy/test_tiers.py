@@ -831,6 +831,27 @@ def test_numbers_between_those_of_the_library_are_fitted():
     assert values == pytest.approx({"c_1_0": 12.0, "b_1": 0.0021, "r_1": 0.0009}, rel=0.05)
 
 
+@pytest.mark.parametrize(
+    ("force", "text"),
+    [
+        (lambda u: 0.5 * u**2 + u**3, "x^2"),
+        (lambda u: 0.8 * u**2 + u**3, "x^2"),
+        (lambda u: np.exp(-((u - 0.27) ** 2) / 0.08), "exp(-u^2/2), u = (x - b)/r"),
+        (lambda u: np.tanh((u - 0.27) / 0.2), "tanh((x - b)/r)"),
+    ],
+)
+def test_two_plain_terms_come_before_one_with_more_numbers(campaign, force, text):
+    data = measured_runs(campaign.runs)
+    terms = library(data)
+    columns = np.stack([data.x, data.v, *(along(one, data) for one in terms)], axis=1)
+    candidates = [_Candidate(Chosen(one, (0,)), np.array([k])) for k, one in enumerate(terms)]
+    noise = 0.003 * np.random.default_rng(0).standard_normal(len(data.x))
+    folds = [np.arange(run.start, run.stop) for run in data.runs]
+    regression = Regression.of(columns, noise - force(data.x / 0.015), folds)
+    first, stable = _next(regression, np.arange(2), candidates, 2)
+    assert first.chosen.term.text == text and stable == 1.0
+
+
 @pytest.mark.parametrize("waves", [5.0, 17.3, 29.4, 44.6, 62.9])
 def test_a_ripple_of_any_length_resembles_a_term(campaign, waves):
     data = measured_runs(campaign.runs)

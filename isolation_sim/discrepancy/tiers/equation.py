@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -310,11 +311,48 @@ def _next(
         -one[0],
     ))  # fmt: skip
     without = [regression.gains(beside, groups, fold) for fold in range(len(before))]
-    for _, k in tried[:_TRIED]:
-        stable = float(np.mean([g[k] >= NEARLY_CHOSEN * g.max() for g in without]))
+
+    def stability(gains: Sequence[float]) -> float:
+        pairs = zip(gains, without, strict=True)
+        return float(np.mean([gain >= NEARLY_CHOSEN * g.max() for gain, g in pairs]))
+
+    for change, k in tried[:_TRIED]:
+        stable = stability([g[k] for g in without])
         if stable >= EQUATION_STABLE:
-            return candidates[k], stable
+            pair = _plain_pair(regression, beside, candidates, groups, candidates[k], change)
+            if pair is None:
+                return candidates[k], stable
+            first, both = pair
+            folds = range(len(before))
+            stable = stability([regression.gains(beside, [both], fold)[0] for fold in folds])
+            return candidates[first], stable
     return None
+
+
+def _plain_pair(
+    regression: Regression, beside: NDArray, candidates: Sequence[_Candidate],
+    groups: Sequence[NDArray], one: _Candidate, change: float,
+) -> tuple[int, NDArray] | None:  # fmt: skip
+    """The stronger of two plain terms that do together what one with more numbers does."""
+    powers = one.chosen.powers
+    if len(one.chosen.term.numbers) <= len(powers):
+        return None
+    plain = [
+        k for k, other in enumerate(candidates)
+        if not other.chosen.term.numbers and other.chosen.powers == powers
+    ]  # fmt: skip
+    pairs = list(combinations(plain, 2))
+    if not pairs:
+        return None
+    together = [np.concatenate([groups[a], groups[b]]) for a, b in pairs]
+    best = int(np.argmax(regression.gains(beside, together, -1)))
+    before = regression.left_out(beside)
+    after = regression.left_out(np.concatenate([beside, together[best]]))
+    nowhere_worse = np.all(np.sqrt(after) <= WORSE * np.sqrt(before))
+    if not nowhere_worse or (before - after).sum() < SIMPLER * change:
+        return None
+    own = regression.gains(beside, [groups[k] for k in pairs[best]], -1)
+    return pairs[best][int(np.argmax(own))], together[best]
 
 
 _RIDGE = 1e-9

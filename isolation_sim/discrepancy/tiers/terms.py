@@ -190,6 +190,10 @@ def _library(x: float, v: float) -> Iterator[Term]:
             _numbers(b=share * x, r=_BUMP_WIDTH * x),
         )  # fmt: skip
         yield Term(
+            "exp(-u^2/2), u = (x - b)/r", f"np.exp(-0.5 * ({u})**2)", "N",
+            _numbers(b=share * x, r=_BUMP_WIDTH * x),
+        )  # fmt: skip
+        yield Term(
             "exp(-u^2/2) tanh(v/w), u = (x - b)/r", f"np.exp(-0.5 * ({u})**2) * np.tanh(v / w)",
             "N", _numbers(b=share * x, r=_BUMP_WIDTH * x, w=_SPEEDS[1] * v),
         )  # fmt: skip
