@@ -1,8 +1,11 @@
 """Cycles wear the device: its force falls with the way travelled or the work done, for good.
 
+In the form ``hardening`` it rises, as that of steel does.
+
 Forms:
 
     exponential    1 - d (1 - exp(-S / S0)),     S' = |v|
+    hardening      1 + g (1 - exp(-S / S0))
     logarithmic    1 / (1 + c ln(1 + S / S0))
     work           1 - d (1 - exp(-W / W0)),     W' = max(F v, 0)
     dissipation    1 - d (1 - exp(-W / W0)),     W' = F v
@@ -45,6 +48,12 @@ def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Share of the force that is left."""
     loss, scale, *_ = parameters
     return 1 + loss * np.expm1(-positive(states[0]) / scale)
+
+
+def hardening(signals: Signals, states: tuple, parameters: tuple) -> Any:
+    """Force over that of the first cycle."""
+    gain, scale, *_ = parameters
+    return 1 - gain * np.expm1(-positive(states[0]) / scale)
 
 
 def logarithmic(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -226,6 +235,24 @@ FORMS = (
         carried=carried_travel,
         rates=rates_travel,
         source="exponential decay towards a stable cycle",
+        gradual=True,
+    ),
+    Effect(
+        cause="cyclic_degradation",
+        form="hardening",
+        title="Cyclic hardening",
+        parameters=(
+            EffectParameter(
+                "gain", "1", "final fraction of the force gained", lower=0.0, upper=3.0,
+                magnitude=True, starts=(0.2,),
+            ),
+            _scale("m", "path length over which force is gained"),
+        ),
+        states=(TRAVEL,),
+        factor=hardening,
+        carried=carried_travel,
+        rates=rates_travel,
+        source="Chaboche (1986), isotropic hardening towards a stable cycle",
         gradual=True,
     ),
     Effect(

@@ -639,13 +639,20 @@ def test_stop_is_the_slope_of_its_energy(form, numbers):
     assert one.force(REST._replace(x=5.9e-3), (), numbers) == 0
 
 
-def test_travel_and_work():
+@pytest.mark.parametrize(
+    ("form", "numbers", "gain"),
+    [
+        ("exponential", {"loss": 0.3, "scale": 0.1}, -0.3),
+        ("hardening", {"gain": 0.3, "scale": 0.1}, 0.3),
+    ],
+)
+def test_force_changes_with_the_way_travelled(form, numbers, gain):
     t, x, v = sine(5e-3, 1.0, 3)
-    device = spring(("cyclic_degradation.exponential", {"loss": 0.3, "scale": 0.1}))
+    device = spring((f"cyclic_degradation.{form}", numbers))
     force, (travel,) = respond(device, t, x, v, 0.0, tolerance=1e-8)
     assert travel[-1] == pytest.approx(3 * 4 * 5e-3, rel=1e-6)
     assert force[-51] / x[-51] == pytest.approx(
-        1e4 * (1 - 0.3 * (1 - np.exp(-travel[-51] / 0.1))), rel=1e-9
+        1e4 * (1 + gain * (1 - np.exp(-travel[-51] / 0.1))), rel=1e-9
     )
 
 
