@@ -254,6 +254,11 @@ class Effect:
         return any(one is not None for one in (self.motion, self.current, self.time_scale))
 
     @property
+    def records_force(self) -> bool:
+        """Whether it is an instrument's, and follows the force of the device with its effects."""
+        return not self.of_device and "force" in self.needs
+
+    @property
     def magnitude(self) -> int:
         """Place of the magnitude among the parameters."""
         return next(k for k, q in enumerate(self.parameters) if q.magnitude)

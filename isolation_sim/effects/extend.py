@@ -1,8 +1,10 @@
 """Put effects around a law: the result is a law again.
 
 In the order given, effects change the motion, the current and the time that the law sees; the
-law's force is multiplied by all factors; added forces come last. Each effect sees the true motion
-and current.
+law's force is multiplied by all factors; added forces come last. Behind a linkage, or a late
+channel, stands the whole device: each effect sees the motion that the law sees, or, if it changes
+the motion itself, the one that those before it leave. Each sees the true current. A recorder that
+filters the force follows that of the device with its other effects.
 """
 
 from __future__ import annotations
@@ -211,6 +213,7 @@ class _Functions(NamedTuple):
     force: Callable[..., Any] | None
     rates: Callable[..., tuple] | None
     start: Callable[..., tuple] | None
+    records_force: bool
 
 
 @lru_cache(maxsize=256)
@@ -219,8 +222,7 @@ def _extended_law(
 ) -> ExtendedLaw:
     evaluate, inner = _evaluation(law, breaks, n_powers)
     functions = tuple(
-        _Functions(e.motion, e.current, e.time_scale, e.factor, e.force, e.rates, e.start)
-        for e in effects
+        _Functions(*(getattr(effect, name) for name in _Functions._fields)) for effect in effects
     )
     outer = _outer_parameters(effects)
     has_temperature = TEMPERATURE in [q.name for q in outer]
@@ -230,49 +232,63 @@ def _extended_law(
     inner_force, inner_rates = law.force, law.rates
 
     def unpack(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
-        """Signals, each effect's states and parameters, the inputs of the law, its time scale."""
+        """Force of the device; each effect's signals, states, parameters; law's inputs, time."""
         temperature = parameters[n_inner + 1] if has_temperature else REFERENCE_TEMPERATURE
         a = (v - states[-1]) / ACCELERATION_LAG if filtered else 0.0
         signals = Signals(x, v, a, parameters[n_inner], 0.0, temperature)
         own = [(states[low:high], parameters[first:last]) for first, last, low, high in places]
-        seen_x, seen_v, seen_current = x, v, parameters[n_inner]
+        reaching = []
+        for effect, (z, p) in zip(functions, own, strict=True):
+            reaching.append(signals)
+            if effect.motion is not None:
+                seen_x, seen_v = effect.motion(signals, z, p)
+                signals = signals._replace(x=seen_x, v=seen_v)
+        seen_current = signals.current
         slower = None
         for effect, (z, p) in zip(functions, own, strict=True):
-            if effect.motion is not None:
-                here = Signals(seen_x, seen_v, a, parameters[n_inner], 0.0, temperature)
-                seen_x, seen_v = effect.motion(here, z, p)
             if effect.current is not None:
-                here = Signals(x, v, a, seen_current, 0.0, temperature)
-                seen_current = effect.current(here, z, p)
+                seen_current = effect.current(signals._replace(current=seen_current), z, p)
             if effect.time_scale is not None:
                 scale = effect.time_scale(signals, z, p)
                 slower = scale if slower is None else slower * scale
-        if slower is not None:  # in its own time the law moves faster
-            seen_v = seen_v * slower
-        numbers = evaluate(seen_current, parameters[:n_inner])
-        law_force = inner_force(seen_x, seen_v, states[:n_states], numbers)
-        seen = (seen_x, seen_v, states[:n_states], numbers)
-        return signals._replace(force=law_force), own, seen, slower
+        # in its own time the law moves faster
+        seen_v = signals.v if slower is None else signals.v * slower
+        seen = (
+            signals.x, seen_v, states[:n_states], evaluate(seen_current, parameters[:n_inner])
+        )  # fmt: skip
+        law_force = inner_force(*seen)
+        each = [
+            ((signals if effect.motion is None else first)._replace(force=law_force), z, p)
+            for effect, first, (z, p) in zip(functions, reaching, own, strict=True)
+        ]
+        total = law_force
+        for effect, one in zip(functions, each, strict=True):
+            if effect.factor is not None:
+                total = total * effect.factor(*one)
+        for effect, one in zip(functions, each, strict=True):
+            if effect.force is not None and not effect.records_force:
+                total = total + effect.force(*one)
+        each = [
+            (one[0]._replace(force=total), *one[1:]) if effect.records_force else one
+            for effect, one in zip(functions, each, strict=True)
+        ]
+        return total, each, seen, slower
 
     def force(x: Any, v: Any, states: tuple, parameters: tuple) -> Any:
-        signals, own, _, _ = unpack(x, v, states, parameters)
-        total = signals.force
-        for effect, (z, p) in zip(functions, own, strict=True):
-            if effect.factor is not None:
-                total = total * effect.factor(signals, z, p)
-        for effect, (z, p) in zip(functions, own, strict=True):
-            if effect.force is not None:
-                total = total + effect.force(signals, z, p)
+        total, each, _, _ = unpack(x, v, states, parameters)
+        for effect, one in zip(functions, each, strict=True):
+            if effect.force is not None and effect.records_force:
+                total = total + effect.force(*one)
         return total
 
     def rates(x: Any, v: Any, states: tuple, parameters: tuple) -> tuple:
-        signals, own, seen, slower = unpack(x, v, states, parameters)
+        _, each, seen, slower = unpack(x, v, states, parameters)
         result = tuple(inner_rates(*seen))
         if slower is not None:
             result = tuple(rate / slower for rate in result)
-        for effect, (z, p) in zip(functions, own, strict=True):
+        for effect, one in zip(functions, each, strict=True):
             if effect.rates is not None:
-                result = (*result, *effect.rates(signals, z, p))
+                result = (*result, *effect.rates(*one))
         return (*result, (v - states[-1]) / ACCELERATION_LAG) if filtered else result
 
     def rest(parameters: tuple) -> tuple:

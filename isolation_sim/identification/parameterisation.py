@@ -21,7 +21,8 @@ _VANISHING = 0.02
 _ON = 0.1
 """Share of its start with which a parameter is fitted again."""
 _LOST = 100.0
-"""Multiple of its size from which nothing depends on a parameter that the law divides by."""
+"""Multiple of its size from which a parameter is lost: a dashpot or a spring has become rigid, or
+nothing depends on what the law divides by. Convention."""
 _DECADES = (0.7, 1.5)
 """Reach of random starts about the data's magnitude: near and far by turns."""
 
@@ -181,26 +182,37 @@ class Parameterisation:
         from_zero = np.array([q.lower == 0 for q in self.free])
         divides = np.array([q.divides for q in self.free])
         off = from_zero & self._at_all_currents((end <= self.lower) & (start > self.lower))
-        large = from_zero & divides & self._at_all_currents(end > _LOST * self.scale)
+        large = from_zero & divides & self._lost(end)
         if not (off | large).any():
             return None
         gone, lost = (np.repeat(one, len(self.currents)) for one in (off, large))
         again = np.where(gone, np.clip(_ON * start, self.lower, self.upper), end)
         return np.where(lost, self.scale, again)
 
-    def evened(self, values: NDArray) -> NDArray | None:
-        """Return unknowns without parameters that vanish at some currents; None if none does."""
-        # where an element is off nothing depends on its other parameters, and a search stays there
+    def with_every_element(self, values: NDArray) -> NDArray | None:
+        """Return unknowns without parameters that vanish at some currents, or are lost.
+
+        None if there are none.
+        """
+        # where an element is off or rigid nothing depends on it or on its other parameters, and a
+        # search stays there
         rows = values.reshape(len(self.free), -1)
         mean = rows.mean(axis=1, keepdims=True)
         from_zero = np.array([q.lower == 0 for q in self.free])[:, None]
         vanishing = from_zero & (rows.min(axis=1, keepdims=True) < _VANISHING * mean)
-        return np.where(vanishing, mean, rows).ravel() if vanishing.any() else None
+        lost = from_zero & self._lost(values)[:, None]
+        if not (vanishing | lost).any():
+            return None
+        sizes = self.scale.reshape(rows.shape)
+        return np.where(lost, sizes, np.where(vanishing, mean, rows)).ravel()
 
     def ends_at_bound(self, values: NDArray) -> bool:
         """Whether a parameter is at a bound at all currents."""
         each = zip(values, self.lower, self.upper, self.scale, strict=True)
         return bool(self._at_all_currents(np.array([at_bound(*one) for one in each])).any())
+
+    def _lost(self, values: NDArray) -> NDArray:
+        return self._at_all_currents(values > _LOST * self.scale)
 
     def _at_all_currents(self, chosen: NDArray) -> NDArray:
         """Free parameters, (n_free,) bool, all of whose unknowns are chosen, (n_unknowns,) bool."""

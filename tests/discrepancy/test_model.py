@@ -7,12 +7,12 @@ import pytest
 
 from isolation_sim.discrepancy.device.carried_history import can_carry_history, carry_history
 from isolation_sim.discrepancy.device.model import EACH_RUN, FittedModel, Model, fit_model
-from isolation_sim.effects import EFFECTS, extend
+from isolation_sim.effects import EFFECTS, effect, extend
 from isolation_sim.identification.campaign import Campaign
 from isolation_sim.identification.law_fit import parameterise
 from isolation_sim.identification.measured.run_table import TestRun
 from isolation_sim.identification.measured_runs import measured_runs
-from isolation_sim.laws import LAWS, law
+from isolation_sim.laws import LAWS, Device, law
 
 from ..effects.conftest import respond
 
@@ -47,6 +47,34 @@ def test_derivatives_by_the_law_pass_the_effect(form, bare):
             ends.append(model.forces(moved, False)[0])
         slope = (ends[1] - ends[0]) / (2 * step)
         assert np.linalg.norm(columns[:, k] - slope) <= 2e-4 * np.linalg.norm(slope)
+
+
+@pytest.mark.parametrize("before", ["linkage_backlash.released", "sensor_delay.butterworth"])
+@pytest.mark.parametrize("behind", ["coulomb_friction.dahl", "stress_softening.rubber"])
+def test_a_whole_device_stands_behind_a_linkage_and_before_a_recorder(before, behind, bare):
+    """In any order, with the derivatives of its force, and as the extended law is simulated."""
+    (model, start), forces = bare, []
+    for names in ((before, behind), (behind, before)):
+        own = [effect(*name.split(".")) for name in names]
+        model = bare[0].with_effects(*own)
+        quantities = [q for one in own for q in one.parameters]
+        numbers = [np.clip(q.starts[-1] * model.size(q), q.lower, q.upper) for q in quantities]
+        values = np.concatenate([start, numbers])
+        model = model.resolve_steps(values)
+        force, columns = model.forces(values, True)
+        forces.append(force)
+        for k, quantity in enumerate(quantities, len(start)):
+            moved = values.copy()
+            moved[k] += quantity.difference * values[k]
+            slope = (model.forces(moved, False)[0] - force) / (moved[k] - values[k])
+            assert np.linalg.norm(columns[:, k] - slope) <= 2e-3 * np.linalg.norm(slope)
+    np.testing.assert_allclose(forces[0], forces[1], rtol=1e-9, atol=1e-9 * np.ptp(forces[0]))
+    device = Device(LAWS["strain_stiffening"], model.parameterisation.dependence(start))
+    device = extend(device, list(zip(own, model.parameters_of(values), strict=True)))
+    data = model.data
+    time = np.arange(len(data.x)) * data.dt[0]
+    expected, _ = respond(device, time, data.x, data.v, data.current, longest_step=2e-3)
+    assert np.std(force - expected) < 0.02 * np.std(expected)
 
 
 @pytest.mark.parametrize("form", [f for f in FORMS if f.time_scale], ids=lambda form: form.name)

@@ -589,6 +589,37 @@ def test_an_open_linkage_releases_a_device_with_a_spring():
     assert released(moving, (1e-3,), (0.0, 0.2)) == pytest.approx((4e-3, 0.1), rel=1e-12)
 
 
+@pytest.mark.parametrize("backlash", ["play", "dead_zone"])
+def test_a_damper_behind_a_gap_rests_while_the_rig_crosses_it(backlash):
+    numbers = {"level": 50.0, "velocity": 1e-3}
+    device = spring(
+        ("coulomb_friction.smooth", numbers), (f"linkage_backlash.{backlash}", {"gap": 1e-3})
+    )
+    t, x, v = sine(5e-3, 0.5, 2)
+    force, states = respond(device, t, x, v, 0.0, None, 1e-9)
+    behind = states[0] if backlash == "play" else 0.0
+    crossing = (np.abs(x - behind) < 0.85e-3) & (np.abs(v) > 5e-3)
+    assert np.sum(crossing) > 10
+    place = behind[crossing] if backlash == "play" else 0.0
+    np.testing.assert_allclose(force[crossing], 1e4 * place, atol=1e-6)
+    closed = (np.abs(x - behind) > 1.2e-3) & (np.abs(v) > 5e-3)
+    assert np.all(np.abs(force - 1e4 * (x - 1e-3 * np.sign(x)))[closed & (x * v > 0)] > 49.0)
+
+
+def test_a_recorder_filters_the_force_of_the_whole_device():
+    delay = 0.02
+    friction = "coulomb_friction.smooth", {"level": 50.0, "velocity": 5e-3}
+    device = spring(friction, ("sensor_delay.filter", {"delay": delay}))
+    t, x, v = sine(5e-3, 1.0, 4)
+    recorded, _ = respond(device, t, x, v, 0.0, None, 1e-9)
+    whole, _ = respond(spring(friction), t, x, v, 0.0, None, 1e-9)
+    expected = whole.copy()
+    for n in range(1, t.size):
+        kept = np.exp(-(t[n] - t[n - 1]) / delay)
+        expected[n] = kept * expected[n - 1] + (1 - kept) * (whole[n] + whole[n - 1]) / 2
+    np.testing.assert_allclose(recorded[400:], expected[400:], atol=0.5)
+
+
 def test_a_linear_stop_is_a_spring_beyond_the_gap():
     device = spring(("end_stop.linear", {"stiffness": 3e4, "gap": 2e-3}))
     x = np.array([1e-3, 3e-3, -3e-3])

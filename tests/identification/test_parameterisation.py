@@ -40,8 +40,18 @@ def test_a_divisor_that_has_grown_out_of_reach_begins_again_at_its_size():
 
 def test_what_vanishes_at_one_current_has_its_mean_at_all():
     p = Parameterisation(LAWS["kelvin_voigt"], np.array([0.0, 2.0]), (300.0, 8e-3, 0.2), {})
-    assert p.evened(np.array([1e4, 3e4, 40.0, 0.0])).tolist() == [1e4, 3e4, 20.0, 20.0]
-    assert p.evened(np.array([1e4, 3e4, 40.0, 60.0])) is None
+    assert p.with_every_element(np.array([1e4, 3e4, 40.0, 0.0])).tolist() == [1e4, 3e4, 20.0, 20.0]
+    assert p.with_every_element(np.array([1e4, 3e4, 40.0, 60.0])) is None
+
+
+def test_a_spring_that_has_become_rigid_has_its_size_at_all_currents():
+    p = Parameterisation(LAWS["standard_solid"], np.array([0.0, 2.0]), (300.0, 8e-3, 0.2), {})
+    assert [q.name for q in p.free] == ["c0", "k0", "k1"]
+    near = p.scale * [1.0, 2.0, 3.0, 4.0, 50.0, 500.0]
+    assert p.with_every_element(near) is None  # at one current only
+    rigid = p.scale * [1.0, 2.0, 3.0, 4.0, 1e30, 1e30]
+    again = p.with_every_element(rigid)
+    assert again.tolist() == [*rigid[:4], *p.scale[4:]]
 
 
 @pytest.mark.parametrize(

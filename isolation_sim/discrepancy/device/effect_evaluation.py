@@ -68,14 +68,15 @@ def time_scales(effect: Effect, data: MeasuredRuns, parameters: NDArray) -> NDAr
 
 def differentiate(
     effect: Effect, data: MeasuredRuns, force: NDArray, parameters: NDArray, by_force: NDArray,
-    own: int,
+    own: int, motion: tuple[NDArray, NDArray] | None = None,
 ) -> tuple[dict[str, Any], dict[str, NDArray]]:  # fmt: skip
     """Evaluate an effect that follows the law's ``force`` (N), and its derivatives.
 
     Of the directions of ``by_force``, the force's own derivatives, (n_samples, n_directions), those
     from ``own`` on are the effect's parameters.
     """
-    signals = Signals(data.x, data.v, data.a, data.current, force, data.temperature)
+    x, v = (data.x, data.v) if motion is None else motion
+    signals = Signals(x, v, data.a, data.current, force, data.temperature)
     return _Runs(effect, data, signals, parameters).differentiate(by_force, own)
 
 

@@ -150,19 +150,25 @@ class Model(LawModel):
         # force; by those of other effects they are differences. ``inner`` is the law's force before
         # any effect, if it is known and no derivatives are wanted.
         law, own = values[: self.n_law], [values[s] for s in self.slices()]
+        seen = self._seen_motions(own)
         if inner is None or derivatives:
-            inner, jacobian = self._law_force(law, own, derivatives)
+            inner, jacobian = self._law_force(law, own, seen, derivatives)
         if not derivatives:
-            evaluated = self._evaluate_all(inner, own)
+            evaluated = self._evaluate_all(inner, own, seen)
             force = self._with_offsets(self.data.record(_combined(inner, evaluated)))
             return force, np.empty((0, len(values)))
         by_inner = np.zeros((len(inner), len(values)))
         np.matmul(jacobian, self.parameterisation.spread, out=by_inner[:, : self.n_law])
-        for place, k, step, moved in self._moves(own):
-            effect = self.effects[place]
-            if effect.is_before_law:
-                by_inner[:, k] = (self._law_force(law, moved, False)[0] - inner) / step
-        force, columns = self._behind_effects(inner, by_inner, own)
+        moves = [move for move in self._moves(own) if self.effects[move[0]].is_before_law]
+        for _, k, step, moved in moves:
+            other = self._seen_motions(moved)
+            by_inner[:, k] = (self._law_force(law, moved, other, False)[0] - inner) / step
+        force, columns = self._behind_effects(inner, by_inner, own, seen)
+        for place, k, step, moved in moves:
+            if self.effects[place].motion is not None and len(self.effects) > 1:
+                # what the others do along the changed motion
+                beside = self._evaluate_all(inner, own, self._seen_motions(moved))
+                columns[:, k] += (_combined(inner, beside) - force) / step
         return self._with_offsets(self.data.record(force)), self.recorded(columns)
 
     def recorded(self, columns: NDArray) -> NDArray:
@@ -182,23 +188,28 @@ class Model(LawModel):
                 yield place, self.slices()[place].start + k, step, moved
 
     def _behind_effects(
-        self, inner: NDArray, by_inner: NDArray, own: list
+        self, inner: NDArray, by_inner: NDArray, own: list, seen: list
     ) -> tuple[NDArray, NDArray]:
         """The law's force and its derivatives by all values as they come out behind effects."""
-        evaluated = self._evaluate_all(inner, own)
+        evaluated = self._evaluate_all(inner, own, seen)
         slopes: list[tuple[slice, dict[str, NDArray]]] = []
         for k, (effect, place) in enumerate(zip(self.effects, self.slices(), strict=True)):
-            if "force" in effect.needs:
+            if effect.records_force:
+                slopes.append((place, {}))
+            elif "force" in effect.needs:
                 data = self._beside(k, evaluated)
-                evaluated[k], by = differentiate(effect, data, inner, own[k], by_inner, place.start)
+                evaluated[k], by = differentiate(
+                    effect, data, inner, own[k], by_inner, place.start, seen[k]
+                )
                 slopes.append((slice(0, by_inner.shape[1]), by))
             else:
                 shape = len(inner), len(own[k])
                 slopes.append((place, {name: np.empty(shape) for name in evaluated[k]}))
         for at, k, step, moved in self._moves(own):
             columns, by = slopes[at]
-            if by and "force" not in self.effects[at].needs:
-                other = self._evaluate(self.effects[at], inner, moved[at])
+            effect = self.effects[at]
+            if by and "force" not in effect.needs:
+                other = self._evaluate(effect, inner, moved[at], seen[at])
                 for name, values in by.items():
                     values[:, k - columns.start] = (other[name] - evaluated[at][name]) / step
         factors = [one.get("factor") for one in evaluated]
@@ -214,7 +225,20 @@ class Model(LawModel):
                 by_inner[:, columns] += by["factor"]
             if "force" in by:
                 by_inner[:, columns] += by["force"]
-        return _combined(inner, evaluated), by_inner
+        force = _combined(inner, self._of_device(evaluated))
+        for k, (effect, place) in enumerate(zip(self.effects, self.slices(), strict=True)):
+            if effect.records_force:
+                late, by = differentiate(
+                    effect, self.data, force, own[k], by_inner, place.start, seen[k]
+                )
+                force = force + late["force"]
+                by_inner += by["force"]
+        return force, by_inner
+
+    def _of_device(self, evaluated: list) -> list[dict[str, Any]]:
+        """What effects do to the force before it is recorded."""
+        pairs = zip(self.effects, evaluated, strict=True)
+        return [one for effect, one in pairs if not effect.records_force]
 
     def _with_offsets(self, force: NDArray) -> NDArray:
         """The force with each run's own load-cell offset, if that effect is there."""
@@ -225,44 +249,73 @@ class Model(LawModel):
     def law_force(self, values: NDArray) -> NDArray:
         """Force of the law before any effect, N, on the motion and current that effects leave."""
         own = [values[s] for s in self.slices()]
-        return self._law_force(values[: self.n_law], own, False)[0]
+        return self._law_force(values[: self.n_law], own, self._seen_motions(own), False)[0]
 
-    def _law_force(self, law: NDArray, own: list, derivatives: bool) -> tuple[NDArray, NDArray]:
+    def _seen_motions(self, own: list) -> list[tuple[NDArray, NDArray]]:
+        """Deformation and velocity that each effect sees, and last those that the law sees.
+
+        What stands behind a linkage, or a late channel, is the whole device with its effects. One
+        that changes the motion itself sees it as those before it leave it.
+        """
+        motion = self.data.x, self.data.v
+        nothing = np.zeros(len(self.data.x))
+        reaching = {}
+        for place, (effect, parameters) in enumerate(zip(self.effects, own, strict=True)):
+            if effect.motion is not None:
+                reaching[place] = motion
+                motion = tuple(evaluate(effect, self.data, nothing, parameters, motion)["motion"])
+        return [*(reaching.get(k, motion) for k in range(len(self.effects))), motion]
+
+    def _law_force(
+        self, law: NDArray, own: list, seen: list, derivatives: bool
+    ) -> tuple[NDArray, NDArray]:
         motion = self.data.motion
         nothing = np.zeros(len(self.data.x))
-        for effect, parameters in ((self.effects[k], own[k]) for k in acting_order(self.effects)):
-            if effect.motion is not None:
-                seen = evaluate(
-                    effect, self.data, nothing, parameters, (motion.displacement, motion.velocity)
-                )["motion"]
-                motion = replace(motion, displacement=seen[0], velocity=seen[1])
+        if seen[-1][0] is not self.data.x:
+            motion = replace(motion, displacement=seen[-1][0], velocity=seen[-1][1])
+        for place in acting_order(self.effects):
+            effect = self.effects[place]
             if effect.current is not None:
-                seen = evaluate(effect, self.data, nothing, parameters, current=motion.current)
-                motion = motion.with_current(seen["current"])
+                changed = evaluate(
+                    effect, self.data, nothing, own[place], seen[place], motion.current
+                )
+                motion = motion.with_current(changed["current"])
         for effect, parameters in zip(self.effects, own, strict=True):
             if effect.time_scale is not None:
                 motion = motion.slower(time_scales(effect, self.data, parameters))
         return self.simulator(motion).run(self.parameterisation.coefficients(law), derivatives)
 
     def _evaluate(
-        self, effect: Effect, inner: NDArray, parameters: NDArray, data: MeasuredRuns | None = None
-    ) -> dict[str, Any]:
+        self, effect: Effect, inner: NDArray, parameters: NDArray,
+        seen: tuple[NDArray, NDArray], data: MeasuredRuns | None = None,
+    ) -> dict[str, Any]:  # fmt: skip
         """Factor and added force of an effect; empty if it has neither."""
         if effect.factor is None and effect.force is None:
             return {}
-        every = evaluate(effect, data or self.data, inner, parameters)
+        every = evaluate(effect, data or self.data, inner, parameters, seen)
         return {name: every[name] for name in ("factor", "force") if name in every}
 
-    def _evaluate_all(self, inner: NDArray, own: list) -> list[dict[str, Any]]:
-        """Factors and added forces of all effects; last those that begin as the forces tell."""
-        evaluated = [
-            {} if has_unknown_starts(effect) else self._evaluate(effect, inner, parameters)
-            for effect, parameters in zip(self.effects, own, strict=True)
-        ]
-        for place, effect in enumerate(self.effects):
-            if has_unknown_starts(effect):
-                beside = self._beside(place, evaluated)
-                evaluated[place] = self._evaluate(effect, inner, own[place], beside)
+    def _evaluate_all(self, inner: NDArray, own: list, seen: list) -> list[dict[str, Any]]:
+        """Factors and added forces of all effects.
+
+        Behind the others come those that begin as the forces tell; a recorder follows all of them.
+        """
+        evaluated: list[dict[str, Any]] = [{} for _ in self.effects]
+
+        def go_on(chosen: Callable[[Effect], bool]) -> None:
+            for place, effect in enumerate(self.effects):
+                if chosen(effect):
+                    data, force = self._beside(place, evaluated), inner
+                    if effect.records_force:
+                        force = _combined(inner, self._of_device(evaluated))
+                    one = self._evaluate(effect, force, own[place], seen[place], data)
+                    evaluated[place] = one
+
+        go_on(lambda effect: not (has_unknown_starts(effect) or effect.records_force))
+        go_on(lambda effect: effect.records_force)
+        if any(map(has_unknown_starts, self.effects)):
+            go_on(has_unknown_starts)
+            go_on(lambda effect: effect.records_force)
         return evaluated
 
     def _beside(self, place: int, evaluated: list) -> MeasuredRuns:

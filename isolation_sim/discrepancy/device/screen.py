@@ -220,7 +220,7 @@ def refit(one: FittedModel) -> FittedModel:
     model = one.model
     if model.expected is None:
         return one
-    begin = [model.expected, model.parameterisation.evened(model.expected)]
+    begin = [model.expected, model.parameterisation.with_every_element(model.expected)]
     others = [
         fit_model(model, np.concatenate([law, one.values[model.n_law :]]), 30, 1e-4)
         for law in begin
