@@ -96,8 +96,14 @@ class Parameterisation:
         # huge at one current, its powers of the current may cancel at another
         divides = np.array([q.divides for q in self.free], dtype=bool)
         guarded = np.repeat(divides, n) & (self.lower == 0)
-        self.lower[guarded] = 1e-6 * self.scale[guarded]
-        self.upper[guarded] = np.minimum(self.upper[guarded], 1e7 * self.scale[guarded])
+        # whatever the exponent is of a unit that has one
+        least, most = {q.name: q.lower for q in self.free}, {q.name: q.upper for q in self.free}
+        ends = np.repeat([
+            [characteristic_scale(self._units[q.name], *sizes, exponents=end) for q in self.free]
+            for end in (least, most)
+        ], n, axis=1)  # fmt: skip
+        self.lower[guarded] = 1e-6 * ends.min(axis=0)[guarded]
+        self.upper[guarded] = np.minimum(self.upper[guarded], 1e7 * ends.max(axis=0)[guarded])
 
     def deviations(self, values: NDArray, expected: NDArray) -> tuple[NDArray, NDArray]:
         """Deviations from expected unknowns over their sizes, and derivatives by the unknowns."""

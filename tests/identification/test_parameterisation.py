@@ -38,6 +38,15 @@ def test_a_divisor_that_has_grown_out_of_reach_begins_again_at_its_size():
     assert p.switched_on(p.scale, end).tolist() == p.scale.tolist()
 
 
+def test_the_bounds_of_a_divisor_hold_for_every_exponent_in_its_unit():
+    """A damper of 300 N at 0.1 mm/s: its force at 1 m/s follows from the exponent."""
+    law = LAWS["viscous_damper"]
+    p = Parameterisation(law, np.array([0.0]), (300.0, 1e-4, 1.0), {})
+    at = [q.name for q in p.free].index("c")
+    for alpha in (0.1, 0.3, 1.0, 2.0):
+        assert p.lower[at] < 0.1 * 300.0 / 1e-4**alpha < 10 * 300.0 / 1e-4**alpha < p.upper[at]
+
+
 def test_what_vanishes_at_one_current_has_its_mean_at_all():
     p = Parameterisation(LAWS["kelvin_voigt"], np.array([0.0, 2.0]), (300.0, 8e-3, 0.2), {})
     assert p.with_every_element(np.array([1e4, 3e4, 40.0, 0.0])).tolist() == [1e4, 3e4, 20.0, 20.0]
