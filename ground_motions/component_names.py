@@ -15,7 +15,7 @@ _WORDS = "|".join((*(end for pair in _PAIRS[:-1] for end in pair), *_VERTICAL))
 _STEM = re.compile(
     rf"(?P<base>.+?)(?:[-_. ]+(?P<word>{_WORDS})|[-_. ]*(?P<azimuth>\d{{3}}))", re.IGNORECASE
 )
-_FREE_FIELD = re.compile(r"free[\s_-]?field", re.IGNORECASE)
+_FREE_FIELD = re.compile(r".*free[\s_-]?field.*|ground(?: surface)?|surface", re.IGNORECASE)
 # stations' names, such as IT.NRC..HGE.D.20161030.C.ACC, have it at the end of a code of the channel
 _CHANNEL = re.compile(r"(?P<before>.+\.[A-Z][NGLH])(?P<word>[ENZ23])(?P<after>\..+)")
 
@@ -30,7 +30,7 @@ class Component(NamedTuple):
     @property
     def is_on_structure(self) -> bool:
         """Whether the header names a place other than the free field."""
-        return bool(self.location) and not _FREE_FIELD.search(self.location)
+        return bool(self.location) and not _FREE_FIELD.fullmatch(self.location)
 
 
 def by_header(components: Mapping[Path, Component]) -> list[list[Path]]:
@@ -79,10 +79,15 @@ def component_end(name: str) -> str:
     return _split(name)[1]
 
 
+def direction_in(name: str) -> str:
+    """Last word of a column's or variable's name, which may be a direction, such as UD."""
+    return re.split(r"[-_. ]+", name.strip())[-1]
+
+
 def is_vertical(direction: str) -> bool:
     """Whether a direction in a header, such as ``Up`` or ``90 Deg``, is the vertical one."""
     first, *_ = (*direction.lower().split(), "")
-    return first in (*_VERTICAL, "vertical", "down")
+    return first in (*_VERTICAL, "vertical", "vertikal", "down")
 
 
 def _split(name: str) -> tuple[str, str]:
@@ -106,6 +111,14 @@ def _components(group: dict[str, Path]) -> list[Path]:
     if not pairs or len(vertical) > 1:
         return []
     return [group[end] for end in (*pairs[0], *vertical)]
+
+
+def are_a_pair(*ends: str) -> bool:
+    """Whether two words, in any order, are the directions of two horizontal components."""
+    if len(ends) != 2:
+        return False
+    small = sorted(end.lower() for end in ends)
+    return any(sorted(pair) == small for pair in _PAIRS) or _perpendicular(*small)
 
 
 def _perpendicular(one: str, other: str) -> bool:

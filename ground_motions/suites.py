@@ -19,13 +19,14 @@ from ground_motions.argument_types import checked
 from ground_motions.component_names import Component, by_header, by_recording, is_vertical
 from ground_motions.errors import InputError, several, warn
 from ground_motions.readers import READERS, at2, esm, read, smc, v2
-from ground_motions.readers.csv_file import acceleration_columns, columns_of
-from ground_motions.readers.dispatch import ARCHIVES
+from ground_motions.readers.csv_file import acceleration_columns, columns_of, has_units
+from ground_motions.readers.dispatch import ARCHIVES, TEXT
 from ground_motions.readers.geonet import directions_of
 from ground_motions.readers.lines import AnotherQuantityError, read_lines
+from ground_motions.readers.mat_file import acceleration_variables
 from ground_motions.record import Record
 
-_TEXT = {".txt", ".dat", ".acc"}
+_TEXT = set(TEXT)
 _COMPONENTS = {".v2": v2.channels_of, ".v2c": v2.channels_of, ".v2a": directions_of}
 _HEADERS: dict[str, Callable[[Path], Component | None]] = {
     ".asc": esm.component_of, ".at2": at2.component_of, ".smc": smc.component_of,
@@ -105,7 +106,8 @@ def read_folder(
     folder : str or Path
         Unpacked download of PEER NGA-West2, with its ``_SearchResults.csv``; or files of records,
         each a record of its own, for which there is a reader. The columns of acceleration of a CSV
-        file, and the channels of a V2 file, are components; K-NET files that differ in their
+        file, the channels of a V2 file, and variables of a MATLAB file whose names end in a pair
+        as below, are components; K-NET files that differ in their
         suffix alone are, too. So are V2, SMC and AT2 files whose headers name one recording, and
         other files of one component whose names differ in their end alone, where these are a
         pair: ``_H1`` and ``_H2``, ``-FN`` and ``-FP``, ``NS`` and ``EW``, ``N`` and ``E``, ``X``
@@ -113,8 +115,8 @@ def read_folder(
         ``-090``; with ``-UP`` or ``_V`` for the vertical component. Files that their headers call
         velocities, displacements or spectra are not used.
     unit : str, optional
-        Unit of text files, which are not used without it, and of CSV and MATLAB files that have
-        none.
+        Unit of text files without one in their headings, which are not used without it, and of
+        CSV and MATLAB files that have none.
     dt : float, optional
         Sampling step of text and MATLAB files without times, s. Others keep their own.
     column : str or sequence of str, optional
@@ -143,19 +145,20 @@ def read_folder(
         raise InputError(str(folder), value, f"a folder with files of records{archive}")
     if (folder / _SEARCH_RESULTS).is_file():
         return _search_results(folder / _SEARCH_RESULTS, lambda name: folder / name, on_unreadable)
-    suffixes = {f".{name}" for name in READERS} - (set() if unit else _TEXT)
+    suffixes = {f".{name}" for name in READERS}
     present = sorted(p for p in folder.iterdir() if p.is_file() and not p.name.startswith("."))
     components: dict[Path, Component | None] = {}
     for path in present:
-        if path.suffix.lower() in suffixes:
+        suffix = path.suffix.lower()
+        if suffix in suffixes and (unit or suffix not in _TEXT or has_units(path)):
             with suppress(AnotherQuantityError):
                 components[path] = _only_component(path)
     files = list(components)
     others = [path for path in present if path not in components]
     text = any(path.suffix.lower() in _TEXT for path in others)
-    hint = "; .txt, .dat and .acc files need unit" if text else ""
+    hint = "; .txt, .dat and .acc files need unit, or headings with one" if text else ""
     if not files:
-        expected = f"files {', '.join(sorted(suffixes))}{hint}"
+        expected = f"files {', '.join(sorted(suffixes - _TEXT))}{hint}"
         raise InputError(str(folder), "no file of a record", expected)
     vertical: list[Path] = []
     single = {path: component for path, component in components.items() if component}
@@ -175,7 +178,8 @@ def read_folder(
         ("not at the surface, as KiK-net's sensors 1 are in a borehole", deep, ""),
         ("not used, vertical components alone", [path.name for path in vertical], ""),
         ("components of one record, by the ends of their names or by their headers", paired,
-         "; a list of files in [ground] pairs them otherwise"),
+         "; the first acts along x: components = \"swapped\" in [ground] exchanges all, and a list "
+         "of files pairs them otherwise"),
     ):  # fmt: skip
         if names:
             warn(f"{folder}: {told}: {_listed(names)}{remedy}", UserWarning)
@@ -348,7 +352,8 @@ def _only_component(path: Path) -> Component | None:
     try:
         if suffix in _HEADERS:
             return _HEADERS[suffix](path)
-        several_columns = suffix == ".csv" and len(acceleration_columns(path)) > 1
+        table = suffix == ".csv" or (suffix in _TEXT and has_units(path))
+        several_columns = table and len(acceleration_columns(path)) > 1
     except AnotherQuantityError:
         raise
     except InputError:
@@ -427,11 +432,14 @@ def _components(path: Path, unit: str | None, dt: float | None, column: Columns)
         raise InputError("column", f"{len(columns)} columns", "1 to 3")
     if suffix in _TEXT:  # names are of other files of the folder
         columns = [each for each in columns if each is not None and each.isdecimal()]
-    if suffix in _TEXT or suffix == ".mat":
+    present: dict[str, str] = {}  # names of components, and their directions where they are told
+    if suffix == ".mat" and not columns:
+        present = acceleration_variables(path)
+        columns = _both_and_vertical(present)
+    if suffix == ".mat" or (suffix in _TEXT and not has_units(path)):
         return [_read_with_step(path, unit, dt, each) for each in columns or [None]]
-    present: dict[str, str] = {}  # names of components, and their directions where headers tell
-    if suffix == ".csv":
-        present = dict.fromkeys(acceleration_columns(path), "")
+    if suffix == ".csv" or suffix in _TEXT:
+        present = acceleration_columns(path)
         if not present:
             header = columns_of(path)
             columns = [each for each in columns if each in header] or [None]
@@ -440,11 +448,19 @@ def _components(path: Path, unit: str | None, dt: float | None, column: Columns)
         present = _COMPONENTS[suffix](path)
     if len(present) < 2:
         return [read(path)]
+    return [read(path, column=each) for each in columns or _both_and_vertical(present) or [None]]
+
+
+def _both_and_vertical(present: Mapping[str, str]) -> list[str | None]:
+    """Components of a file, the vertical one last; none where there are more.
+
+    ``present``: names, and their directions where they are told.
+    """
     vertical = [name for name, direction in present.items() if is_vertical(direction)]
     horizontal = [name for name in present if name not in vertical]
-    if not columns and len(horizontal) in (1, 2) and len(vertical) < 2:
-        columns = [*horizontal, *(vertical if len(horizontal) == 2 else ())]
-    return [read(path, column=each) for each in columns or [None]]
+    if len(horizontal) not in (1, 2) or len(vertical) > 1:
+        return []
+    return [*horizontal, *(vertical if len(horizontal) == 2 else ())]
 
 
 def _read_with_step(

@@ -106,8 +106,11 @@ def load_archive(path: str | Path) -> Any:
         if isinstance(error, InputError):
             raise InputError(f"{path}: {error}") from None
         reason = getattr(error, "strerror", None) or f"{type(error).__name__}: {error}"
+        others = "; iso.Scenario.read reads a .toml file of a scenario or of fit --out"
+        others *= Path(path).suffix == ".toml"
         raise InputError(
-            f"{path}: not a saved result ({reason}); expected: a results folder or its {FILE}"
+            f"{path}: not a saved result ({reason}); expected: a results folder or its "
+            f"{FILE}{others}"
         ) from None
 
 

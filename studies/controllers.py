@@ -101,8 +101,9 @@ def ranking(result: Evaluation, case: str) -> Rows:
             "base_m": _known(np.median(over(runs.BASE, every)), 4),
             "floor_m_s2": _known(np.median(over(runs.FLOOR, every))),
             "J": _known(over("J", random).mean()), "excess": excess, "from": low, "to": high,
-            "El Centro": _known(over("J", [HOME])[0]),
         }  # fmt: skip
+        if HOME in every:
+            row["El Centro"] = _known(over("J", [HOME])[0])
         if solved and case != PASSIVE:
             best = [result.possible[m]["J"] for m in solved]
             gaps = zip(over("J", solved), over("constant", solved), best, strict=True)

@@ -118,7 +118,7 @@ def _same_period(shown: pandas.DataFrame) -> str:
         f"{small['size']:.3g} times take {large['rubber'] / small['rubber']:.1f} times the rubber "
         f"and strain it {small['strain'] / large['strain']:.1f} times less, which changes the base "
         f"displacement by {moved:+.0f} % and the floor acceleration by {shaken:+.0f} %. The weight "
-        "that the isolators can carry is not looked at."
+        "that the isolators can carry is not considered."
     )
 
 

@@ -262,6 +262,7 @@ def test_new_does_not_overwrite_without_force(here, call):
         ("records", "el_centro_1940_ns"),
         ("effects", "effect"),
         ("structures", "reference"),
+        ("studies", "papers"),
     ],
 )
 def test_list(call, subject, shown):

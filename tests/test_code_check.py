@@ -22,7 +22,7 @@ from isolation_sim.code_check import (
 )
 from isolation_sim.errors import InputError
 from isolation_sim.laws import law
-from isolation_sim.reports.code_check import console_table, verdict
+from isolation_sim.reports.code_check import check_page, console_table, verdict
 from isolation_sim.reports.tables import as_text
 from isolation_sim.structures import shear_building, with_p_delta
 from isolation_sim.structures.isolation_loop import isolation_loop
@@ -288,3 +288,6 @@ def test_the_table_keeps_values_and_limits_in_one_line():
     assert all(len(line) <= 100 for line in lines)
     after = lines[lines.index(first) + 1]
     assert after.startswith("   ")  # indented like the line above
+    page = check_page([row], iso.reference_building().on(iso.reference_isolators()), "bi")
+    (table,) = page.sections[1].blocks
+    assert table.rows[1].cells[3].text == "at\N{NO-BREAK SPACE}least\N{NO-BREAK SPACE}0.025"

@@ -445,7 +445,7 @@ def test_a_fixed_base_stands_beside_the_runs(shake, isolated):
     [
         (
             lambda record: record.scaled(9.80665),
-            "3.13 g; records rarely exceed 2 g: check its unit",
+            "3.13 g; records rarely exceed 2 g: check its unit and scale",
         ),
         (lambda record: replace(record, dt=2.0), "a step of 2 s; records have 0.1 s at most"),
     ],

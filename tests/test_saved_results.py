@@ -354,6 +354,9 @@ def test_what_cannot_be_loaded_is_reported(content, tmp_path):
         iso.load(tmp_path)
     with pytest.raises(InputError, match="saved result"):
         iso.load(tmp_path / "nowhere")
+    (tmp_path / "fitted.toml").write_text("")
+    with pytest.raises(InputError, match=r"; iso.Scenario.read reads a .toml file of a scenario"):
+        iso.load(tmp_path / "fitted.toml")
 
 
 def test_a_repr_is_one_short_line(comparison, fitted):

@@ -15,6 +15,7 @@ from ground_motions import STANDARD_GRAVITY, load_record
 from isolation_sim.errors import InputError
 from isolation_sim.laws import law
 from isolation_sim.scenario import Scenario, main_job, writer
+from isolation_sim.scenario.devices import Isolator
 from isolation_sim.structures import reference_building, reference_isolators
 
 positive = st.floats(1e-6, 1e9)
@@ -241,6 +242,15 @@ def test_a_shear_building_with_elements():
     assert isolated.element_names == ("isolator", "brace")
     assert isolated.elements[0].device.force_scale == 2.0
     np.testing.assert_array_equal(isolated.elements[1].direction, [-1, 1, 0])
+
+
+def test_scales_of_the_reference_building_are_said_beside_own_parameters(recwarn):
+    own = Isolator.model_validate({"law": "linear", "parameters": {"k": 2e4}})
+    with pytest.warns(UserWarning, match="lengths are multiplied by 10 and its forces by 3014.69"):
+        own.on_reference()
+    own.model_copy(update={"length_scale": 1.0, "force_scale": 1.0}).on_reference()
+    Isolator().on_reference()
+    assert len(recwarn) == 0
 
 
 def test_other_buildings_must_give_their_scales():

@@ -130,6 +130,10 @@ SCENARIOS = [
         "[isolator]\nlaw = 'own.py:UNKNOWN'\nparameters = { k = 1e6 }\ntarget_period_s = 2.0",
         "'return p[0] * abs(y)' in force: NameError: name 'y' is not defined",
     ),
+    (
+        "[isolator]\nlaw = 'own.py:WHOLE'\nparameters = { k = 1e6 }\ntarget_period_s = 2.0",
+        "'return p[0] * (x + p)' in force cannot be traced (TypeError); expected: + - * / **",
+    ),
     ("[isolator]\nparameters = 'genralised'", "unknown parameter set of strain_stiffening"),
     ("[isolator]\nparameters = { q = 1.0 }", "q"),
     ("[isolator]\nparameters = 4", "isolator.parameters: given 4; expected: text or a table"),
@@ -593,6 +597,8 @@ def files(tmp_path_factory):
         "BRANCH = Law('branch', 'Branch', (Quantity('k', 'N/m', 'stiffness'),), force)\n"
         "def unknown(x, v, s, p):\n    return p[0] * abs(y)\n"
         "UNKNOWN = Law('unknown', 'Unknown', (Quantity('k', 'N/m', 'stiffness'),), unknown)\n"
+        "def whole(x, v, s, p):\n    return p[0] * (x + p)\n"
+        "WHOLE = Law('whole', 'Whole', (Quantity('k', 'N/m', 'stiffness'),), whole)\n"
     )
     np.savez(folder / "lacking.npz", M=eye, C=eye)
     np.savez(folder / "uneven.npz", M=eye, C=np.ones((2, 3)), K=eye)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ground_motions.argument_types import checked
+from ground_motions.component_names import direction_in
 from ground_motions.errors import InputError, wrong_choice
 from ground_motions.files import atomic_write
 from ground_motions.readers.lines import (
@@ -108,7 +109,7 @@ def read_csv(path: str | Path, column: str | None = None, unit: str | None = Non
     return Record(
         np.array(values) * to_m_s2(units[column]),
         dt,
-        name=f"{stem}_{_quantity_of(column)}" if len(units) > 1 else stem,
+        name=f"{stem}_{quantity_of(column)}" if len(units) > 1 else stem,
         source=f"{path}, column {column}",
         file_unit=units[column],
     )
@@ -119,9 +120,18 @@ def columns_of(path: str | Path) -> list[str]:
     return _table(path, None)[1]
 
 
-def acceleration_columns(path: str | Path) -> list[str]:
-    """Return the columns of a CSV file whose names have a unit of acceleration."""
-    return [name for name in columns_of(path) if unit_of(name)]
+def acceleration_columns(path: str | Path) -> dict[str, str]:
+    """Columns whose names have a unit of acceleration, and the words that may be directions."""
+    return {name: direction_in(quantity_of(name)) for name in columns_of(path) if unit_of(name)}
+
+
+def has_units(path: str | Path) -> bool:
+    """Whether a text file is a table whose headings have units of times and accelerations."""
+    try:
+        names = columns_of(path)
+    except InputError:
+        return False
+    return bool(_time_columns(names, None)) and any(map(unit_of, names))
 
 
 class _Table(NamedTuple):
@@ -192,7 +202,8 @@ def unit_of(column: str) -> str | None:
     return unit_name(brackets["unit"]) if brackets else _SUFFIXES.get(_suffix_of(column))
 
 
-def _quantity_of(column: str) -> str:
+def quantity_of(column: str) -> str:
+    """A column's name without its unit."""
     brackets = _BRACKETS.fullmatch(column)
     return brackets["quantity"] if brackets else column[: len(column) - len(_suffix_of(column))]
 
@@ -282,7 +293,7 @@ def _chosen_column(names: list[str], candidates: list[str], column: str | None, 
         )
     if column is not None:
         raise wrong_choice(f"{place}, column", column, candidates)
-    ground = [name for name in candidates if _quantity_of(name) == PREFERRED_QUANTITY]
+    ground = [name for name in candidates if quantity_of(name) == PREFERRED_QUANTITY]
     for chosen in (candidates, ground):
         if len(chosen) == 1:
             return chosen[0]

@@ -10,6 +10,7 @@ from typing import Any
 from ground_motions.argument_types import checked
 from ground_motions.errors import InputError, warn
 from ground_motions.readers.at2 import read_at2
+from ground_motions.readers.csv_file import has_units
 from ground_motions.readers.geonet import read_geonet
 from ground_motions.readers.v2 import read_v2
 from ground_motions.record import Record
@@ -30,6 +31,9 @@ WEAKEST, STRONGEST = 1e-4, 3.0
 
 LONGEST_STEP = 0.1
 """Sampling step that a file may have without a warning, s; a longer one is that of ms."""
+
+TEXT = (".txt", ".dat", ".acc")
+"""Suffixes of text, whose headings may have units as those of a CSV file."""
 
 ARCHIVES = (".zip", ".gz", ".tgz", ".tar", ".bz2", ".xz", ".7z")
 """Suffixes of archives, as databases send them."""
@@ -87,6 +91,8 @@ def read(
     """
     suffix = Path(path).suffix.lower()
     name = reader or suffix.removeprefix(".")
+    if suffix in TEXT and not (reader or dt or (column or "").isdecimal()) and has_units(path):
+        name = "csv"
     if reader is None and suffix in ARCHIVES and name not in READERS:
         raise InputError(str(path), f"an archive {suffix}", "the files in it, unpacked")
     if READERS and reader is None and name not in (*READERS, *_REFUSED):

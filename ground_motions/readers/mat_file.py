@@ -10,8 +10,9 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 from ground_motions.checks import FloatArray, positive
+from ground_motions.component_names import are_a_pair, direction_in, is_vertical
 from ground_motions.errors import InputError, wrong_choice
-from ground_motions.readers.csv_file import is_of_another_quantity, unit_of
+from ground_motions.readers.csv_file import is_of_another_quantity, quantity_of, unit_of
 from ground_motions.readers.lines import uniform_step
 from ground_motions.readers.mat_variables import mat_variables
 from ground_motions.record import Record
@@ -61,21 +62,10 @@ def read_mat(
         unit or the step is missing, unknown or given twice; or a sample is not a finite number.
     """
     values = dict(_named(mat_variables(Path(path))))
-    series = {
-        name: array
-        for name, value in values.items()
-        if (array := _series(value)) is not None and _short(name) not in _TIMES
-    }
-    motions = [
-        name
-        for name in series
-        if is_of_another_quantity(_short(name)) and not _is_acceleration(name)
-    ]
+    series, motions = _all_series(values)
     if column in motions:
         expected = "an acceleration, as its name has the unit of another quantity"
         raise InputError(f"{path}, column", repr(column), expected)
-    for name in motions:
-        del series[name]
     chosen = _chosen(series, values, column, path)
     place, array = f"{path}, variable {chosen}", series[chosen]
     bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
@@ -97,6 +87,31 @@ def read_mat(
         source=f"{path}, variable {chosen}",
         file_unit=unit_name(unit) or unit,
     )
+
+
+def acceleration_variables(path: str | Path) -> dict[str, str]:
+    """Vectors called accelerations with a direction, and these; none without a pair."""
+    series, _ = _all_series(dict(_named(mat_variables(Path(path)))))
+    called = {name: direction_in(quantity_of(name)) for name in series if _is_acceleration(name)}
+    words = [word for word in called.values() if not is_vertical(word)]
+    return called if are_a_pair(*words) else {}
+
+
+def _all_series(values: Mapping[str, Any]) -> tuple[dict[str, FloatArray], list[str]]:
+    """Vectors that may be accelerations, and names of those with the unit of another quantity."""
+    series = {
+        name: array
+        for name, value in values.items()
+        if (array := _series(value)) is not None and _short(name) not in _TIMES
+    }
+    motions = [
+        name
+        for name in series
+        if is_of_another_quantity(_short(name)) and not _is_acceleration(name)
+    ]
+    for name in motions:
+        del series[name]
+    return series, motions
 
 
 def _named(variables: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

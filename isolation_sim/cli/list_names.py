@@ -121,9 +121,14 @@ def _readers() -> Rows:
 
 
 def _studies() -> Rows:
-    from ..registry import STUDIES
+    from ..registry import COMMANDS, STUDIES
 
-    return ["study", "title"], [[name, study.TITLE] for name, study in _usable(STUDIES)]
+    entries = [[name, study.TITLE] for name, study in _usable(STUDIES)]
+    if "study" in COMMANDS:  # studies with options of their own, such as papers
+        for command in COMMANDS["study"].registered_commands:
+            said, *_ = (command.callback.__doc__ or "").splitlines() or [""]
+            entries.append([command.name or command.callback.__name__, said.rstrip(".")])
+    return ["study", "title"], sorted(entries)
 
 
 def _structures() -> Rows:

@@ -156,9 +156,14 @@ def _error(
     place, line, instead = next(filter(any, map(_suspect, suspects)), ("", "", ""))
     if not place:
         reason = "other numbers than with NumPy" if error is None else type(error).__name__
+        own = {each.__code__.co_filename for each in suspects if hasattr(each, "__code__")}
+        frames = traceback.extract_tb(error.__traceback__) if error else []
+        at = next((each for each in reversed(frames) if each.filename in own), None)
+        where = f"{at.filename}:{at.lineno}: {at.line!r} in {name}" if at else name
         return InputError(
-            f"law {law.name!r}: {name} cannot be traced ({reason}); expected: + - * / **, "
-            "comparisons as multipliers and NumPy's elementary functions"
+            f"law {law.name!r}: {where} cannot be traced ({reason}); expected: + - * / **, "
+            "comparisons as multipliers and NumPy's elementary functions, of single states: "
+            "(z,) = states"
         )
     return InputError(
         f"law {law.name!r}: {place}: {line!r} cannot be traced in {name}; expected: {instead}"

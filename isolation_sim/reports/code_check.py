@@ -78,7 +78,8 @@ def check_page(rows: Sequence[CheckRow], isolated: IsolatedStructure, name: str)
         lines.append(Row(group))
         for row in some:
             clause = f"{row.clause}, from memory" if row.clause else ""
-            texts = (as_written(row.case), clause, row.value, row.limit, passes_text(row))
+            limit = row.limit.replace(" ", "\N{NO-BREAK SPACE}")
+            texts = (as_written(row.case), clause, row.value, limit, passes_text(row))
             lines.append(Row(row.subject, tuple(map(Cell, texts))))
     headings = tuple(heading[0].upper() + heading[1:] for heading in HEADINGS)
     checks = Table(

@@ -43,7 +43,7 @@ def unknown_energies(runs: Mapping[str, Run]) -> list[str]:
     if not laws:
         return []
     return [
-        f"The field work of {_join_names(list(laws))} is not known and counts as 0: "
+        f"The field work of {_join(list(laws))} is not known and counts as 0: "
         f"{'the law declares' if len(laws) == 1 else 'the laws declare'} no stored energy, so that "
         "all work of the isolators counts as dissipated."
     ]
@@ -138,7 +138,11 @@ def _quantity(key: str, value: float) -> str:
 
 
 def _join_names(names: list[str]) -> str:
-    *most, last = map(_noun, names)
+    return _join([_noun(name) for name in names])
+
+
+def _join(nouns: list[str]) -> str:
+    *most, last = nouns
     return f"{', '.join(most)} and {last}" if most else last
 
 

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from ground_motions.old_names import renamed_value
 
 from ..effects import Effect, effect, extend
-from ..errors import InputError
+from ..errors import InputError, warn
 from ..laws import Device, law, passive
 from ..structures import (
     IsolatedStructure,
@@ -213,7 +213,17 @@ class Isolator(_Device):
 
     def on_reference(self) -> Device:
         """Return the device; scales that the section leaves out are the reference building's."""
-        return self.device(LENGTH_SCALE, FORCE_SCALE)
+        device = self.device(LENGTH_SCALE, FORCE_SCALE)
+        if self.parameters and self.length_scale is None and self.force_scale is None:
+            if not device.law.unit:
+                warn(
+                    "parameters without scales are those of a tested device: its lengths are "
+                    f"multiplied by {LENGTH_SCALE:g} and its forces by {FORCE_SCALE:g} for the "
+                    "reference building; length_scale = 1 and force_scale = 1 are those of "
+                    "full-size isolators",
+                    UserWarning,
+                )
+        return device
 
     def scaled(self) -> Device:
         """Return the device; the section must contain its scales."""

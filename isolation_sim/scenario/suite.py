@@ -50,8 +50,11 @@ class RecordSuite(Section):
         bool, Field(description="run without the records that cannot be used, which are named")
     ] = False
     components: Annotated[
-        Literal["both", "first", "second"],
-        Field(description="of a pair, for one direction of motion: both, one after the other"),
+        Literal["both", "first", "second", "swapped"],
+        Field(
+            description="of a pair: both, one after the other for one direction of motion; "
+            "swapped, the second one along x of two directions"
+        ),
     ] = "both"
     target: Annotated[
         Target | None, Field(description='such as { kind = "nzs1170_5", Z = 0.4, ... }')

@@ -232,6 +232,11 @@ def current_of(controller: Control, t: float, measurement: Any) -> NDArray:
     return currents
 
 
+_CALLS = {
+    "measures": "measures(nominal)", "prepare": "prepare(context, trial)", "reset": "reset(context)"
+}  # fmt: skip
+
+
 @contextmanager
 def calling(controller: Control, method: str) -> Iterator[None]:
     """Name the controller and its method in an error before the run."""
@@ -240,7 +245,10 @@ def calling(controller: Control, method: str) -> Iterator[None]:
     except (InputError, Diverged):
         raise
     except Exception as error:
-        raise _failed(controller, f"in {method}()", _cause(error), error) from error
+        cause = _cause(error)
+        if isinstance(error, TypeError) and "positional argument" in str(error):
+            cause += f"; the call is {_CALLS[method]}" * (method in _CALLS)
+        raise _failed(controller, f"in {method}()", cause, error) from error
 
 
 def _failed(controller: Control, when: str, cause: str, error: Exception) -> ControllerError:

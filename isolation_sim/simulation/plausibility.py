@@ -41,7 +41,8 @@ def implausible_motion(records: Sequence[Record]) -> list[str]:
         if record.pga > LARGEST_PGA:
             lines.append(
                 f"ground motion {record.name} peaks at {record.pga:.3g} m/s^2, "
-                f"{record.pga / STANDARD_GRAVITY:.3g} g; records rarely exceed 2 g: check its unit"
+                f"{record.pga / STANDARD_GRAVITY:.3g} g; records rarely exceed 2 g: check its unit "
+                "and scale"
             )
         if record.dt > LONGEST_STEP * (1 + 1e-9):
             lines.append(

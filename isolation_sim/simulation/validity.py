@@ -23,6 +23,7 @@ _AT_END = (
     "time, padded(after=) or quiet_after_s"
 )
 _NUMBER = re.compile(r"-?\d[\d.]*(?:e[+-]?\d+)?")
+_MOTION = re.compile(r"(?<=^ground motion ).+(?= (?:peaks at|has a step of) )")
 
 
 class Validity(NamedTuple):
@@ -224,13 +225,13 @@ def _share(which: NDArray) -> str:
 
 
 def _counted(texts: Sequence[str]) -> list[str]:
-    """Count warnings that differ only in numbers, each with its first text."""
+    """Count warnings that differ only in numbers and motions, each with its first text."""
     first: dict[str, str] = {}
     counts: dict[str, set[int]] = {}
     different: dict[str, set[str]] = {}
     for k, text in enumerate(texts):
         for line in filter(None, str(text).split(BETWEEN)):
-            kind = _NUMBER.sub("#", line)
+            kind = _NUMBER.sub("#", _MOTION.sub("#", line))
             first.setdefault(kind, line)
             counts.setdefault(kind, set()).add(k)
             different.setdefault(kind, set()).add(line)

@@ -143,6 +143,7 @@ def tune(
     progress("constant currents", 0)
     with Processes(processors(workers)) as processes:
         trials = Trials(scenario, tuned_on, weights, processes)
+        _ = trials.constant  # refuses what cannot be tuned, before there is a folder
         if out is not None:
             tuning.save_state(out)
             # marks the folder as results, even if the search is killed

@@ -175,6 +175,18 @@ def test_an_error_names_the_controller_the_time_and_the_line(isolated, record, p
     assert isinstance(raised.value.__cause__, ZeroDivisionError)
 
 
+def test_an_argument_that_a_method_lacks_is_said(isolated, record):
+    class Short(Controller):
+        name = "short"
+        current = Outwards.current
+
+        def reset(self):
+            pass
+
+    with pytest.raises(ControllerError, match=r"were given; the call is reset\(context\)"):
+        simulate(isolated, record, Short())
+
+
 def test_the_other_controllers_go_on(isolated, record):
     comparison = iso.compare(isolated, record, ["passive_off", Failing()])
     assert list(comparison.runs) == ["passive_off"]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ground_motions import read, read_folder
+from ground_motions.component_names import Component
 from ground_motions.readers.v2 import component_of
 
 KNET = """\
@@ -190,6 +191,15 @@ def test_direction_and_location_of_cosmos_are_in_one_line(written, tmp_path):
     assert (one.direction, one.location) == ("90 deg", "Free field")
     with pytest.warns(UserWarning, match=r"a10 \(a10.V2c, a12.V2c, a11.V2c\)"):
         read_folder(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("location", "on_structure"),
+    [("Ground", False), ("Freefield", False), ("1 m from free-field hut", False), ("", False),
+     ("Ground Floor", True), ("Roof, north", True)],
+)  # fmt: skip
+def test_the_ground_alone_is_no_structure(location, on_structure):
+    assert Component("a", "Up", location).is_on_structure == on_structure
 
 
 def test_other_quantities_beside_accelerations_in_a_folder_are_not_used(written, tmp_path):

@@ -274,14 +274,16 @@ def test_a_folder_of_several_formats(tmp_path):
     motion = el_centro_1940().cut(0.0, 2.0)
     header, rows = "time_s,ew_m_s2,ns_m_s2,ud_m_s2", [f"{0.1 * k},{k},{2 * k},3" for k in range(9)]
     (tmp_path / "a.csv").write_text("\n".join([header, *rows]))
+    (tmp_path / "d.csv").write_text("\n".join(["time_s,e1_m_s2,e2_m_s2,e3_m_s2", *rows]))
     (tmp_path / "b.csv").write_text(
         "\n".join(["time_s,acc", *(f"{0.1 * k},{0.1 * k}" for k in range(9))])
     )
     np.savetxt(tmp_path / "c.txt", np.column_stack((motion.time, motion.acceleration)))
     (tmp_path / "notes.md").write_text("mine")
     named = ["ns_m_s2", "ew_m_s2", "ud_m_s2"]
-    with pytest.raises(InputError, match=r"column= one of ew_m_s2, ns_m_s2, ud_m_s2"):
-        read_files([tmp_path / "a.csv"], unit="m/s2")
+    with pytest.raises(InputError, match=r"column= one of e1_m_s2, e2_m_s2, e3_m_s2"):
+        read_files([tmp_path / "d.csv"], unit="m/s2")
+    (tmp_path / "d.csv").unlink()
     with pytest.warns(UserWarning, match=r": not used: notes\.md$"):
         a, b, c = read_folder(tmp_path, unit="g", column=named)
     assert [each.name for each in a.components] == ["a_ns", "a_ew"]
@@ -294,6 +296,50 @@ def test_a_folder_of_several_formats(tmp_path):
         assert [each.name for each in read_folder(tmp_path, column="ew_m_s2")] == ["a"]
     with pytest.raises(InputError, match=r"a\.csv: given 3 components; expected: one"):
         read_files([[tmp_path / "a.csv", tmp_path / "a.csv"]], column=named)
+
+
+@pytest.mark.parametrize(
+    ("heading", "order"),
+    [
+        ("Time [s],EW [m/s2],NS [m/s2],UD [m/s2]", [0, 1, 2]),
+        ("time_s,acc_up_m_s2,acc_x_m_s2,acc_y_m_s2", [1, 2, 0]),
+        ("Zeit,Beschl. NS,Beschl. vertikal,Beschl. EW\ns,m/s²,m/s²,m/s²", [0, 2, 1]),
+    ],
+)
+def test_headings_tell_the_vertical_column(tmp_path, heading, order):
+    rows = [f"{0.1 * k:g},{k},{2 * k},{3 * k}" for k in range(5)]
+    (tmp_path / "a.csv").write_text("\n".join([heading, *rows]))
+    (record,) = read_folder(tmp_path)
+    parts = (*record.components, record.vertical)
+    assert [each.acceleration[1] - 1.0 for each in parts] == order
+
+
+def test_two_directions_in_a_matlab_file_are_a_pair(tmp_path):
+    values = {"dt": 0.01, "acc_EW_m_s2": np.arange(9.0), "acc_NS_m_s2": np.ones(9)}
+    savemat(tmp_path / "a.mat", values)
+    savemat(tmp_path / "b.mat", values | {"acc_UD_m_s2": np.zeros(9)})
+    savemat(tmp_path / "c.mat", {"dt": 0.01, "acc": np.ones(9), "acc_filtered": np.ones(9)})
+    errors: list[InputError] = []
+    a, b = read_folder(tmp_path, unit="m/s2", on_unreadable=errors.append)
+    assert [each.acceleration[2] for each in a.components] == [2.0, 1.0]
+    assert b.vertical.pga == 0.0
+    assert "c.mat: given 2 vectors and no choice" in str(errors[0])
+
+
+def test_text_with_units_in_its_headings_needs_no_unit(tmp_path):
+    rows = ["0,00\t0,1", "0,01\t0,2", "0,02\t0,3"]
+    text = "\n".join(["Zeit [s]\tBeschleunigung [cm/s²]", *rows])
+    (tmp_path / "a.txt").write_text(text)
+    (tmp_path / "b.txt").write_text("\n".join(rows))
+    with pytest.warns(UserWarning, match="not used: b.txt; .* need unit, or headings with one"):
+        (record,) = read_folder(tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        one, other = read_folder(tmp_path, unit="g")
+    pga = [each.components[0].pga for each in (record, one, other)]
+    np.testing.assert_allclose(pga, [0.003, 0.003, 0.3 * G])
+    with pytest.raises(InputError, match="unit 'g' for column"):
+        read(tmp_path / "a.txt", unit="g")
 
 
 def test_files_with_times_keep_their_step_beside_those_without(tmp_path):

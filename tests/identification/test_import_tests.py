@@ -755,3 +755,20 @@ def test_a_heading_with_more_names_than_columns_is_told(tmp_path):
         iso.InputError, match="line 2 has 5 names for 4 columns of numbers; expected"
     ):
         iso.import_tests(tmp_path / "run.csv")
+
+
+def test_all_tests_that_cannot_be_read_are_named_together(tmp_path):
+    """And a note that many tests share stands once."""
+    for name in ("a", "b", "c"):
+        written(tmp_path, HEADING + PLAIN, f"{name}.csv")
+    volts = iso.import_tests(tmp_path, units={"force": "-1 kN"}).notes
+    assert sum("force in -1 kN as given" in note for note in volts) == 1
+    (tmp_path / "empty.csv").write_text("")
+    written(tmp_path, (HEADING + PLAIN).replace("Force (kN)", "Volume (l)"), "d.csv")
+    with pytest.raises(iso.InputError) as refused:
+        iso.import_tests(tmp_path)
+    text = str(refused.value)
+    assert text.startswith("2 of 5 tests cannot be read: ") and "--leave-out" in text
+    assert "empty.csv: given an empty file" in text and "none recognised as force" in text
+    with pytest.raises(iso.InputError, match=r"^\S+empty.csv: given an empty file"):
+        iso.import_tests(tmp_path / "empty.csv")

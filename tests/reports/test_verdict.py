@@ -1,5 +1,6 @@
 """The verdict says what the numbers say."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -100,5 +101,8 @@ def test_a_field_work_that_is_not_known_is_said():
 
     (sentence,) = unknown_energies(runs(without))
     assert sentence.startswith("The field work of Bouc-Wen is not known and counts as 0")
+    titled = replace(without, law=replace(without.law, title="Ozdemir, Graesser and Cozzarelli"))
+    (sentence,) = unknown_energies(runs(titled))
+    assert "of Ozdemir, Graesser and Cozzarelli is not known" in sentence
     assert not unknown_energies(runs(of_one_current))
     assert not unknown_energies(runs(iso.law("strain_stiffening")))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -157,6 +158,10 @@ def test_the_share_closed_is_a_mean_over_the_motions_that_have_a_bound():
         {m: {"J": 1.0, "certified": 1e-4} for m in scores},
     )
     assert evaluation.solved == ["El Centro", "a", "b"]
+    constants = {m: [] for m in ("a", "b", "c")}
+    away = replace(evaluation, constants=constants, possible={})
+    (own,) = study.ranking(away, "nominal")
+    assert (own["J"], "El Centro" in own) == (1.3, False)
     table = [one for case in runs.CASES for one in study.ranking(evaluation, case)]
     first = table[0]
     assert first["closed"] == pytest.approx(0.4, abs=1e-3)

@@ -23,6 +23,7 @@ from isolation_sim.io.results_folder import is_results
 from isolation_sim.reports.suite_figures import spectra_panel
 from isolation_sim.reports.suite_tables import statistics_table, verdict
 from isolation_sim.scenario import Scenario
+from isolation_sim.simulation.validity import _counted
 from isolation_sim.structures import plan_building, with_vertical_motion
 from isolation_sim.structures.modes import translational_period
 from isolation_sim.sweeps.suites import Suite, run_suite
@@ -115,6 +116,12 @@ def test_warnings_of_single_runs_are_counted(suite):
     assert "The records as used" in page and "Along each direction" in page
     assert "The scenario file: building" in page and "[[controller]]" in page
     assert all(f"Warning: {line.partition(';')[0]}" in page for line in suite.warnings())
+
+
+def test_warnings_that_differ_in_the_motion_alone_are_one_line():
+    lines = [f"ground motion {name} peaks at {peak} m/s^2, x g" for name, peak in
+             (("a_H1", 21.5), ("b ns", 20.1), ("b ns", 20.1))]  # fmt: skip
+    assert _counted([*lines, ""]) == [f"3 of 4 runs, such as: {lines[0]}"]
 
 
 def test_every_motion_runs_under_every_controller(suite):
@@ -293,6 +300,12 @@ def test_two_directions_are_shaken_together(tmp_path):
     assert (motion["components"], motion["pga_m_s2"]) == ("1.0, 0.5", ground.pga)
     second = read_csv(tmp_path / "out" / motion["files"][1])
     assert isinstance(second, Record)
+    swapped = Scenario.model_validate({"ground": settings["ground"] | {"components": "swapped"}})
+    (motion,) = prepare(swapped.ground[0], plan, tmp_path / "swapped")["motions"]
+    assert motion["components"] == "0.5, 1.0"
+    one = Scenario.model_validate({"ground": settings["ground"] | {"components": "first"}})
+    with pytest.raises(InputError, match="'first' for a structure with several directions"):
+        prepare(one.ground[0], plan, tmp_path / "one")
     np.testing.assert_array_equal(second.acceleration, 0.5 * ground.acceleration)
     # what is refused leaves no file, and no record before it
     other = write_csv(ground, tmp_path / "other.csv")

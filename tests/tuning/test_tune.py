@@ -16,6 +16,7 @@ from controllers import setting
 from controllers.settings import Number, SearchRange
 from ground_motions import el_centro_1940, write_csv
 from isolation_sim.cli import main
+from isolation_sim.scenario import Scenario
 from isolation_sim.tuning.trials import Trials
 from isolation_sim.tuning.tune import _motion_sets
 from isolation_sim.tuning.tuning import MeanInterval
@@ -291,6 +292,19 @@ def test_processes_run_plain_python_to_the_same_bits(scenario, strong):
         for workers in (1, 2)
     ]  # fmt: skip
     assert tuned[0] == tuned[1] and len(tuned[0].trials) == 9
+
+
+def test_currents_without_a_limit_leave_no_folder(tmp_path, strong):
+    plant = Scenario.from_toml("""
+    [isolator]
+    law = "linear"
+    parameters = { k = [2e4, 3e3] }
+    length_scale = 10.0
+    force_scale = 3000.0
+    """)
+    with pytest.raises(iso.InputError, match="nothing says how high the current of coil 0 may be"):
+        iso.tune("fuzzy", plant, motions=strong[0], unseen=strong[1], out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_controller_that_always_fails_says_why(scenario, strong):

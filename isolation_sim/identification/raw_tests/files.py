@@ -39,14 +39,17 @@ def tables_by_name(
     kind: str = "test",
     progress: Callable[[str], None] = lambda text: None,
     test_column: str | None = None,
+    unreadable: Callable[[InputError], None] | None = None,
 ) -> tuple[dict[str, RawTable], list[str]]:
     """Tables by the names of their tests or records, and notes of files without one.
 
-    ``test_column``: column that tells the tests of one table apart.
+    ``test_column``: column that tells the tests of one table apart. ``unreadable``: called with
+    the error of each file that cannot be read, which is raised otherwise.
     """
     by_name: dict[str, RawTable] = {}
     notes: list[tuple[str, str]] = []  # Files and what is said of them
     fitting: set[str] = set()
+    failed = False
 
     def left_out(*names: str) -> bool:
         fits = {p for p in leave_out if any(fnmatch(name, p) for name in names)}
@@ -63,6 +66,12 @@ def tables_by_name(
             if path in places:
                 raise
             notes.append((path.name, "neither accelerations nor displacements; left out"))
+            continue
+        except InputError as error:
+            if unreadable is None:
+                raise
+            unreadable(error)
+            failed = True
             continue
         for table in tables:
             part = _KIND.sub("", table.part) if len(tables) > 1 else ""
@@ -83,7 +92,7 @@ def tables_by_name(
         if pattern not in fitting:
             named = kind if kind == "test" else "file"
             raise InputError("--leave-out", repr(pattern), pattern_of(by_name, named))
-    if not by_name:
+    if not (by_name or failed):
         raise InputError(f"{', '.join(map(str, places))}: no {kind}; expected: {_expected(kind)}")
     return by_name, notes_of(notes)
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ground_motions.argument_types import checked
 
-from ...errors import InputError
+from ...errors import InputError, several
 from ...io.files import check_writable
 from ...rendering import Printed, render
 from ..campaign import Campaign, write_campaign
@@ -22,7 +22,7 @@ from ..measured.data_checks import same_forces_notes, turned_runs, unit_notes
 from ..measured.run_table import TestRun, make_run
 from ..run_preparation import repaired
 from .channels import NEEDED, Channel, check_choices, find_channels, listed
-from .files import pattern_of, tables_by_name
+from .files import notes_of, pattern_of, tables_by_name
 from .rate import CLOCK_UNIT
 from .raw_table import RawTable
 from .samples import samples_of
@@ -182,15 +182,30 @@ def import_tests(
     report = progress or (lambda text: None)
     apart = None if test_column is None else str(test_column)
     files = [Path(place) for place in places]
-    tables, notes = tables_by_name(files, leave_out, progress=report, test_column=apart)
+    errors: list[InputError] = []
+    tables, notes = tables_by_name(
+        files, leave_out, progress=report, test_column=apart, unreadable=errors.append
+    )
     runs, channels = [], []
+    own_notes: list[tuple[str, str]] = []
+    n_tests = len(tables) + len(errors)
     for name, table in tables.items():
         report(f"checking {name}")
-        run, columns_read, own = _read_test(name, table, choices)
+        try:
+            run, columns_read, own = _read_test(name, table, choices)
+        except InputError as error:
+            errors.append(error)
+            continue
         runs.append(run)
         channels.append(columns_read)
         if own:
-            notes.append(f"{name}: {'; '.join(own)}")
+            own_notes.append((name, "; ".join(own)))
+    notes += notes_of(own_notes)
+    if len(errors) > 1:
+        what = f"{len(errors)} of {n_tests} tests cannot be read"
+        raise several(what, errors, "; --leave-out imports the others, by patterns of names")
+    if errors:
+        raise errors[0]
     for option, chosen in (("--column", choices.columns), ("--unit", choices.units)):
         for pattern in (key.rpartition(":")[0] for key in chosen if ":" in key):
             _check_fits(option, pattern, runs)

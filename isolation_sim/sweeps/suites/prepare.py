@@ -161,6 +161,11 @@ def _usable(
     section: RecordSuite, isolated: IsolatedStructure, records: list[SuiteRecord]
 ) -> tuple[list[SuiteRecord], list[str]]:
     """Records that have the components of the structure, and the reason for each left out."""
+    if section.components in ("first", "second") and len(isolated.structure.directions) > 1:
+        raise InputError(
+            "components", f"'{section.components}' for a structure with several directions",
+            "'both', or 'swapped' for the second component along x",
+        )  # fmt: skip
     usable: list[SuiteRecord] = []
     errors: list[InputError] = []
     for record in records:
@@ -345,9 +350,11 @@ def _shaking(
             raise InputError(
                 f"record {record.name}", "1 horizontal component", '2 with components = "second"'
             )
-        target = {"first": [0], "second": [1], "both": range(len(record.components))}
+        target = {"first": [0], "second": [1]}
+        every = range(len(record.components))
         return [
-            (_component(record, k), (record.components[k],)) for k in target[section.components]
+            (_component(record, k), (record.components[k],))
+            for k in target.get(section.components, every)
         ]
     count = len(record.components)
     if len(directions) != count:
@@ -357,22 +364,26 @@ def _shaking(
             f"{len(directions)}, one per direction of the structure ({', '.join(directions)}), "
             'such as files = [["one_H1.AT2", "one_H2.AT2"], ...], or a pair of records in Python',
         )
+    order = -1 if section.components == "swapped" else 1
+    horizontal = record.components[::order]
     if not structure.vertical:
-        return [(record.name, _as_long(record.name, *record.components))]
+        return [(record.name, _as_long(record.name, *horizontal))]
     if record.vertical is None:
         raise InputError(
             f"record {record.name}", "no vertical component",
             "one with vertical_period_s: in the PEER download, or as the third file of a record in "
             "files",
         )  # fmt: skip
-    return [(record.name, _as_long(record.name, *record.components, record.vertical))]
+    return [(record.name, _as_long(record.name, *horizontal, record.vertical))]
 
 
 def _as_long(name: str, *components: Record) -> tuple[Record, ...]:
     """Components padded with zeros to one length; those of PEER often differ by some samples."""
     if len({each.dt for each in components}) > 1:
         steps = ", ".join(f"{each.dt:g}" for each in components)
-        raise InputError(f"record {name}: steps of its components", f"{steps} s", "one step")
+        raise InputError(f"record {name}: steps of its components", f"{steps} s",
+            "one step; the method resampled of a record changes it, and write_csv writes the file",
+        )  # fmt: skip
     longest = max(len(each) for each in components)
     return tuple(each.padded(after=(longest - len(each)) * each.dt) for each in components)
 
