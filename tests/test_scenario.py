@@ -250,6 +250,7 @@ def test_scales_of_the_reference_building_are_said_beside_own_parameters(recwarn
         own.on_reference()
     own.model_copy(update={"length_scale": 1.0, "force_scale": 1.0}).on_reference()
     Isolator().on_reference()
+    Isolator(law="hybrid", parameters="generalised_refitted").on_reference()
     assert len(recwarn) == 0
 
 

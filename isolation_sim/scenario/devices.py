@@ -214,15 +214,16 @@ class Isolator(_Device):
     def on_reference(self) -> Device:
         """Return the device; scales that the section leaves out are the reference building's."""
         device = self.device(LENGTH_SCALE, FORCE_SCALE)
-        if self.parameters and self.length_scale is None and self.force_scale is None:
-            if not device.law.unit:
-                warn(
-                    "parameters without scales are those of a tested device: its lengths are "
-                    f"multiplied by {LENGTH_SCALE:g} and its forces by {FORCE_SCALE:g} for the "
-                    "reference building; length_scale = 1 and force_scale = 1 are those of "
-                    "full-size isolators",
-                    UserWarning,
-                )
+        unscaled = self.length_scale is None and self.force_scale is None
+        # a published set is that of a tested device, as its name says
+        if isinstance(self.parameters, dict) and unscaled and not device.law.unit:
+            warn(
+                "parameters without scales are those of a tested device: its lengths are "
+                f"multiplied by {LENGTH_SCALE:g} and its forces by {FORCE_SCALE:g} for the "
+                "reference building; length_scale = 1 and force_scale = 1 are those of "
+                "full-size isolators",
+                UserWarning,
+            )
         return device
 
     def scaled(self) -> Device:
