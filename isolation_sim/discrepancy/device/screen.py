@@ -65,7 +65,8 @@ class _Probe:
         data = self.model.data
         values = np.concatenate([self.base.values, parameters])
         force = self.model.forces(values, False, self.inner)[0]
-        return ((force - data.force) * data.weight)[data.fitted] - self.base.residual
+        with np.errstate(over="ignore"):  # where a trial of the effect diverges
+            return ((force - data.force) * data.weight)[data.fitted] - self.base.residual
 
     def starts(self) -> list[NDArray]:
         """Parameters to look at: a magnitude or several, and some of each other's first values."""
