@@ -26,7 +26,6 @@ from ground_motions.readers.lines import AnotherQuantityError, read_lines
 from ground_motions.readers.mat_file import acceleration_variables
 from ground_motions.record import Record
 
-_TEXT = set(TEXT)
 _COMPONENTS = {".v2": v2.channels_of, ".v2c": v2.channels_of, ".v2a": directions_of}
 _HEADERS: dict[str, Callable[[Path], Component | None]] = {
     ".asc": esm.component_of, ".at2": at2.component_of, ".smc": smc.component_of,
@@ -150,15 +149,15 @@ def read_folder(
     components: dict[Path, Component | None] = {}
     for path in present:
         suffix = path.suffix.lower()
-        if suffix in suffixes and (unit or suffix not in _TEXT or has_units(path)):
+        if suffix in suffixes and (unit or suffix not in TEXT or has_units(path)):
             with suppress(AnotherQuantityError):
                 components[path] = _only_component(path)
     files = list(components)
     others = [path for path in present if path not in components]
-    text = any(path.suffix.lower() in _TEXT for path in others)
+    text = any(path.suffix.lower() in TEXT for path in others)
     hint = "; .txt, .dat and .acc files need unit, or headings with one" if text else ""
     if not files:
-        expected = f"files {', '.join(sorted(suffixes - _TEXT))}{hint}"
+        expected = f"files {', '.join(sorted(suffixes - TEXT))}{hint}"
         raise InputError(str(folder), "no file of a record", expected)
     vertical: list[Path] = []
     single = {path: component for path, component in components.items() if component}
@@ -352,7 +351,7 @@ def _only_component(path: Path) -> Component | None:
     try:
         if suffix in _HEADERS:
             return _HEADERS[suffix](path)
-        table = suffix == ".csv" or (suffix in _TEXT and has_units(path))
+        table = suffix == ".csv" or (suffix in TEXT and has_units(path))
         several_columns = table and len(acceleration_columns(path)) > 1
     except AnotherQuantityError:
         raise
@@ -430,15 +429,15 @@ def _components(path: Path, unit: str | None, dt: float | None, column: Columns)
     columns: list[str | None] = [column] if isinstance(column, str) else list(column or ())
     if len(columns) > 3:
         raise InputError("column", f"{len(columns)} columns", "1 to 3")
-    if suffix in _TEXT:  # names are of other files of the folder
+    if suffix in TEXT:  # names are of other files of the folder
         columns = [each for each in columns if each is not None and each.isdecimal()]
     present: dict[str, str] = {}  # names of components, and their directions where they are told
     if suffix == ".mat" and not columns:
         present = acceleration_variables(path)
         columns = _both_and_vertical(present)
-    if suffix == ".mat" or (suffix in _TEXT and not has_units(path)):
+    if suffix == ".mat" or (suffix in TEXT and not has_units(path)):
         return [_read_with_step(path, unit, dt, each) for each in columns or [None]]
-    if suffix == ".csv" or suffix in _TEXT:
+    if suffix == ".csv" or suffix in TEXT:
         present = acceleration_columns(path)
         if not present:
             header = columns_of(path)

@@ -32,7 +32,7 @@ WEAKEST, STRONGEST = 1e-4, 3.0
 LONGEST_STEP = 0.1
 """Sampling step that a file may have without a warning, s; a longer one is that of ms."""
 
-TEXT = (".txt", ".dat", ".acc")
+TEXT = frozenset({".txt", ".dat", ".acc"})
 """Suffixes of text, whose headings may have units as those of a CSV file."""
 
 ARCHIVES = (".zip", ".gz", ".tgz", ".tar", ".bz2", ".xz", ".7z")

@@ -52,8 +52,8 @@ def exponential(signals: Signals, states: tuple, parameters: tuple) -> Any:
 
 def hardening(signals: Signals, states: tuple, parameters: tuple) -> Any:
     """Force over that of the first cycle."""
-    gain, scale, *_ = parameters
-    return 1 - gain * np.expm1(-positive(states[0]) / scale)
+    gain, scale = parameters
+    return exponential(signals, states, (-gain, scale))
 
 
 def logarithmic(signals: Signals, states: tuple, parameters: tuple) -> Any:
@@ -205,6 +205,10 @@ LOSS = EffectParameter(
 )  # fmt: skip
 
 
+GAIN = EffectParameter(
+    "gain", "1", "final fraction of the force gained", lower=0.0, upper=3.0, magnitude=True,
+    starts=(0.2,),
+)  # fmt: skip
 PER_E_FOLD = EffectParameter(
     "loss", "1", "loss for an e-fold path length or number of cycles", lower=0.0, upper=10.0,
     magnitude=True, starts=(0.1,),
@@ -225,50 +229,36 @@ NUMBER = _scale("1", "number of cycles over which force is lost", (1.0, 5.0, 30.
 
 
 FORMS = (
-    Effect(
-        cause="cyclic_degradation",
-        form="exponential",
-        title="Cyclic degradation",
-        parameters=(LOSS, _scale("m", "path length over which force is lost")),
-        states=(TRAVEL,),
-        factor=exponential,
-        carried=carried_travel,
-        rates=rates_travel,
-        source="exponential decay towards a stable cycle",
-        gradual=True,
-    ),
-    Effect(
-        cause="cyclic_degradation",
-        form="hardening",
-        title="Cyclic hardening",
-        parameters=(
-            EffectParameter(
-                "gain", "1", "final fraction of the force gained", lower=0.0, upper=3.0,
-                magnitude=True, starts=(0.2,),
+    *(
+        Effect(
+            cause="cyclic_degradation",
+            form=form,
+            title=title,
+            parameters=(change, _scale("m", meaning)),
+            states=(TRAVEL,),
+            factor=factor,
+            carried=carried_travel,
+            rates=rates_travel,
+            source=source,
+            gradual=True,
+        )
+        for form, title, factor, change, meaning, source in (
+            (
+                "exponential", "Cyclic degradation", exponential, LOSS,
+                "path length over which force is lost",
+                "exponential decay towards a stable cycle",
             ),
-            _scale("m", "path length over which force is gained"),
-        ),
-        states=(TRAVEL,),
-        factor=hardening,
-        carried=carried_travel,
-        rates=rates_travel,
-        source="Chaboche (1986), isotropic hardening towards a stable cycle",
-        gradual=True,
-    ),
-    Effect(
-        cause="cyclic_degradation",
-        form="logarithmic",
-        title="Cyclic degradation, logarithmic",
-        parameters=(
-            PER_E_FOLD,
-            _scale("m", "path length after which it begins"),
-        ),
-        states=(TRAVEL,),
-        factor=logarithmic,
-        carried=carried_travel,
-        rates=rates_travel,
-        source="loss with the logarithm of the number of cycles",
-        gradual=True,
+            (
+                "hardening", "Cyclic hardening", hardening, GAIN,
+                "path length over which force is gained",
+                "Chaboche (1986), isotropic hardening towards a stable cycle",
+            ),
+            (
+                "logarithmic", "Cyclic degradation, logarithmic", logarithmic, PER_E_FOLD,
+                "path length after which it begins",
+                "loss with the logarithm of the number of cycles",
+            ),
+        )
     ),
     Effect(
         cause="cyclic_degradation",

@@ -293,7 +293,7 @@ def _next(
         after = regression.left_out(np.concatenate([beside, groups[k]]))
         change = before - after
         error = min(float(np.std(one, ddof=1)) for one in (after, change)) * np.sqrt(len(after))
-        if np.all(np.sqrt(after) <= WORSE * np.sqrt(before)) and change.sum() > max(
+        if _is_worse_nowhere(after, before) and change.sum() > max(
             error, EQUATION_GAIN * before.sum()
         ):
             tried.append((float(change.sum()), k))
@@ -319,7 +319,9 @@ def _next(
     for change, k in tried[:_TRIED]:
         stable = stability([g[k] for g in without])
         if stable >= EQUATION_STABLE:
-            pair = _plain_pair(regression, beside, candidates, groups, candidates[k], change)
+            pair = _plain_pair(
+                regression, beside, candidates, groups, candidates[k], change, before
+            )
             if pair is None:
                 return candidates[k], stable
             first, both = pair
@@ -329,9 +331,14 @@ def _next(
     return None
 
 
+def _is_worse_nowhere(after: NDArray, before: NDArray) -> bool:
+    """Whether no condition left out has a squared residual that is clearly larger than before."""
+    return bool(np.all(np.sqrt(after) <= WORSE * np.sqrt(before)))
+
+
 def _plain_pair(
     regression: Regression, beside: NDArray, candidates: Sequence[_Candidate],
-    groups: Sequence[NDArray], one: _Candidate, change: float,
+    groups: Sequence[NDArray], one: _Candidate, change: float, before: NDArray,
 ) -> tuple[int, NDArray] | None:  # fmt: skip
     """The stronger of two plain terms that do together what one with more numbers does."""
     powers = one.chosen.powers
@@ -346,10 +353,8 @@ def _plain_pair(
         return None
     together = [np.concatenate([groups[a], groups[b]]) for a, b in pairs]
     best = int(np.argmax(regression.gains(beside, together, -1)))
-    before = regression.left_out(beside)
     after = regression.left_out(np.concatenate([beside, together[best]]))
-    nowhere_worse = np.all(np.sqrt(after) <= WORSE * np.sqrt(before))
-    if not nowhere_worse or (before - after).sum() < SIMPLER * change:
+    if not _is_worse_nowhere(after, before) or (before - after).sum() < SIMPLER * change:
         return None
     own = regression.gains(beside, [groups[k] for k in pairs[best]], -1)
     return pairs[best][int(np.argmax(own))], together[best]
